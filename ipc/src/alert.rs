@@ -1,0 +1,107 @@
+//! An alert: what the monitor has seen.
+
+use core::fmt;
+
+use iceoryx2::prelude::ZeroCopySend;
+
+/// One event, on the `bench-dragon/alerts` service.
+///
+/// 72 bytes, no padding. Use [`Alert::alert_kind`], [`Alert::pair`] and [`Alert::forecast`] to read the coded fields.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
+#[type_name("bench_dragon.Alert.v1")]
+pub struct Alert {
+    /// Run in which it happened.
+    pub run_id: u64,
+    /// First tick at which it was so.
+    pub tick: u64,
+    /// Show time of the event in nanoseconds: exact for contact and parted, that of the frame for the others.
+    pub sim_time_ns: i64,
+    /// Show time of the forecast contact in nanoseconds, or [`Alert::NO_FORECAST`].
+    pub forecast_ns: i64,
+    /// Clearance of the two benches in metres, negative where they overlap; 0 for an alert without benches.
+    pub clearance_m: f64,
+    /// Point midway between the nearest points of the two boards, in metres; 0 for an alert without benches.
+    pub point_m: [f64; 2],
+    /// An [`AlertKind`] as its number.
+    pub kind: u32,
+    /// The lower bench index, or [`Alert::NO_BENCH`].
+    pub bench_a: u32,
+    /// The higher bench index, or [`Alert::NO_BENCH`].
+    pub bench_b: u32,
+    /// Always 0.
+    pub reserved: u32,
+}
+
+const _: () = assert!(size_of::<Alert>() == 72 && align_of::<Alert>() == 8);
+
+impl Alert {
+    /// The value of `forecast_ns` where no contact lies ahead, or none is known yet.
+    pub const NO_FORECAST: i64 = i64::MIN;
+    /// The value of `bench_a` and `bench_b` in an alert that is about no pair.
+    pub const NO_BENCH: u32 = u32::MAX;
+
+    /// The kind, or `None` where a newer monitor sends a number that this version does not know.
+    pub fn alert_kind(&self) -> Option<AlertKind> {
+        AlertKind::from_wire(self.kind)
+    }
+
+    /// The two benches, the lower index first.
+    pub fn pair(&self) -> Option<[u32; 2]> {
+        (self.bench_a != Self::NO_BENCH).then_some([self.bench_a, self.bench_b])
+    }
+
+    /// Show time of the forecast contact in seconds.
+    pub fn forecast(&self) -> Option<f64> {
+        (self.forecast_ns != Self::NO_FORECAST).then_some(self.forecast_ns as f64 * 1e-9)
+    }
+}
+
+/// What happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum AlertKind {
+    /// Two benches came nearer than the configured `near_m`.
+    Near = 0,
+    /// Two benches touched.
+    Contact = 1,
+    /// Two benches that touched are apart again.
+    Parted = 2,
+    /// The show is held.
+    Held = 3,
+    /// The frames do not agree with the published description.
+    Fault = 4,
+    /// The source of the frames was started again.
+    Restarted = 5,
+}
+
+impl AlertKind {
+    /// The kind behind a number on the wire.
+    pub fn from_wire(kind: u32) -> Option<Self> {
+        [Self::Near, Self::Contact, Self::Parted, Self::Held, Self::Fault, Self::Restarted]
+            .into_iter()
+            .find(|known| known.to_wire() == kind)
+    }
+
+    /// The number on the wire.
+    pub fn to_wire(self) -> u32 {
+        self as u32
+    }
+
+    /// Lower-case name, as the commands print it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Near => "near",
+            Self::Contact => "contact",
+            Self::Parted => "parted",
+            Self::Held => "held",
+            Self::Fault => "fault",
+            Self::Restarted => "restarted",
+        }
+    }
+}
+
+impl fmt::Display for AlertKind {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(self.name())
+    }
+}

@@ -1,0 +1,120 @@
+//! A frame: the dragon at one tick, as it lies in shared memory.
+//!
+//! A frame is a [`FrameHeader`] and one [`HandleState`] for each handle. A dragon of N benches has N + 1 handles:
+//! handle i is the front hinge of bench i, handle N the rear hinge of the last bench.
+
+use core::fmt;
+
+use iceoryx2::prelude::ZeroCopySend;
+
+/// What a frame says about the whole dragon: the user header of the `bench-dragon/frames` service.
+///
+/// 72 bytes, little-endian, no padding. Any change of this layout is a new type name.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[type_name("bench_dragon.FrameHeader.v1")]
+pub struct FrameHeader {
+    /// Random number under 2^53 of the run; another value means that the source has been started again.
+    pub run_id: u64,
+    /// Number of the frame in its run, from 0, without a hole: a jump means that this reader lost frames.
+    pub tick: u64,
+    /// Show time in nanoseconds.
+    pub sim_time_ns: i64,
+    /// `CLOCK_MONOTONIC` instant at which the tick was due, in nanoseconds.
+    pub scheduled_ns: u64,
+    /// `CLOCK_MONOTONIC` instant at which the frame was sent, in nanoseconds.
+    pub published_ns: u64,
+    /// Signed arc length that the head has walked since t = 0, in metres.
+    pub head_travel_m: f64,
+    /// Speed of the head in metres per show second; 0 while paused, held or finished.
+    pub head_speed_mps: f64,
+    /// Show seconds per wall-clock second.
+    pub time_scale: f64,
+    /// Number of benches; the frame has one handle state more.
+    pub bench_count: u32,
+    /// A [`ShowState`] as its number. Read it with [`FrameHeader::show_state`].
+    pub state: u32,
+}
+
+const _: () = assert!(size_of::<FrameHeader>() == 72 && align_of::<FrameHeader>() == 8);
+
+impl FrameHeader {
+    /// The state of the show, or `None` where a newer source sends a number that this version does not know.
+    pub fn show_state(&self) -> Option<ShowState> {
+        ShowState::from_wire(self.state)
+    }
+
+    /// Show time in seconds.
+    pub fn sim_time_s(&self) -> f64 {
+        self.sim_time_ns as f64 * 1e-9
+    }
+
+    /// How long after its due instant the frame was sent, in nanoseconds.
+    pub fn lateness_ns(&self) -> u64 {
+        self.published_ns.saturating_sub(self.scheduled_ns)
+    }
+}
+
+/// Where one handle is and how it moves.
+///
+/// 48 bytes. x right, y away, z up; z is 0 on a flat stage.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[type_name("bench_dragon.HandleState.v1")]
+pub struct HandleState {
+    /// Position in metres.
+    pub position_m: [f64; 3],
+    /// Velocity in metres per show second; 0 while paused, held or finished.
+    pub velocity_mps: [f64; 3],
+}
+
+const _: () = assert!(size_of::<HandleState>() == 48 && align_of::<HandleState>() == 8);
+
+impl HandleState {
+    /// Speed in metres per show second.
+    pub fn speed_mps(&self) -> f64 {
+        let [x, y, z] = self.velocity_mps;
+        x.hypot(y).hypot(z)
+    }
+}
+
+/// What the show is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ShowState {
+    /// The head walks.
+    Running = 0,
+    /// The operator's pause: `resume` goes on.
+    Paused = 1,
+    /// A safety stop: only `release` lifts it.
+    Held = 2,
+    /// The end of the route, of the run, or of the time asked for is reached.
+    Finished = 3,
+}
+
+impl ShowState {
+    /// The state behind a number on the wire.
+    pub fn from_wire(state: u32) -> Option<Self> {
+        [Self::Running, Self::Paused, Self::Held, Self::Finished].into_iter().find(|known| known.to_wire() == state)
+    }
+
+    /// The number on the wire.
+    pub fn to_wire(self) -> u32 {
+        self as u32
+    }
+
+    /// Lower-case name, as the commands print it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Running => "running",
+            Self::Paused => "paused",
+            Self::Held => "held",
+            Self::Finished => "finished",
+        }
+    }
+}
+
+impl fmt::Display for ShowState {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(self.name())
+    }
+}

@@ -1,0 +1,3 @@
+//! The bench dragon's bus.
+pub mod alert;
+pub mod frame;

@@ -1,0 +1,1 @@
+//! Real-time motion server for the bench dragon.
