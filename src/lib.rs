@@ -1,1 +1,23 @@
-//! Real-time motion server for the bench dragon.
+//! Real-time motion server for the bench dragon: 223 hinged benches led along a route.
+//!
+//! The layers, each knowing only those below it:
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`server`], [`monitor`], [`record`] | the processes' logic |
+//! | [`dragon`] | chain, boards, clearance, contact |
+//! | [`route`] | the curves that the handles follow |
+//!
+//! Beside them: [`config`] (the validated TOML document), [`report`] (what the processes say), [`histogram`],
+//! [`clock`] and [`stop`]. The bus is the crate `bench_dragon_ipc`.
+
+pub mod clock;
+pub mod config;
+pub mod dragon;
+pub mod histogram;
+pub mod monitor;
+pub mod record;
+pub mod report;
+pub mod route;
+pub mod server;
+pub mod stop;

@@ -1,2 +1,86 @@
-//! The command line.
-fn main() {}
+//! The command line: parse, run, report.
+
+use std::io::{self, ErrorKind, IsTerminal as _};
+use std::process::ExitCode;
+
+use bench_dragon::config::ConfigError;
+use clap::Parser as _;
+use clap::error::ErrorKind as ClapErrorKind;
+use tracing_subscriber::EnvFilter;
+use tracing_subscriber::fmt::format;
+
+mod cli;
+mod command;
+
+use cli::Cli;
+use command::BadInput;
+use command::output::complain;
+
+/// Exit status of bad arguments or configuration.
+const BAD_INPUT: u8 = 2;
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return report_usage(&error),
+    };
+    log_to_stderr();
+    match command::run(cli.command) {
+        Ok(status) => status,
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            complain(&format!("error: {error:#}"));
+            ExitCode::from(if is_bad_input(&error) { BAD_INPUT } else { 1 })
+        }
+    }
+}
+
+/// Warnings and worse, or what `RUST_LOG` says; iceoryx2's own among them, without the dump of the object that each of
+/// them comes with.
+fn log_to_stderr() {
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
+    let fields = format::debug_fn(|writer, field, value| match field.name() {
+        "message" => write!(writer, "{value:?}"),
+        "origin" => Ok(()),
+        name => write!(writer, "{name}={value:?}"),
+    });
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .fmt_fields(fields)
+        .with_target(false)
+        .with_ansi(io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()))
+        .with_writer(io::stderr)
+        .without_time()
+        .init();
+    iceoryx2::prelude::set_log_level(iceoryx2::prelude::LogLevel::Warn);
+}
+
+/// Prints help and version as clap does, an error in one line.
+fn report_usage(error: &clap::Error) -> ExitCode {
+    if matches!(error.kind(), ClapErrorKind::DisplayHelp | ClapErrorKind::DisplayVersion) {
+        // Nobody is left to tell where stdout is gone.
+        let _ = error.print();
+        return ExitCode::SUCCESS;
+    }
+    let rendered = error.render().to_string();
+    let lines = rendered.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:"));
+    let message: Vec<&str> =
+        lines.filter(|line| !line.is_empty() && !line.starts_with("For more information")).collect();
+    if error.kind() == ClapErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        complain(&rendered);
+    } else {
+        complain(&message.join(" "));
+    }
+    ExitCode::from(BAD_INPUT)
+}
+
+fn is_bad_input(error: &anyhow::Error) -> bool {
+    error.chain().any(|cause| cause.is::<BadInput>() || cause.is::<ConfigError>())
+}
+
+/// Whether whoever read our output has had enough, as `head` does.
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error
+        .chain()
+        .any(|cause| cause.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == ErrorKind::BrokenPipe))
+}

@@ -1,3 +1,62 @@
-//! The bench dragon's bus.
-pub mod alert;
-pub mod frame;
+//! The bench dragon's bus: all that a client needs, and nothing else.
+//!
+//! A server publishes the state of every bench at a fixed rate into iceoryx2 shared memory; clients read it in place.
+//! The contract:
+//!
+//! | service | pattern | payload |
+//! |---|---|---|
+//! | `bench-dragon/frames` | publish-subscribe, event | `[`[`HandleState`]`]` under a [`FrameHeader`] |
+//! | `bench-dragon/description` | latest value | TOML text under its `run_id` |
+//! | `bench-dragon/status` | latest value | [`Status`] |
+//! | `bench-dragon/alerts` | publish-subscribe, event | [`Alert`] |
+//! | `bench-dragon/commands` | request-response | [`Command`] → [`CommandReply`] |
+//!
+//! - *Who creates:* only a source creates services; a client opens them, and where there are none it is told so
+//!   ([`BusError::NoServer`]) and may try again.
+//! - *Who waits:* no reader ever delays the server. One that falls behind by more than its buffer loses its own oldest
+//!   frames and sees it in [`Frame::continuity`].
+//! - *What another process may change:* nothing in a frame that is held. Between two frames the server may be
+//!   restarted ([`Continuity::Restarted`]).
+//! - *Units:* metres, seconds, radians; x right, y away, z up. Times are integers of nanoseconds, clocks are
+//!   `CLOCK_MONOTONIC`. Speeds are metres per show second.
+//!
+//! ```no_run
+//! use std::time::Duration;
+//! use bench_dragon_ipc::{Domain, FrameSubscriber, Instance};
+//!
+//! fn main() -> Result<(), Box<dyn std::error::Error>> {
+//!     let domain = Domain::new(Instance::default())?;
+//!     let mut frames = FrameSubscriber::open(&domain, "head-printer")?;
+//!     loop {
+//!         if let Some(frame) = frames.wait(Duration::from_secs(1))? {
+//!             let [x, y, _] = frame.handles()[0].position_m;
+//!             println!("{:.3} s: head at {x:.3}, {y:.3}", frame.header().sim_time_s());
+//!         }
+//!     }
+//! }
+//! ```
+
+pub mod service;
+
+mod alert;
+mod client;
+mod command;
+mod continuity;
+mod domain;
+mod error;
+mod frame;
+mod membership;
+mod space;
+mod status;
+mod subscriber;
+
+pub use alert::{Alert, AlertKind};
+pub use client::{AlertSubscriber, CommandClient, Description, DescriptionReader, StatusReader};
+pub use command::{Command, CommandReply, Refusal, Request};
+pub use continuity::{Continuity, ContinuityTracker};
+pub use domain::{Domain, DomainError, Instance, MAX_ROOT_PATH_LEN};
+pub use error::BusError;
+pub use frame::{FrameHeader, HandleState, ShowState};
+pub use space::require_shared_memory;
+pub use status::Status;
+pub use subscriber::{Frame, FrameSubscriber};

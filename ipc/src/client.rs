@@ -1,0 +1,186 @@
+//! Reading the description, the status and the alerts, and commanding the server.
+
+use core::time::Duration;
+use std::time::Instant;
+
+use iceoryx2::port::client::Client;
+use iceoryx2::port::listener::{Listener, ListenerWaitError};
+use iceoryx2::port::subscriber::Subscriber;
+
+use crate::alert::Alert;
+use crate::command::{Command, CommandReply, Request};
+use crate::domain::Domain;
+use crate::error::BusError;
+use crate::service::{ALERTS, COMMANDS, DESCRIPTION, Member, Role, STATUS, Service};
+use crate::status::Status;
+use crate::subscriber::LEAST_WAIT;
+
+/// The configuration of a run, as the server published it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Description {
+    /// The run that it belongs to.
+    pub run_id: u64,
+    /// The whole configuration as TOML.
+    pub toml: String,
+}
+
+/// Reads the description of an instance.
+#[derive(Debug)]
+pub struct DescriptionReader {
+    subscriber: Subscriber<Service, [u8], u64>,
+    _member: Member,
+}
+
+impl DescriptionReader {
+    /// Opens the description of a domain.
+    ///
+    /// # Errors
+    /// As [`Member::frames`].
+    pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
+        let member = Member::join(domain, name, Role::Client)?;
+        let subscriber = member
+            .description()?
+            .subscriber_builder()
+            .create()
+            .map_err(|error| BusError::failed(DESCRIPTION, error))?;
+        Ok(Self { subscriber, _member: member })
+    }
+
+    /// The description, where it is new since the last call.
+    ///
+    /// # Errors
+    /// [`BusError::VersionMismatch`] where it is not UTF-8, [`BusError::Failed`] where it cannot be mapped.
+    pub fn poll(&self) -> Result<Option<Description>, BusError> {
+        let Some(sample) = self.subscriber.receive().map_err(|error| BusError::failed(DESCRIPTION, error))? else {
+            return Ok(None);
+        };
+        let toml = core::str::from_utf8(sample.payload())
+            .map_err(|_| BusError::VersionMismatch { service: DESCRIPTION })?
+            .to_owned();
+        Ok(Some(Description { run_id: *sample.user_header(), toml }))
+    }
+}
+
+/// Reads the status of an instance.
+#[derive(Debug)]
+pub struct StatusReader {
+    subscriber: Subscriber<Service, Status, ()>,
+    _member: Member,
+}
+
+impl StatusReader {
+    /// Opens the status of a domain.
+    ///
+    /// # Errors
+    /// As [`Member::frames`].
+    pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
+        let member = Member::join(domain, name, Role::Client)?;
+        let subscriber =
+            member.status()?.subscriber_builder().create().map_err(|error| BusError::failed(STATUS, error))?;
+        Ok(Self { subscriber, _member: member })
+    }
+
+    /// The status, where it is new since the last call.
+    ///
+    /// # Errors
+    /// [`BusError::Failed`] where it cannot be mapped.
+    pub fn poll(&self) -> Result<Option<Status>, BusError> {
+        let sample = self.subscriber.receive().map_err(|error| BusError::failed(STATUS, error))?;
+        Ok(sample.map(|sample| *sample.payload()))
+    }
+}
+
+/// Reads the alerts of an instance, oldest first.
+#[derive(Debug)]
+pub struct AlertSubscriber {
+    subscriber: Subscriber<Service, Alert, ()>,
+    listener: Listener<Service>,
+    _member: Member,
+}
+
+impl AlertSubscriber {
+    /// Opens the alerts of a domain.
+    ///
+    /// # Errors
+    /// As [`Member::frames`].
+    pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
+        let member = Member::join(domain, name, Role::Client)?;
+        let listener =
+            member.alert_events()?.listener_builder().create().map_err(|error| BusError::failed(ALERTS, error))?;
+        let subscriber =
+            member.alerts()?.subscriber_builder().create().map_err(|error| BusError::failed(ALERTS, error))?;
+        Ok(Self { subscriber, listener, _member: member })
+    }
+
+    /// The oldest alert that has not been read yet. Never waits.
+    ///
+    /// # Errors
+    /// [`BusError::Failed`] where it cannot be mapped.
+    pub fn receive(&self) -> Result<Option<Alert>, BusError> {
+        let sample = self.subscriber.receive().map_err(|error| BusError::failed(ALERTS, error))?;
+        Ok(sample.map(|sample| *sample.payload()))
+    }
+
+    /// The oldest alert that has not been read yet, waiting for it at most `timeout`. A signal ends the wait early.
+    ///
+    /// # Errors
+    /// As [`AlertSubscriber::receive`].
+    pub fn wait(&self, timeout: Duration) -> Result<Option<Alert>, BusError> {
+        if let Some(alert) = self.receive()? {
+            return Ok(Some(alert));
+        }
+        if timeout < LEAST_WAIT {
+            return Ok(None);
+        }
+        match self.listener.timed_wait(|_| (), timeout) {
+            Ok(_) | Err(ListenerWaitError::InterruptSignal) => self.receive(),
+            Err(error) => Err(BusError::failed(ALERTS, error)),
+        }
+    }
+}
+
+/// Sends commands to the server of an instance.
+#[derive(Debug)]
+pub struct CommandClient {
+    client: Client<Service, Command, (), CommandReply, ()>,
+    instance: String,
+    _member: Member,
+}
+
+impl CommandClient {
+    /// Opens the commands of a domain.
+    ///
+    /// # Errors
+    /// As [`Member::frames`].
+    pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
+        let member = Member::join(domain, name, Role::Client)?;
+        let client = member.commands()?.client_builder().create().map_err(|error| BusError::failed(COMMANDS, error))?;
+        Ok(Self { client, instance: domain.instance().to_string(), _member: member })
+    }
+
+    /// Sends one command and waits for its reply, at most `timeout`.
+    ///
+    /// The server answers at the start of its next tick, so a reply takes about one period.
+    ///
+    /// # Errors
+    /// [`BusError::NoServer`] where no server took the command or none answered in time, else
+    /// [`BusError::Failed`].
+    pub fn call(&self, request: Request, timeout: Duration) -> Result<CommandReply, BusError> {
+        const POLL_PERIOD: Duration = Duration::from_micros(200);
+        let no_server = || BusError::NoServer { instance: self.instance.clone() };
+        let pending = self.client.send_copy(request.to_wire()).map_err(|error| BusError::failed(COMMANDS, error))?;
+        if pending.number_of_server_connections() == 0 {
+            return Err(no_server());
+        }
+        let deadline = Instant::now() + timeout;
+        loop {
+            if let Some(reply) = pending.receive().map_err(|error| BusError::failed(COMMANDS, error))? {
+                return Ok(*reply.payload());
+            }
+            if !pending.is_connected() || Instant::now() >= deadline {
+                return Err(no_server());
+            }
+            std::thread::sleep(POLL_PERIOD);
+        }
+    }
+}

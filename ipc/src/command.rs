@@ -1,0 +1,166 @@
+//! Commands to the server and its replies: the `bench-dragon/commands` service.
+
+use core::fmt;
+
+use iceoryx2::prelude::ZeroCopySend;
+
+/// A command as it lies in shared memory. Build it with [`Request::to_wire`].
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[type_name("bench_dragon.Command.v1")]
+pub struct Command {
+    /// Number of the [`Request`] variant, see [`Request::to_wire`].
+    pub kind: u32,
+    /// Always 0.
+    pub reserved: u32,
+    /// The request's value; 0 where it has none.
+    pub value: f64,
+}
+
+const _: () = assert!(size_of::<Command>() == 16 && align_of::<Command>() == 8);
+
+/// The server's answer as it lies in shared memory. Read it with [`CommandReply::outcome`].
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[type_name("bench_dragon.CommandReply.v1")]
+pub struct CommandReply {
+    /// Run of the server that answers.
+    pub run_id: u64,
+    /// Tick from which an accepted command holds; the tick at which it was refused otherwise.
+    pub tick: u64,
+    /// Least value that a refused value may have.
+    pub lowest: f64,
+    /// Greatest value that a refused value may have.
+    pub highest: f64,
+    /// 0 where the command was accepted, else a [`Refusal`] as its number.
+    pub refusal: u32,
+    /// Always 0.
+    pub reserved: u32,
+}
+
+const _: () = assert!(size_of::<CommandReply>() == 40 && align_of::<CommandReply>() == 8);
+
+/// What a client asks of the server.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Request {
+    /// Stop walking until `Resume`.
+    Pause,
+    /// Go on after `Pause`.
+    Resume,
+    /// Walk at this speed of the head, in metres per show second, 0 to 10.
+    Speed {
+        /// The speed.
+        speed_mps: f64,
+    },
+    /// Go to this show time, in seconds; the travel becomes the configured speed times it.
+    Seek {
+        /// The show time.
+        sim_time_s: f64,
+    },
+    /// Stop for safety; only `Release` lifts it.
+    Hold,
+    /// Lift a `Hold`.
+    Release,
+    /// End the server.
+    Stop,
+}
+
+impl Request {
+    /// The wire form.
+    pub fn to_wire(self) -> Command {
+        let (kind, value) = match self {
+            Self::Pause => (0, 0.0),
+            Self::Resume => (1, 0.0),
+            Self::Speed { speed_mps } => (2, speed_mps),
+            Self::Seek { sim_time_s } => (3, sim_time_s),
+            Self::Hold => (4, 0.0),
+            Self::Release => (5, 0.0),
+            Self::Stop => (6, 0.0),
+        };
+        Command { kind, reserved: 0, value }
+    }
+
+    /// The request behind a wire form, or `None` for a kind that this version does not know.
+    ///
+    /// The value is taken as it is, NaN included: the server refuses what is out of range.
+    pub fn from_wire(command: &Command) -> Option<Self> {
+        Some(match command.kind {
+            0 => Self::Pause,
+            1 => Self::Resume,
+            2 => Self::Speed { speed_mps: command.value },
+            3 => Self::Seek { sim_time_s: command.value },
+            4 => Self::Hold,
+            5 => Self::Release,
+            6 => Self::Stop,
+            _ => return None,
+        })
+    }
+}
+
+/// Why a command was refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Refusal {
+    /// The server does not know this kind of command.
+    Unknown,
+    /// The value is not a number between these two.
+    OutOfRange {
+        /// Least allowed value.
+        lowest: f64,
+        /// Greatest allowed value.
+        highest: f64,
+    },
+    /// The show is held, and only `release` lifts that.
+    Held,
+    /// There is no hold to release.
+    NotHeld,
+    /// The show is over; a `seek` starts it again.
+    Finished,
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unknown => formatter.write_str("the server does not know this command"),
+            Self::OutOfRange { lowest, highest } => {
+                write!(formatter, "the value must be from {lowest} to {highest}")
+            }
+            Self::Held => formatter.write_str("the show is held: release it first"),
+            Self::NotHeld => formatter.write_str("the show is not held"),
+            Self::Finished => formatter.write_str("the show is finished: seek to start it again"),
+        }
+    }
+}
+
+impl CommandReply {
+    /// The answer to a command that holds from `tick` on.
+    pub fn accepted(run_id: u64, tick: u64) -> Self {
+        Self { run_id, tick, ..Self::default() }
+    }
+
+    /// The answer to a command that was refused at `tick`.
+    pub fn refused(run_id: u64, tick: u64, refusal: Refusal) -> Self {
+        let reply = Self { run_id, tick, ..Self::default() };
+        match refusal {
+            Refusal::Unknown => Self { refusal: 1, ..reply },
+            Refusal::OutOfRange { lowest, highest } => Self { refusal: 2, lowest, highest, ..reply },
+            Refusal::Held => Self { refusal: 3, ..reply },
+            Refusal::NotHeld => Self { refusal: 4, ..reply },
+            Refusal::Finished => Self { refusal: 5, ..reply },
+        }
+    }
+
+    /// The tick from which the command holds.
+    ///
+    /// # Errors
+    /// The reason of the refusal; a number that this version does not know reads as [`Refusal::Unknown`].
+    pub fn outcome(&self) -> Result<u64, Refusal> {
+        match self.refusal {
+            0 => Ok(self.tick),
+            2 => Err(Refusal::OutOfRange { lowest: self.lowest, highest: self.highest }),
+            3 => Err(Refusal::Held),
+            4 => Err(Refusal::NotHeld),
+            5 => Err(Refusal::Finished),
+            _ => Err(Refusal::Unknown),
+        }
+    }
+}

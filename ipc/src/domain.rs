@@ -1,0 +1,311 @@
+//! Where an instance lives: its name, its directory and its iceoryx2 configuration.
+//!
+//! Each instance is an iceoryx2 domain of its own, so that two shows on one machine never meet. Root path:
+//! `$XDG_RUNTIME_DIR/bench-dragon/NAME`, else `/tmp/bench-dragon-UID/NAME`; prefix `bd_UID_NAME_`.
+
+use core::fmt;
+use std::ffi::OsString;
+use std::fs::{self, DirBuilder, Metadata};
+use std::io::{self, ErrorKind};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::path::{Path, PathBuf};
+
+use iceoryx2::config::Config;
+use iceoryx2::prelude::{FileName, SemanticString};
+
+/// Longest root path in bytes: what iceoryx2 appends to it has to fit into a socket address.
+pub const MAX_ROOT_PATH_LEN: usize = 60;
+
+/// The name of an instance: 1 to 24 of a–z, 0–9 and -.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Instance(String);
+
+impl Instance {
+    /// Longest name in characters.
+    pub const MAX_LEN: usize = 24;
+
+    /// Takes a name.
+    ///
+    /// # Errors
+    /// [`DomainError::InvalidInstance`] where it is not 1 to 24 of a–z, 0–9 and -.
+    pub fn new(name: &str) -> Result<Self, DomainError> {
+        let allowed = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
+        if name.is_empty() || name.len() > Self::MAX_LEN || !name.bytes().all(allowed) {
+            return Err(DomainError::InvalidInstance { name: name.to_owned() });
+        }
+        Ok(Self(name.to_owned()))
+    }
+
+    /// The name.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl Default for Instance {
+    fn default() -> Self {
+        Self("dragon".to_owned())
+    }
+}
+
+impl fmt::Display for Instance {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(&self.0)
+    }
+}
+
+impl core::str::FromStr for Instance {
+    type Err = DomainError;
+
+    fn from_str(name: &str) -> Result<Self, DomainError> {
+        Self::new(name)
+    }
+}
+
+/// The iceoryx2 domain of an instance.
+#[derive(Clone, Debug)]
+pub struct Domain {
+    instance: Instance,
+    root: PathBuf,
+    uid: u32,
+}
+
+impl Domain {
+    /// The domain of an instance of the user who runs this process. Touches nothing on disk.
+    ///
+    /// # Errors
+    /// [`DomainError::RootPath`] where the root path is relative, not UTF-8 or longer than [`MAX_ROOT_PATH_LEN`].
+    pub fn new(instance: Instance) -> Result<Self, DomainError> {
+        let uid = effective_uid()?;
+        let root = base_directory(std::env::var_os("XDG_RUNTIME_DIR"), uid).join(instance.as_str());
+        let usable = root.is_absolute() && root.to_str().is_some_and(|path| path.len() < MAX_ROOT_PATH_LEN);
+        if !usable {
+            return Err(DomainError::RootPath { root });
+        }
+        Ok(Self { instance, root, uid })
+    }
+
+    /// The instance's name.
+    pub fn instance(&self) -> &Instance {
+        &self.instance
+    }
+
+    /// The root path.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// The prefix of everything that the domain puts into shared memory.
+    pub fn prefix(&self) -> String {
+        format!("bd_{}_{}_", self.uid, self.instance)
+    }
+
+    /// The configuration of every iceoryx2 node of this domain.
+    ///
+    /// # Panics
+    /// Never: the constructor has checked what iceoryx2 requires of a path and a prefix.
+    pub fn iceoryx2_config(&self) -> Config {
+        let root = self.root.to_str().expect("the constructor accepts only UTF-8");
+        let mut config = Config::default();
+        config.global.set_root_path(
+            &iceoryx2::prelude::Path::new(root.as_bytes()).expect("the constructor limits the path's length"),
+        );
+        config.global.prefix =
+            FileName::new(self.prefix().as_bytes()).expect("an instance's name has only characters of a file name");
+        config
+    }
+
+    /// The same configuration as the TOML that the `iox2` command and any iceoryx2 client read, as
+    /// `config/iceoryx2.toml` in their working folder.
+    pub fn iceoryx2_toml(&self) -> String {
+        format!("[global]\nroot-path = \"{}\"\nprefix = \"{}\"\n", self.root.display(), self.prefix())
+    }
+
+    /// Makes the directory, mode 0700, where it is missing, and checks it.
+    ///
+    /// # Errors
+    /// As [`Domain::check_directory`], and [`DomainError::Io`] where it cannot be made.
+    pub fn create_directory(&self) -> Result<(), DomainError> {
+        for directory in self.directories() {
+            match DirBuilder::new().mode(0o700).create(directory) {
+                Err(error) if error.kind() != ErrorKind::AlreadyExists => {
+                    return Err(DomainError::Io { path: directory.to_owned(), error });
+                }
+                _ => {}
+            }
+        }
+        self.check_directory()
+    }
+
+    /// Checks that the directory is ours alone.
+    ///
+    /// # Errors
+    /// [`DomainError::Missing`], [`DomainError::NotADirectory`], [`DomainError::ForeignOwner`] or
+    /// [`DomainError::WritableByOthers`], each with the path that is wrong.
+    pub fn check_directory(&self) -> Result<(), DomainError> {
+        for path in self.directories() {
+            let metadata = fs::symlink_metadata(path).map_err(|error| match error.kind() {
+                ErrorKind::NotFound => DomainError::Missing { path: path.to_owned() },
+                _ => DomainError::Io { path: path.to_owned(), error },
+            })?;
+            check_metadata(path, &metadata, self.uid)?;
+        }
+        Ok(())
+    }
+
+    /// The directories that have to be ours, the outer one first.
+    fn directories(&self) -> [&Path; 2] {
+        [self.root.parent().expect("the root path ends with the instance's name"), &self.root]
+    }
+}
+
+/// The directory that holds the instances' directories.
+fn base_directory(runtime_dir: Option<OsString>, uid: u32) -> PathBuf {
+    match runtime_dir {
+        Some(directory) if !directory.is_empty() => PathBuf::from(directory).join("bench-dragon"),
+        _ => PathBuf::from(format!("/tmp/bench-dragon-{uid}")),
+    }
+}
+
+fn check_metadata(path: &Path, metadata: &Metadata, uid: u32) -> Result<(), DomainError> {
+    let path = path.to_owned();
+    if !metadata.is_dir() {
+        return Err(DomainError::NotADirectory { path });
+    }
+    if metadata.uid() != uid {
+        return Err(DomainError::ForeignOwner { path, owner: metadata.uid(), user: uid });
+    }
+    if metadata.mode() & 0o022 != 0 {
+        return Err(DomainError::WritableByOthers { path, mode: metadata.mode() & 0o7777 });
+    }
+    Ok(())
+}
+
+/// The effective user id, from `/proc/self/status`: its owner in the file system is root where a process is not
+/// dumpable.
+fn effective_uid() -> Result<u32, DomainError> {
+    let path = Path::new("/proc/self/status");
+    let status = fs::read_to_string(path).map_err(|error| DomainError::Io { path: path.to_owned(), error })?;
+    status
+        .lines()
+        .find_map(|line| line.strip_prefix("Uid:")?.split_whitespace().nth(1)?.parse().ok())
+        .ok_or_else(|| DomainError::Io { path: path.to_owned(), error: io::Error::other("it has no Uid line") })
+}
+
+/// Why an instance has no usable domain.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum DomainError {
+    /// The name is not 1 to 24 of a–z, 0–9 and -.
+    InvalidInstance {
+        /// The name.
+        name: String,
+    },
+    /// The root path is relative, not UTF-8 or too long.
+    RootPath {
+        /// The path.
+        root: PathBuf,
+    },
+    /// The directory is not there.
+    Missing {
+        /// The path.
+        path: PathBuf,
+    },
+    /// Something else than a directory, or a link, is in its place.
+    NotADirectory {
+        /// The path.
+        path: PathBuf,
+    },
+    /// The directory belongs to another user.
+    ForeignOwner {
+        /// The path.
+        path: PathBuf,
+        /// Its owner.
+        owner: u32,
+        /// The user of this process.
+        user: u32,
+    },
+    /// Other users may write into the directory.
+    WritableByOthers {
+        /// The path.
+        path: PathBuf,
+        /// Its mode.
+        mode: u32,
+    },
+    /// The operating system refused.
+    Io {
+        /// The path.
+        path: PathBuf,
+        /// Its reason.
+        error: io::Error,
+    },
+}
+
+impl fmt::Display for DomainError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::InvalidInstance { name } => {
+                write!(formatter, "instance is {name:?}, must be 1 to {} of a-z, 0-9 and -", Instance::MAX_LEN)
+            }
+            Self::RootPath { root } => write!(
+                formatter,
+                "the bus directory is {}, must be absolute, UTF-8 and under {MAX_ROOT_PATH_LEN} bytes: \
+                 set XDG_RUNTIME_DIR to a shorter path or unset it",
+                root.display()
+            ),
+            Self::Missing { path } => write!(formatter, "the bus directory {} is not there", path.display()),
+            Self::NotADirectory { path } => write!(formatter, "{} is not a directory: remove it", path.display()),
+            Self::ForeignOwner { path, owner, user } => write!(
+                formatter,
+                "the bus directory {} belongs to user {owner}, must belong to user {user}: run as that user or remove it",
+                path.display()
+            ),
+            Self::WritableByOthers { path, mode } => write!(
+                formatter,
+                "the bus directory {} has mode {mode:04o}, must not be writable by others: chmod 0700 it",
+                path.display()
+            ),
+            Self::Io { path, error } => write!(formatter, "{}: {error}", path.display()),
+        }
+    }
+}
+
+impl core::error::Error for DomainError {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        match self {
+            Self::Io { error, .. } => Some(error),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_other_characters_or_lengths_are_refused() {
+        for name in ["", "Dragon", "a b", "a/b", "..", "drag\u{f6}n", &"a".repeat(25)] {
+            let error = Instance::new(name).expect_err(name).to_string();
+            assert!(error.ends_with("must be 1 to 24 of a-z, 0-9 and -"), "{error}");
+        }
+        assert_eq!(Instance::new(&"a".repeat(24)).expect("24 characters are allowed").as_str().len(), 24);
+    }
+
+    #[test]
+    fn base_directory_follows_the_runtime_directory() {
+        let under_tmp = PathBuf::from("/tmp/bench-dragon-7");
+        assert_eq!(base_directory(Some("/run/user/7".into()), 7), PathBuf::from("/run/user/7/bench-dragon"));
+        assert_eq!(base_directory(Some(OsString::new()), 7), under_tmp);
+        assert_eq!(base_directory(None, 7), under_tmp);
+    }
+
+    #[test]
+    fn printed_toml_and_configuration_agree() {
+        let domain = Domain::new(Instance::default()).expect("the default instance has a domain");
+        let config = domain.iceoryx2_config();
+        let toml = domain.iceoryx2_toml();
+        assert!(toml.contains(&format!("root-path = \"{}\"", config.global.root_path())), "{toml}");
+        assert!(toml.contains(&format!("prefix = \"{}\"", config.global.prefix)), "{toml}");
+    }
+}

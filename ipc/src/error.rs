@@ -1,0 +1,108 @@
+//! What can go wrong between a process and the bus.
+
+use core::fmt;
+
+use crate::domain::DomainError;
+
+/// Why the bus could not be joined.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum BusError {
+    /// Nothing is published on this instance. Clients wait for it with [`BusError::is_absent`].
+    NoServer {
+        /// The instance.
+        instance: String,
+    },
+    /// The instance's directory is not usable.
+    Domain(DomainError),
+    /// The service is there, with another layout or from another iceoryx2 version.
+    VersionMismatch {
+        /// The service.
+        service: &'static str,
+    },
+    /// The service is there, and this user may not open it.
+    PermissionDenied {
+        /// The service.
+        service: &'static str,
+    },
+    /// `/dev/shm` has less space than the ports need.
+    SharedMemoryFull {
+        /// What is needed, in bytes.
+        needed: u64,
+    },
+    /// A process was killed while it made the service, and what is left of it blocks everyone.
+    HalfMade {
+        /// The service.
+        service: &'static str,
+    },
+    /// As many clients as the service allows are connected.
+    TooManyClients {
+        /// The service.
+        service: &'static str,
+    },
+    /// Anything else, in iceoryx2's words.
+    Failed {
+        /// The service, or what was to be done.
+        service: &'static str,
+        /// The reason.
+        reason: String,
+    },
+}
+
+impl BusError {
+    /// Whether there is just nothing to open yet, so that waiting makes sense.
+    pub fn is_absent(&self) -> bool {
+        matches!(self, Self::NoServer { .. })
+    }
+
+    pub(crate) fn failed(service: &'static str, reason: impl fmt::Debug) -> Self {
+        Self::Failed { service, reason: format!("{reason:?}") }
+    }
+}
+
+impl fmt::Display for BusError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoServer { instance } => {
+                write!(formatter, "no server runs on instance {instance:?}: start one with `bench-dragon serve`")
+            }
+            Self::Domain(error) => error.fmt(formatter),
+            Self::VersionMismatch { service } => write!(
+                formatter,
+                "{service} has another layout than this program's: run the same version of bench-dragon on both sides"
+            ),
+            Self::PermissionDenied { service } => {
+                write!(formatter, "permission denied on {service}: run as the user who runs the server")
+            }
+            Self::SharedMemoryFull { needed } => write!(
+                formatter,
+                "/dev/shm has less than the {:.1} MB free that this needs: free some or mount it larger",
+                *needed as f64 * 1e-6
+            ),
+            Self::HalfMade { service } => write!(
+                formatter,
+                "{service} was left half made by a process that was killed: stop every process of this instance \
+                 and remove its directory (`bench-dragon iox2-config` prints it)"
+            ),
+            Self::TooManyClients { service } => {
+                write!(formatter, "{service} has as many clients as it allows: stop one of them")
+            }
+            Self::Failed { service, reason } => write!(formatter, "{service}: {reason}"),
+        }
+    }
+}
+
+impl core::error::Error for BusError {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        match self {
+            Self::Domain(error) => error.source(),
+            _ => None,
+        }
+    }
+}
+
+impl From<DomainError> for BusError {
+    fn from(error: DomainError) -> Self {
+        Self::Domain(error)
+    }
+}

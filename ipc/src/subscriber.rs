@@ -1,0 +1,147 @@
+//! Reading frames.
+
+use core::time::Duration;
+
+use iceoryx2::port::listener::{Listener, ListenerWaitError};
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::sample::Sample;
+
+use crate::continuity::{Continuity, ContinuityTracker};
+use crate::domain::Domain;
+use crate::error::BusError;
+use crate::frame::{FrameHeader, HandleState};
+use crate::service::{FRAMES, FrameService, Member, Role, Service};
+
+/// Shorter waits are none: the socket behind a listener takes a timeout of 0 microseconds for no timeout at all.
+pub(crate) const LEAST_WAIT: Duration = Duration::from_micros(1);
+
+/// Reads the frames of an instance, oldest first.
+///
+/// Who waits: nobody but the caller of [`FrameSubscriber::wait`]. A reader that does not keep up loses its own oldest
+/// frames, counts them, and never delays the server or another reader. A subscriber outlives a server: the frames of
+/// the next one follow with [`Continuity::Restarted`].
+///
+/// One thread uses a subscriber at a time.
+#[derive(Debug)]
+pub struct FrameSubscriber {
+    // Dropped in this order: ports before the services and the node that they belong to.
+    subscriber: Subscriber<Service, [HandleState], FrameHeader>,
+    listener: Option<Listener<Service>>,
+    service: FrameService,
+    member: Member,
+    tracker: ContinuityTracker,
+}
+
+impl FrameSubscriber {
+    /// Opens the frames of a domain, under a node name that `iox2 node list` shows.
+    ///
+    /// # Errors
+    /// [`BusError::NoServer`] where nothing has been published yet; the others as [`Member::frames`].
+    pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
+        let member = Member::join(domain, name, Role::Client)?;
+        let service = member.frames()?;
+        let subscriber = service.subscriber_builder().create().map_err(|error| {
+            use iceoryx2::port::subscriber::SubscriberCreateError as Create;
+            match error {
+                Create::ExceedsMaxSupportedSubscribers => BusError::TooManyClients { service: FRAMES },
+                error => BusError::failed(FRAMES, error),
+            }
+        })?;
+        Ok(Self { subscriber, listener: None, service, member, tracker: ContinuityTracker::default() })
+    }
+
+    /// The oldest frame that has not been read yet, or `None` where all are read. Never waits.
+    ///
+    /// # Errors
+    /// [`BusError::Failed`] where the publisher's memory cannot be mapped or more than
+    /// [`MAX_BORROWED_FRAMES`](crate::service::MAX_BORROWED_FRAMES) frames are held, and
+    /// [`BusError::VersionMismatch`] for a frame whose number of handles is not its header's.
+    pub fn receive(&mut self) -> Result<Option<Frame>, BusError> {
+        let Some(sample) = self.subscriber.receive().map_err(|error| BusError::failed(FRAMES, error))? else {
+            return Ok(None);
+        };
+        if sample.payload().len() != sample.user_header().bench_count as usize + 1 {
+            return Err(BusError::VersionMismatch { service: FRAMES });
+        }
+        let continuity = self.tracker.track(sample.user_header());
+        Ok(Some(Frame { sample, continuity }))
+    }
+
+    /// The newest frame; those before it are dropped unread and do not count as lost. Never waits.
+    ///
+    /// # Errors
+    /// As [`FrameSubscriber::receive`].
+    pub fn latest(&mut self) -> Result<Option<Frame>, BusError> {
+        let mut latest = None;
+        while let Some(frame) = self.receive()? {
+            latest = Some(frame);
+        }
+        Ok(latest)
+    }
+
+    /// The oldest frame that has not been read yet, waiting for it at most `timeout`. A signal ends the wait early.
+    ///
+    /// The first call makes a listener, which costs the server a system call a frame; a reader that only polls does
+    /// not.
+    ///
+    /// # Errors
+    /// As [`FrameSubscriber::receive`].
+    pub fn wait(&mut self, timeout: Duration) -> Result<Option<Frame>, BusError> {
+        if let Some(frame) = self.receive()? {
+            return Ok(Some(frame));
+        }
+        if timeout < LEAST_WAIT {
+            return Ok(None);
+        }
+        match self.listener()?.timed_wait(|_| (), timeout) {
+            Ok(_) | Err(ListenerWaitError::InterruptSignal) => self.receive(),
+            Err(error) => Err(BusError::failed(FRAMES, error)),
+        }
+    }
+
+    fn listener(&mut self) -> Result<&Listener<Service>, BusError> {
+        if self.listener.is_none() {
+            let events = self.member.frame_events()?;
+            self.listener = Some(events.listener_builder().create().map_err(|error| BusError::failed(FRAMES, error))?);
+        }
+        Ok(self.listener.as_ref().expect("just made where it was missing"))
+    }
+
+    /// Frames that were published between the first one read and the last, and that this reader never got.
+    pub fn lost(&self) -> u64 {
+        self.tracker.lost()
+    }
+
+    /// Whether a source is connected. It stays so after a source was killed, until another process of the domain
+    /// starts and cleans up.
+    pub fn has_source(&self) -> bool {
+        use iceoryx2::prelude::PortFactory as _;
+        self.service.dynamic_config().number_of_publishers() > 0
+    }
+}
+
+/// A frame, borrowed from shared memory: nothing is copied, and nobody writes to it while it is held.
+///
+/// A reader may hold [`MAX_BORROWED_FRAMES`](crate::service::MAX_BORROWED_FRAMES) at a time.
+#[derive(Debug)]
+pub struct Frame {
+    sample: Sample<Service, [HandleState], FrameHeader>,
+    continuity: Continuity,
+}
+
+impl Frame {
+    /// What the frame says about the whole dragon.
+    pub fn header(&self) -> &FrameHeader {
+        self.sample.user_header()
+    }
+
+    /// The handles, head first, one more than there are benches.
+    pub fn handles(&self) -> &[HandleState] {
+        self.sample.payload()
+    }
+
+    /// How the frame stands to the one received before it.
+    pub fn continuity(&self) -> Continuity {
+        self.continuity
+    }
+}

@@ -1,0 +1,28 @@
+//! The clocks: `CLOCK_MONOTONIC` for everything that is compared, the wall clock for dates alone.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use rustix::io::Errno;
+use rustix::thread::clock_nanosleep_absolute;
+use rustix::time::{ClockId, Timespec, clock_gettime};
+
+const NANOS_PER_SECOND: u64 = 1_000_000_000;
+
+/// `CLOCK_MONOTONIC`, in nanoseconds.
+pub fn monotonic_ns() -> u64 {
+    let now = clock_gettime(ClockId::Monotonic);
+    now.tv_sec as u64 * NANOS_PER_SECOND + now.tv_nsec as u64
+}
+
+/// What to add to a `CLOCK_MONOTONIC` stamp of now to get Unix time, in nanoseconds.
+pub fn unix_minus_monotonic_ns() -> i64 {
+    let unix = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos() as i64);
+    unix - monotonic_ns() as i64
+}
+
+/// Sleeps until `CLOCK_MONOTONIC` reaches `deadline_ns`. Returns false where a signal ended the sleep early.
+pub fn sleep_until(deadline_ns: u64) -> bool {
+    let deadline =
+        Timespec { tv_sec: (deadline_ns / NANOS_PER_SECOND) as i64, tv_nsec: (deadline_ns % NANOS_PER_SECOND) as i64 };
+    !matches!(clock_nanosleep_absolute(ClockId::Monotonic, &deadline), Err(Errno::INTR))
+}

@@ -1,0 +1,50 @@
+//! `ctl`: one command, one reply.
+
+use std::process::ExitCode;
+use std::time::Duration;
+
+use bench_dragon_ipc::{CommandClient, Domain, Request};
+use serde::Serialize;
+
+use crate::cli::{CtlArgs, Format, Order};
+use crate::command::output::{complain, print_json, print_line};
+
+/// How long a server may take to answer: far more than a tick at the lowest rate.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+#[derive(Serialize)]
+struct ReplyLine {
+    accepted: bool,
+    run_id: u64,
+    tick: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason: Option<String>,
+}
+
+pub(crate) fn run(args: &CtlArgs) -> anyhow::Result<ExitCode> {
+    let domain = Domain::new(args.bus.instance.clone())?;
+    let reply = CommandClient::open(&domain, "ctl")?.call(request(args.order), PATIENCE)?;
+    let outcome = reply.outcome();
+    let reason = outcome.err().map(|refusal| refusal.to_string());
+    match (args.format.format, &reason) {
+        (Format::Json, _) => {
+            let accepted = reason.is_none();
+            print_json(&ReplyLine { accepted, run_id: reply.run_id, tick: reply.tick, reason })?;
+        }
+        (Format::Text, None) => print_line(format_args!("accepted, from tick {} on", reply.tick))?,
+        (Format::Text, Some(reason)) => complain(&format!("refused: {reason}")),
+    }
+    Ok(if outcome.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn request(order: Order) -> Request {
+    match order {
+        Order::Pause => Request::Pause,
+        Order::Resume => Request::Resume,
+        Order::Speed { speed_mps } => Request::Speed { speed_mps },
+        Order::Seek { sim_time_s } => Request::Seek { sim_time_s },
+        Order::Hold => Request::Hold,
+        Order::Release => Request::Release,
+        Order::Stop => Request::Stop,
+    }
+}

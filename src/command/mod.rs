@@ -1,0 +1,43 @@
+//! The commands, one file each: wiring between the arguments, the library, the bus, clocks and stdout.
+
+use std::process::ExitCode;
+
+use crate::cli::Command;
+
+mod ctl;
+mod description;
+mod echo;
+mod follow;
+mod hz;
+mod iox2_config;
+mod monitor;
+mod parent;
+mod record;
+mod serve;
+mod show;
+mod solve;
+
+pub(crate) mod output;
+
+/// Exit status of a contact where `--fail-on-contact` was given.
+const CONTACT: u8 = 3;
+
+/// Something in the arguments that only the command itself could find wrong.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub(crate) struct BadInput(pub(crate) String);
+
+/// Runs a command. The result is the process's exit status.
+pub(crate) fn run(command: Command) -> anyhow::Result<ExitCode> {
+    match command {
+        Command::Show(args) => show::run(&args),
+        Command::Serve(args) => serve::run(&args),
+        Command::Monitor(args) => monitor::run(&args),
+        Command::Record(args) => record::run(&args),
+        Command::Ctl(args) => ctl::run(&args),
+        Command::Echo(args) => echo::run(&args),
+        Command::Hz(args) => hz::run(&args),
+        Command::Solve(args) => solve::run(args.question),
+        Command::Iox2Config(args) => iox2_config::run(&args),
+    }
+}

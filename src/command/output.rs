@@ -1,0 +1,24 @@
+//! Writing to stdout and stderr, without the panic of `println!` where nobody reads any more.
+
+use std::fmt::Display;
+use std::io::{self, Write as _};
+
+use serde::Serialize;
+
+/// Prints one line.
+pub(crate) fn print_line(line: impl Display) -> io::Result<()> {
+    let mut stdout = io::stdout().lock();
+    writeln!(stdout, "{line}")?;
+    stdout.flush()
+}
+
+/// Prints a value as one line of JSON.
+pub(crate) fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
+    Ok(print_line(serde_json::to_string(value)?)?)
+}
+
+/// Prints one line to stderr.
+pub(crate) fn complain(line: &str) {
+    // Where stderr is gone too, there is nobody left to tell.
+    let _ = writeln!(io::stderr().lock(), "{line}");
+}

@@ -1,0 +1,179 @@
+//! `record`: the recorder's process, and the repair of what a killed one left.
+
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use bench_dragon::clock::{monotonic_ns, unix_minus_monotonic_ns};
+use bench_dragon::record::{Recorder, RecorderSettings, Repair, Size, SpaceWarning, repair, repair_folder};
+use bench_dragon::report::{RecordLine, RecordSummary};
+use bench_dragon::stop::StopFlag;
+use bench_dragon_ipc::{AlertSubscriber, BusError, DescriptionReader, Domain, Frame, FrameSubscriber};
+
+use crate::cli::{Format, RecordArgs};
+use crate::command::description::description_of;
+use crate::command::follow::{WAIT_PERIOD, open_when_there};
+use crate::command::output::{complain, print_json, print_line};
+use crate::command::parent::follow_parent;
+
+const MEGABYTE: u64 = 1_000_000;
+/// How often the disk's outlook is looked at.
+const OUTLOOK_PERIOD: Duration = Duration::from_secs(1);
+/// How often a warning is given again while it holds.
+const WARNING_PERIOD: Duration = Duration::from_secs(60);
+
+pub(crate) fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
+    if args.repair {
+        return repair_one(args);
+    }
+    follow_parent(args.child)?;
+    let domain = Domain::new(args.bus.instance.clone())?;
+    let stop = StopFlag::on_signals()?;
+    repair_around(&args.file);
+    let recorder = Recorder::start(RecorderSettings {
+        rotate_bytes: args.rotate_mb.map(|megabytes| megabytes * MEGABYTE),
+        max_total_bytes: args.max_total_mb.map(|megabytes| megabytes * MEGABYTE),
+        ..RecorderSettings::new(&args.file, unix_minus_monotonic_ns())
+    })?;
+    if args.format.format == Format::Json {
+        print_json(&RecordLine::Started { file: args.file.clone() })?;
+    }
+    let mut session = Session::new(args.format.format, recorder);
+    if let Some(mut ports) = open_when_there(domain.instance(), &stop, || Ports::open(&domain))? {
+        session.follow(&mut ports, &stop)?;
+    }
+    session.finish()?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn repair_one(args: &RecordArgs) -> anyhow::Result<ExitCode> {
+    let Repair { path, frames, was_unfinished } = repair(&args.file)?;
+    let done = if was_unfinished { "finished" } else { "was finished already" };
+    match args.format.format {
+        Format::Text => print_line(format_args!("{} {done}: {frames} frames", path.display()))?,
+        Format::Json => print_json(&serde_json::json!({ "file": path, "frames": frames, "repaired": was_unfinished }))?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Finishes what killed recorders left in the folder of a new recording, and says so. What cannot be repaired does not
+/// keep the new recording from beginning.
+pub(crate) fn repair_around(file: &Path) {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    for repaired in repair_folder(folder).unwrap_or_default() {
+        match repaired {
+            Ok(Repair { path, frames, .. }) => {
+                complain(&format!("finished {}, which a killed recorder left: {frames} frames", path.display()));
+            }
+            Err(error) => tracing::warn!("{:#}", anyhow::Error::from(error)),
+        }
+    }
+}
+
+/// Everything of the bus that a recorder uses.
+struct Ports {
+    frames: FrameSubscriber,
+    descriptions: DescriptionReader,
+    alerts: AlertSubscriber,
+}
+
+impl Ports {
+    /// Opens the frames last, so that from their first one on everything else is there.
+    fn open(domain: &Domain) -> Result<Self, BusError> {
+        let descriptions = DescriptionReader::open(domain, "record-description")?;
+        let alerts = AlertSubscriber::open(domain, "record-alerts")?;
+        Ok(Self { frames: FrameSubscriber::open(domain, "record")?, descriptions, alerts })
+    }
+}
+
+/// A recorder's life, over any number of runs.
+struct Session {
+    format: Format,
+    recorder: Recorder,
+    run_id: Option<u64>,
+    lost: u64,
+    outlook_due: Instant,
+    warning_due: Instant,
+}
+
+impl Session {
+    fn new(format: Format, recorder: Recorder) -> Self {
+        let now = Instant::now();
+        Self { format, recorder, run_id: None, lost: 0, outlook_due: now, warning_due: now }
+    }
+
+    /// Records frame after frame; after a signal, those that are there already.
+    fn follow(&mut self, ports: &mut Ports, stop: &StopFlag) -> anyhow::Result<()> {
+        loop {
+            let stopping = stop.is_set();
+            let timeout = if stopping { Duration::ZERO } else { WAIT_PERIOD };
+            let frame = ports.frames.wait(timeout)?;
+            while let Some(alert) = ports.alerts.receive()? {
+                self.recorder.alert(&alert, monotonic_ns())?;
+            }
+            match frame {
+                Some(frame) => self.take(&frame, ports, stop)?,
+                None if stopping => return Ok(()),
+                None => {}
+            }
+            self.lost = ports.frames.lost();
+            self.warn_of_disk()?;
+        }
+    }
+
+    fn take(&mut self, frame: &Frame, ports: &Ports, stop: &StopFlag) -> anyhow::Result<()> {
+        let run_id = frame.header().run_id;
+        if self.run_id != Some(run_id) {
+            if let Some(description) = description_of(&ports.descriptions, run_id, stop)? {
+                self.recorder.describe(run_id, &description.toml)?;
+            }
+            self.run_id = Some(run_id);
+        }
+        Ok(self.recorder.frame(frame.header(), frame.handles())?)
+    }
+
+    fn warn_of_disk(&mut self) -> anyhow::Result<()> {
+        let now = Instant::now();
+        if now < self.outlook_due {
+            return Ok(());
+        }
+        self.outlook_due = now + OUTLOOK_PERIOD;
+        match self.recorder.progress().warning {
+            Some(warning) if now >= self.warning_due => {
+                self.warning_due = now + WARNING_PERIOD;
+                self.print_warning(&warning)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn print_warning(&self, warning: &SpaceWarning) -> anyhow::Result<()> {
+        if self.format == Format::Json {
+            return print_json(&RecordLine::Warning { message: warning.to_string() });
+        }
+        complain(&format!("warning: {warning}"));
+        Ok(())
+    }
+
+    fn finish(self) -> anyhow::Result<()> {
+        let summary = self.recorder.finish()?;
+        let summary = RecordSummary {
+            frames: summary.frames,
+            lost: self.lost,
+            alerts: summary.alerts,
+            bytes: summary.bytes,
+            files: summary.files,
+        };
+        if self.format == Format::Json {
+            return print_json(&RecordLine::Summary(summary));
+        }
+        let RecordSummary { frames, lost, alerts, bytes, files } = summary;
+        let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+        print_line(format_args!(
+            "{frames} frames, {alerts} alerts, {lost} lost, {} in {}",
+            Size(bytes),
+            files.join(", ")
+        ))?;
+        Ok(())
+    }
+}

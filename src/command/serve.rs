@@ -1,0 +1,89 @@
+//! `serve`: the server process.
+
+use std::process::ExitCode;
+
+use bench_dragon::config::{Config, Overrides};
+use bench_dragon::report::ServeLine;
+use bench_dragon::server::motion::MAX_SPEED_MPS;
+use bench_dragon::server::{Server, ServerSettings, ServerSummary};
+use bench_dragon::stop::StopFlag;
+use bench_dragon_ipc::Domain;
+use bench_dragon_ipc::service::MAX_READERS;
+
+use crate::cli::{ConfigArgs, Format, PaceArgs, ServeArgs};
+use crate::command::BadInput;
+use crate::command::output::{complain, print_json, print_line};
+use crate::command::parent::follow_parent;
+
+pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
+    follow_parent(args.child)?;
+    let settings = settings(args)?;
+    let domain = Domain::new(args.bus.instance.clone())?;
+    let stop = StopFlag::on_signals()?;
+    let server = Server::create(&domain, settings)?;
+    announce(args, &server)?;
+    let summary = server.run(stop.as_atomic())?;
+    print_summary(args.format.format, summary)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The configuration with the flags over it, the start and the end checked against the run.
+pub(crate) fn configure(args: &ConfigArgs, pace: &PaceArgs) -> anyhow::Result<Config> {
+    let overrides = Overrides { rate_hz: pace.rate, time_scale: pace.time_scale };
+    let config = Config::load(args.config.as_deref(), overrides)?;
+    let end_s = config.end_s();
+    require("--start-at", pace.start_at, 0.0, end_s)?;
+    if let Some(until_s) = pace.until {
+        require("--until", until_s, pace.start_at, end_s)?;
+    }
+    Ok(config)
+}
+
+fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
+    let config = configure(&args.config, &args.pace)?;
+    if let Some(travel_m) = args.start_travel {
+        require("--start-travel", travel_m, 0.0, config.dragon().end_travel_m())?;
+    }
+    if let Some(speed_mps) = args.start_speed {
+        require("--start-speed", speed_mps, 0.0, MAX_SPEED_MPS)?;
+    }
+    require("--readers", args.readers as f64, 0.0, MAX_READERS as f64)?;
+    Ok(ServerSettings {
+        config,
+        start_s: args.pace.start_at,
+        start_travel_m: args.start_travel,
+        start_speed_mps: args.start_speed,
+        until_s: args.pace.until,
+        held: args.held,
+        readers: args.readers,
+    })
+}
+
+fn require(flag: &str, value: f64, lowest: f64, highest: f64) -> Result<(), BadInput> {
+    if (lowest..=highest).contains(&value) {
+        return Ok(());
+    }
+    Err(BadInput(format!("{flag} is {value}, must be from {lowest} to {highest}")))
+}
+
+fn announce(args: &ServeArgs, server: &Server) -> anyhow::Result<()> {
+    match args.format.format {
+        Format::Json => print_json(&ServeLine::Started { run_id: server.run_id() }),
+        Format::Text => {
+            complain(&format!("serving instance {}, run {}; Ctrl-C ends it", args.bus.instance, server.run_id()));
+            Ok(())
+        }
+    }
+}
+
+fn print_summary(format: Format, summary: ServerSummary) -> anyhow::Result<()> {
+    if format == Format::Json {
+        return print_json(&ServeLine::Summary(summary));
+    }
+    let ServerSummary { frames, sim_time_s, overruns, lateness_us, .. } = summary;
+    print_line(format_args!(
+        "{frames} frames to {sim_time_s:.6} s, {overruns} overruns, lateness p50 {:.1} p99 {:.1} p99.9 {:.1} max {:.1} \u{b5}s",
+        lateness_us.p50, lateness_us.p99, lateness_us.p999, lateness_us.max
+    ))?;
+    Ok(())
+}

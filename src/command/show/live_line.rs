@@ -1,0 +1,71 @@
+//! The one line that shows how it goes, on a terminal.
+
+use std::time::{Duration, Instant};
+
+use bench_dragon::report::MonitorProgress;
+use bench_dragon_ipc::FrameHeader;
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// How often the rate is measured anew.
+const RATE_PERIOD: Duration = Duration::from_secs(1);
+
+/// The line. Where stderr is no terminal it is not drawn.
+#[derive(Debug)]
+pub(crate) struct LiveLine {
+    bar: ProgressBar,
+    end_s: f64,
+    /// When and at which tick the rate was last measured.
+    measured: Option<(Instant, u64)>,
+    rate_hz: f64,
+}
+
+impl LiveLine {
+    /// A line for a show that is over at this show time.
+    pub(crate) fn new(end_s: f64) -> Self {
+        let bar = ProgressBar::new(milliseconds(end_s));
+        let style = ProgressStyle::with_template("{bar:24} {msg}").expect("the template is valid");
+        bar.set_style(style);
+        Self { bar, end_s, measured: None, rate_hz: 0.0 }
+    }
+
+    /// Draws the present.
+    pub(crate) fn update(&mut self, header: &FrameHeader, progress: &MonitorProgress) {
+        self.measure_rate(header.tick);
+        let sim_time_s = header.sim_time_s();
+        let clearance = progress.clearance_m.map_or("-".to_owned(), |clearance_m| format!("{clearance_m:.4} m"));
+        let state = header.show_state().map_or("unknown", |state| state.name());
+        self.bar.set_position(milliseconds(sim_time_s));
+        self.bar.set_message(format!(
+            "{sim_time_s:.2} of {:.2} s  {state}  clearance {clearance}  {:.0} Hz  lost {}",
+            self.end_s, self.rate_hz, progress.lost
+        ));
+    }
+
+    /// Prints a line above it.
+    pub(crate) fn say(&self, line: &str) {
+        self.bar.suspend(|| crate::command::output::complain(line));
+    }
+
+    /// Takes the line away.
+    pub(crate) fn clear(&self) {
+        self.bar.finish_and_clear();
+    }
+
+    fn measure_rate(&mut self, tick: u64) {
+        let now = Instant::now();
+        match self.measured {
+            Some((at, last)) if tick >= last => {
+                let elapsed = now - at;
+                if elapsed >= RATE_PERIOD {
+                    self.rate_hz = (tick - last) as f64 / elapsed.as_secs_f64();
+                    self.measured = Some((now, tick));
+                }
+            }
+            _ => self.measured = Some((now, tick)),
+        }
+    }
+}
+
+fn milliseconds(seconds: f64) -> u64 {
+    (seconds * 1e3).max(0.0) as u64
+}

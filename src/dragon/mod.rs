@@ -1,0 +1,138 @@
+//! The dragon: hinged benches led along a route.
+//!
+//! Bench 0 is the head. Handle i is the front hinge of bench i, handle N the tail's rear hinge. All that the dragon does
+//! is a function of the head's travel in metres; "per metre" and "speed ratio" mean per metre of that.
+
+mod bisection;
+mod board;
+mod chain;
+mod clearance;
+mod contact;
+mod dimensions;
+mod grid;
+mod link;
+mod passage;
+mod pose;
+mod run;
+
+use std::sync::Arc;
+
+use thiserror::Error;
+
+use crate::route::Route;
+
+pub use board::{Approach, Board};
+pub use chain::{Chain, ChainBroken, ChainSolver, Handle};
+pub use clearance::{ClearanceSearch, PairClearance};
+pub use contact::{Contact, ContactSearch, PairEvent, first_contact};
+pub use dimensions::{Dimensions, DimensionsError};
+pub use run::RunEnd;
+
+use run::Run;
+
+/// Why a dragon cannot walk a route.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum DragonError {
+    /// Boards overlap from one turn of the route to the next.
+    #[error("pitch_m is {pitch_m}, must be above width_m {width_m}")]
+    PitchUnderWidth {
+        /// Metres between neighbouring turns.
+        pitch_m: f64,
+        /// Metres.
+        width_m: f64,
+    },
+    /// At the start, no place behind a handle is right for the next one.
+    #[error(
+        "the route is too tight at its start: handle {handle} cannot stand and walk {link_m} m behind the one before"
+    )]
+    CannotStand {
+        /// The first such handle.
+        handle: usize,
+        /// Length of the link before it.
+        link_m: f64,
+    },
+}
+
+/// A dragon on its route.
+///
+/// ```
+/// use std::sync::Arc;
+/// use bench_dragon::{dragon::{ChainSolver, Dimensions, Dragon}, route::Spiral};
+///
+/// let paper = Dragon::new(Dimensions::new(223, 3.41, 2.20, 0.30, 0.275)?, Arc::new(Spiral::new(0.55, 16.0)?))?;
+/// let mut solver = ChainSolver::new(&paper);
+/// let tail = solver.solve(&paper, 300.0)?[223];
+/// assert!((tail.position.x - 1.785033).abs() < 5e-7 && (tail.speed_ratio - 0.996478).abs() < 5e-7);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Dragon {
+    dimensions: Dimensions,
+    route: Arc<dyn Route>,
+    run: Run,
+}
+
+impl Dragon {
+    /// Puts a dragon onto a route, the head at the route's start, and finds out how far it can walk.
+    ///
+    /// # Errors
+    /// The pitch must be above the boards' width, and at the start every handle must stand on the route and move forward.
+    pub fn new(dimensions: Dimensions, route: Arc<dyn Route>) -> Result<Self, DragonError> {
+        let (pitch_m, width_m) = (route.pitch_m(), dimensions.width_m());
+        if pitch_m <= width_m {
+            return Err(DragonError::PitchUnderWidth { pitch_m, width_m });
+        }
+        let run = Run::of(&*route, &dimensions)
+            .map_err(|handle| DragonError::CannotStand { handle, link_m: dimensions.link_m(handle - 1) })?;
+        Ok(Self { dimensions, route, run })
+    }
+
+    /// The benches.
+    pub fn dimensions(&self) -> &Dimensions {
+        &self.dimensions
+    }
+
+    /// The curve that the handles follow.
+    pub fn route(&self) -> &dyn Route {
+        &*self.route
+    }
+
+    /// Travel at which the run begins.
+    pub fn start_travel_m(&self) -> f64 {
+        self.route.start_travel_m()
+    }
+
+    /// Travel at which the run ends, to 10⁻⁹ m.
+    pub fn end_travel_m(&self) -> f64 {
+        self.run.end_travel_m
+    }
+
+    /// What ends the run.
+    pub fn run_end(&self) -> RunEnd {
+        self.run.end
+    }
+
+    /// The handles with the head at `travel_m`, one by one from the head.
+    ///
+    /// # Errors
+    /// The travel must lie within the run.
+    pub fn chain(&self, travel_m: f64) -> Result<Chain<'_>, ChainBroken> {
+        let (start_travel_m, end_travel_m) = (self.start_travel_m(), self.end_travel_m());
+        if travel_m >= start_travel_m && travel_m <= end_travel_m {
+            Ok(Chain::new(self.route(), &self.dimensions, travel_m))
+        } else {
+            Err(ChainBroken { travel_m, start_travel_m, end_travel_m })
+        }
+    }
+
+    /// The board of a bench between its two handles.
+    pub fn board(&self, bench: usize, front: &Handle, rear: &Handle) -> Board {
+        Board::from_handles(front.position, rear.position, self.dimensions.length_m(bench), self.dimensions.width_m())
+    }
+
+    /// The boards of all benches, head first, in place of what is in `boards`.
+    pub fn place_boards(&self, handles: &[Handle], boards: &mut Vec<Board>) {
+        boards.clear();
+        boards.extend(handles.windows(2).enumerate().map(|(bench, ends)| self.board(bench, &ends[0], &ends[1])));
+    }
+}

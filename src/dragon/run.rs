@@ -1,0 +1,148 @@
+//! How far a dragon can walk.
+//!
+//! A run ends at the route's end, or where the chain rule would make a handle stop, reverse or jump. A link does so where
+//! it stands square to the tangent at its front handle (the rear handle's speed reaches 0) or at its rear handle (the rear
+//! handle's speed has no bound: the crossing that it stands on vanishes), or where a nearer crossing appears.
+//!
+//! Whether a link walks depends on the place of its front handle alone, and all body links are alike. So a *fault* is a
+//! place of the route, one for the head's link and one for each place that a body link does not get past.
+
+use super::bisection::first_true;
+use super::chain::Chain;
+use super::dimensions::Dimensions;
+use super::link::{Link, RearEnd};
+use crate::route::Route;
+
+/// A stretch that the curvature bound does not clear is looked at this many times per link length.
+const LOOKS_PER_LINK: f64 = 64.0;
+
+/// A rear handle that walks this part of the link's length between two looks jumped: its speed would be 16 times the
+/// front handle's.
+const JUMP_PER_LINK: f64 = 0.25;
+
+/// Width to which faults and the run's end are pinned down, in metres and units of place.
+const TOLERANCE: f64 = 1e-12;
+
+/// What ends a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RunEnd {
+    /// The head arrives at the route's end.
+    RouteEnd,
+    /// The speed of this handle reaches 0; it would walk backwards.
+    HandleStops {
+        /// Index of the handle.
+        handle: usize,
+    },
+    /// The chain rule's next place for this handle is not next to its last one.
+    HandleJumps {
+        /// Index of the handle.
+        handle: usize,
+    },
+}
+
+/// How far a dragon can walk, and why no further.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Run {
+    pub(super) end_travel_m: f64,
+    pub(super) end: RunEnd,
+}
+
+impl Run {
+    /// The run of a dragon of these dimensions from the route's start, or the first handle that cannot stand there.
+    pub(super) fn of(route: &dyn Route, dimensions: &Dimensions) -> Result<Self, usize> {
+        let places = standing_places(route, dimensions)?;
+        let mut run = Self { end_travel_m: route.end_travel_m(), end: RunEnd::RouteEnd };
+        for bench in 0..dimensions.benches() {
+            let length_m = dimensions.link_m(bench);
+            // A body link need not look where the one before it started: that one comes to the fault first.
+            let limit = if bench < 2 { route.place(run.end_travel_m) } else { places[bench - 1] };
+            if let Some(fault) = (Faults { route, length_m }).first(places[bench], limit) {
+                run.shorten(route, dimensions, bench, &fault);
+            }
+        }
+        Ok(run)
+    }
+
+    /// Ends the run where the front handle of `bench` comes to the fault, if it does. All links before it walk that far.
+    fn shorten(&mut self, route: &dyn Route, dimensions: &Dimensions, bench: usize, fault: &Fault) {
+        let arrived = |travel_m| {
+            let handle = Chain::new(route, dimensions, travel_m).nth(bench);
+            handle.is_none_or(|handle| handle.place >= fault.place)
+        };
+        if arrived(self.end_travel_m) {
+            self.end_travel_m = first_true(route.start_travel_m(), self.end_travel_m, TOLERANCE, arrived);
+            let handle = bench + 1;
+            self.end = if fault.jump { RunEnd::HandleJumps { handle } } else { RunEnd::HandleStops { handle } };
+        }
+    }
+}
+
+/// Places of all handles at the route's start, or the first handle that has none or would not move forward.
+fn standing_places(route: &dyn Route, dimensions: &Dimensions) -> Result<Vec<f64>, usize> {
+    let places: Vec<f64> = Chain::new(route, dimensions, route.start_travel_m())
+        .take_while(|handle| handle.speed_ratio > 0.0 && handle.speed_ratio.is_finite())
+        .map(|handle| handle.place)
+        .collect();
+    if places.len() == dimensions.handles() { Ok(places) } else { Err(places.len()) }
+}
+
+/// A place that a link's front handle cannot get past, and whether the rear handle would jump there.
+struct Fault {
+    place: f64,
+    jump: bool,
+}
+
+/// The faults of a link of one length on a route.
+struct Faults<'a> {
+    route: &'a dyn Route,
+    length_m: f64,
+}
+
+impl Faults<'_> {
+    /// The first fault of a front handle that walks from `from` to `to`.
+    ///
+    /// Halves the stretch until each part is cleared by its curvature or shorter than the distance between two looks.
+    fn first(&self, from: f64, to: f64) -> Option<Fault> {
+        if from >= to || self.walks_throughout(from, to) {
+            return None;
+        }
+        let middle = 0.5 * (from + to);
+        let arc_m = self.route.travel(to) - self.route.travel(from);
+        if arc_m * LOOKS_PER_LINK <= self.length_m || middle <= from || middle >= to {
+            return self.between_looks(from, to);
+        }
+        self.first(from, middle).or_else(|| self.first(middle, to))
+    }
+
+    /// Whether curvature alone makes the link walk with its front handle anywhere from `from` to `to`.
+    ///
+    /// If |κ| ≤ K and K·d < 2, a chord of length d spans an arc of at most (2/K)·asin(K·d/2) ≤ π·d/2 (Schwarz's theorem
+    /// on curves of bounded curvature), and makes an angle of at most asin(K·d/2) < 90° with the tangent at either end.
+    fn walks_throughout(&self, from: f64, to: f64) -> bool {
+        let rear = self.route.step_back(from, 1.5 * std::f64::consts::PI * self.length_m);
+        self.route.curvature_bound(rear, to) * self.length_m < 2.0
+    }
+
+    /// The fault between two places that are so near to each other that there is one at most.
+    fn between_looks(&self, from: f64, to: f64) -> Option<Fault> {
+        let Some(start) = self.rear(from) else { return Some(Fault { place: from, jump: true }) };
+        let fails = |place| self.rear(place).is_none_or(|rear| !rear.walks() || self.jumps(&start, &rear));
+        if !fails(to) {
+            return None;
+        }
+        let place = first_true(from, to, TOLERANCE, fails);
+        let jump = self.rear(place).is_none_or(|rear| self.jumps(&start, &rear));
+        Some(Fault { place, jump })
+    }
+
+    /// Whether a rear handle cannot have walked from one end to the other.
+    fn jumps(&self, earlier: &RearEnd, later: &RearEnd) -> bool {
+        let walked_m = self.route.travel(later.place) - self.route.travel(earlier.place);
+        later.cos_front > 0.0 && !(0.0..=JUMP_PER_LINK * self.length_m).contains(&walked_m)
+    }
+
+    fn rear(&self, front_place: f64) -> Option<RearEnd> {
+        let link = Link { route: self.route, front: self.route.point(front_place), length_m: self.length_m };
+        link.rear(front_place)
+    }
+}

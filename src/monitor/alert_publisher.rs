@@ -1,0 +1,44 @@
+//! Publishing alerts.
+
+use bench_dragon_ipc::service::{self, Member, Role, Service};
+use bench_dragon_ipc::{Alert, BusError, Domain};
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::publisher::Publisher;
+
+/// Puts alerts on an instance's bus.
+#[derive(Debug)]
+pub struct AlertPublisher {
+    // Dropped in this order: ports before the node that they belong to.
+    publisher: Publisher<Service, Alert, ()>,
+    notifier: Notifier<Service>,
+    _member: Member,
+}
+
+impl AlertPublisher {
+    /// Opens the alerts of a domain.
+    ///
+    /// # Errors
+    /// As [`Member::alerts`]; a third publisher of alerts is refused.
+    pub fn open(domain: &Domain) -> Result<Self, BusError> {
+        let member = Member::join(domain, "monitor-alerts", Role::Client)?;
+        let (alerts, events) = (member.alerts()?, member.alert_events()?);
+        let publisher = alerts.publisher_builder().create().map_err(|error| failed(error.to_string()))?;
+        let notifier = events.notifier_builder().create().map_err(|error| failed(error.to_string()))?;
+        Ok(Self { publisher, notifier, _member: member })
+    }
+
+    /// Publishes one alert and wakes its readers.
+    ///
+    /// # Errors
+    /// [`BusError::Failed`] where iceoryx2 has no memory left, which the limits of the service rule out.
+    pub fn publish(&self, alert: &Alert) -> Result<(), BusError> {
+        self.publisher.send_copy(*alert).map_err(|error| failed(error.to_string()))?;
+        // A reader that is gone or whose wake-ups are full is its own affair.
+        let _ = self.notifier.notify();
+        Ok(())
+    }
+}
+
+fn failed(reason: String) -> BusError {
+    BusError::Failed { service: service::ALERTS, reason }
+}

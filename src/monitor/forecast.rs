@@ -1,0 +1,93 @@
+//! The ground ahead: a thread that looks for the next contact while the monitor watches the present.
+
+use std::sync::Arc;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread;
+
+use crossbeam::channel::{self, Sender, TryRecvError};
+
+use crate::dragon::{Contact, ContactSearch, Dragon};
+
+/// Travel that is searched between two looks at new requests, in metres.
+const STRIDE_M: f64 = 2.0;
+
+/// What is known of the ground ahead of a travel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Forecast {
+    /// Where the knowledge begins, in metres of travel.
+    pub from_m: f64,
+    /// From there to here, no two benches touch.
+    pub free_to_m: f64,
+    /// The first contact from there on, where one was found.
+    pub contact: Option<Contact>,
+}
+
+impl Forecast {
+    /// Whether no two benches touch anywhere from the one travel to the other.
+    pub fn is_free(&self, from_m: f64, to_m: f64) -> bool {
+        self.from_m <= from_m && to_m <= self.free_to_m
+    }
+
+    /// Whether it says anything about the ground ahead of this travel.
+    pub fn covers(&self, travel_m: f64) -> bool {
+        self.from_m <= travel_m && self.contact.is_none_or(|contact| travel_m < contact.travel_m)
+    }
+}
+
+/// The running search. It ends with its owner.
+#[derive(Debug)]
+pub struct Forecaster {
+    starts: Sender<f64>,
+    forecast: Arc<Mutex<Forecast>>,
+}
+
+impl Forecaster {
+    /// Starts to search from this travel on.
+    pub fn start(dragon: Arc<Dragon>, from_m: f64) -> Self {
+        let forecast = Arc::new(Mutex::new(Forecast { from_m, free_to_m: from_m, contact: None }));
+        let (starts, requests) = channel::unbounded();
+        let shared = Arc::clone(&forecast);
+        thread::spawn(move || {
+            let mut search = ContactSearch::new(&dragon);
+            let mut next = Some(*lock(&shared));
+            loop {
+                match requests.try_recv() {
+                    Ok(from_m) => next = Some(Forecast { from_m, free_to_m: from_m, contact: None }),
+                    Err(TryRecvError::Empty) => {}
+                    Err(TryRecvError::Disconnected) => return,
+                }
+                let Some(forecast) = next else {
+                    let Ok(from_m) = requests.recv() else { return };
+                    next = Some(Forecast { from_m, free_to_m: from_m, contact: None });
+                    continue;
+                };
+                let extended = extend(&mut search, &dragon, forecast);
+                *lock(&shared) = extended;
+                let ended = extended.contact.is_some() || extended.free_to_m >= dragon.end_travel_m();
+                next = (!ended).then_some(extended);
+            }
+        });
+        Self { starts, forecast }
+    }
+
+    /// Searches anew from this travel on. What is known so far stays known until the first result.
+    pub fn restart(&self, from_m: f64) {
+        // The thread ends only after this end of the channel is gone.
+        let _ = self.starts.send(from_m);
+    }
+
+    /// What is known at present.
+    pub fn latest(&self) -> Forecast {
+        *lock(&self.forecast)
+    }
+}
+
+fn extend(search: &mut ContactSearch, dragon: &Dragon, forecast: Forecast) -> Forecast {
+    let to_m = (forecast.free_to_m + STRIDE_M).min(dragon.end_travel_m());
+    let contact = search.first(forecast.free_to_m, to_m);
+    Forecast { free_to_m: contact.map_or(to_m, |contact| contact.travel_m), contact, ..forecast }
+}
+
+fn lock(forecast: &Mutex<Forecast>) -> MutexGuard<'_, Forecast> {
+    forecast.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,209 @@
+//! The collision monitor: measures every frame, and sweeps the way between frames.
+//!
+//! - *Measured* from a frame's own poses: the clearance of every pair of benches that could touch.
+//! - *Swept* with the published description between two frames that the head walked: the exact travel at which a pair
+//!   touches or parts, so that no contact is missed at any rate, time scale or loss of frames. Ground that the
+//!   [`forecast`] has already shown to be free is not swept again.
+//! - Never swept is the way across a seek or a restart: nothing is known of it ([`passage`]).
+//!
+//! Pure: frames go in, alerts come out. Clocks, the bus and the search thread are the command's.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState};
+use glam::DVec2;
+
+use crate::config::Config;
+use crate::dragon::{Board, ClearanceSearch, Contact, ContactSearch, Dragon, PairClearance, PairEvent};
+
+pub mod forecast;
+pub mod passage;
+
+mod alert_publisher;
+
+pub use alert_publisher::AlertPublisher;
+
+use forecast::Forecast;
+use passage::Passage;
+
+/// A pair that came near is watched until it is this many times the warning distance apart.
+const FAREWELL: f64 = 1.25;
+/// An overlap under this, in metres, is the rounding of a touch that the sweep has found or will find.
+const TOUCH_TOLERANCE_M: f64 = 1e-9;
+
+/// How a watched pair stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Standing {
+    Near,
+    Touching,
+}
+
+/// Watches one run of a dragon.
+#[derive(Debug)]
+pub struct Monitor {
+    dragon: Arc<Dragon>,
+    tick_s: f64,
+    near_m: f64,
+    planned_speed_mps: f64,
+    clearances: ClearanceSearch,
+    contacts: ContactSearch,
+    boards: Vec<Board>,
+    pairs: BTreeMap<[usize; 2], Standing>,
+    last: Option<FrameHeader>,
+    alerts: Vec<Alert>,
+}
+
+impl Monitor {
+    /// A monitor of the run that was published with this configuration.
+    pub fn new(config: &Config) -> Self {
+        let dragon = Arc::clone(config.dragon());
+        Self {
+            tick_s: config.tick_s(),
+            near_m: config.near_m(),
+            planned_speed_mps: config.head_speed_mps(),
+            clearances: ClearanceSearch::default(),
+            contacts: ContactSearch::new(&dragon),
+            boards: Vec::with_capacity(dragon.dimensions().benches()),
+            pairs: BTreeMap::new(),
+            last: None,
+            alerts: Vec::new(),
+            dragon,
+        }
+    }
+
+    /// The dragon that is watched.
+    pub fn dragon(&self) -> &Arc<Dragon> {
+        &self.dragon
+    }
+
+    /// Whether some pair touches, as of the last frame.
+    pub fn is_touching(&self) -> bool {
+        self.pairs.values().any(|&standing| standing == Standing::Touching)
+    }
+
+    /// Takes the next frame of the run. Returns the pair with the least clearance, where there are two benches that
+    /// are not neighbours; what there is to tell is in [`Monitor::alerts`].
+    pub fn observe(
+        &mut self,
+        header: &FrameHeader,
+        handles: &[HandleState],
+        forecast: Option<&Forecast>,
+    ) -> Option<PairClearance> {
+        self.alerts.clear();
+        let forecast_ns = self.forecast_ns(header, forecast);
+        match self.last.replace(*header) {
+            Some(last) if Passage::between(&last, header, self.tick_s) == Passage::Walked => {
+                self.sweep(&last, header, forecast);
+            }
+            _ => self.pairs.clear(),
+        }
+        self.measure(header, handles, forecast_ns)
+    }
+
+    /// What the last frame brought, in the order in which it happened.
+    pub fn alerts(&self) -> &[Alert] {
+        &self.alerts
+    }
+
+    /// Finds the contacts and partings on the way from `last` to `next`.
+    fn sweep(&mut self, last: &FrameHeader, next: &FrameHeader, forecast: Option<&Forecast>) {
+        let (from_m, to_m) = (last.head_travel_m, next.head_travel_m);
+        let known_free = forecast.is_some_and(|forecast| forecast.is_free(from_m, to_m));
+        if from_m == to_m || known_free && !self.is_touching() {
+            return;
+        }
+        for event in self.contacts.sweep(from_m, to_m) {
+            let (kind, standing, touch) = match event {
+                PairEvent::Touch(touch) => (AlertKind::Contact, Standing::Touching, touch),
+                PairEvent::Part(touch) => (AlertKind::Parted, Standing::Near, touch),
+            };
+            let share = (touch.travel_m - from_m) / (to_m - from_m);
+            let sim_step_ns = (next.sim_time_ns - last.sim_time_ns) as f64;
+            let sim_time_ns = last.sim_time_ns + (share * sim_step_ns).round() as i64;
+            if self.pairs.insert(touch.benches, standing) != Some(standing) {
+                self.alerts.push(touch_alert(next, kind, touch, sim_time_ns));
+            }
+        }
+    }
+
+    /// Measures the frame and updates the pairs that are watched.
+    fn measure(&mut self, header: &FrameHeader, handles: &[HandleState], forecast_ns: i64) -> Option<PairClearance> {
+        self.boards.clear();
+        let dimensions = self.dragon.dimensions();
+        self.boards.extend(handles.windows(2).enumerate().map(|(bench, ends)| {
+            Board::from_handles(
+                plan_view(&ends[0]),
+                plan_view(&ends[1]),
+                dimensions.length_m(bench),
+                dimensions.width_m(),
+            )
+        }));
+        let near = self.clearances.within(&self.boards, self.near_m * FAREWELL);
+        let mut watched = BTreeMap::new();
+        for pair in near {
+            let known = self.pairs.get(&pair.benches).copied();
+            let standing = match known {
+                None | Some(Standing::Near) if pair.clearance_m < -TOUCH_TOLERANCE_M => Some(Standing::Touching),
+                None if pair.clearance_m <= self.near_m => Some(Standing::Near),
+                known => known,
+            };
+            let Some(standing) = standing else { continue };
+            if known != Some(standing) {
+                let kind = if standing == Standing::Near { AlertKind::Near } else { AlertKind::Contact };
+                self.alerts.push(pair_alert(header, kind, pair, forecast_ns));
+            }
+            watched.insert(pair.benches, standing);
+        }
+        self.pairs = watched;
+        near.first().copied().or_else(|| self.clearances.nearest(&self.boards))
+    }
+
+    /// Show time of the forecast contact at the head's present speed, or at the planned one while it stands.
+    fn forecast_ns(&self, header: &FrameHeader, forecast: Option<&Forecast>) -> i64 {
+        let ahead = forecast
+            .filter(|forecast| forecast.covers(header.head_travel_m))
+            .and_then(|forecast| forecast.contact)
+            .map(|contact| contact.travel_m - header.head_travel_m);
+        let speed_mps = if header.head_speed_mps > 0.0 { header.head_speed_mps } else { self.planned_speed_mps };
+        ahead.map_or(Alert::NO_FORECAST, |ahead_m| header.sim_time_ns + (ahead_m / speed_mps * 1e9).round() as i64)
+    }
+}
+
+/// An alert about the run as a whole.
+pub fn run_alert(header: &FrameHeader, kind: AlertKind) -> Alert {
+    Alert {
+        run_id: header.run_id,
+        tick: header.tick,
+        sim_time_ns: header.sim_time_ns,
+        forecast_ns: Alert::NO_FORECAST,
+        clearance_m: 0.0,
+        point_m: [0.0; 2],
+        kind: kind.to_wire(),
+        bench_a: Alert::NO_BENCH,
+        bench_b: Alert::NO_BENCH,
+        reserved: 0,
+    }
+}
+
+fn pair_alert(header: &FrameHeader, kind: AlertKind, pair: &PairClearance, forecast_ns: i64) -> Alert {
+    Alert {
+        forecast_ns,
+        clearance_m: pair.clearance_m,
+        point_m: pair.point.to_array(),
+        bench_a: pair.benches[0] as u32,
+        bench_b: pair.benches[1] as u32,
+        ..run_alert(header, kind)
+    }
+}
+
+/// An alert of what the sweep found: at that instant the clearance is 0 and the forecast is now.
+fn touch_alert(header: &FrameHeader, kind: AlertKind, touch: &Contact, sim_time_ns: i64) -> Alert {
+    let pair = PairClearance { benches: touch.benches, clearance_m: 0.0, point: touch.point };
+    let forecast_ns = if kind == AlertKind::Contact { sim_time_ns } else { Alert::NO_FORECAST };
+    Alert { sim_time_ns, ..pair_alert(header, kind, &pair, forecast_ns) }
+}
+
+fn plan_view(handle: &HandleState) -> DVec2 {
+    DVec2::new(handle.position_m[0], handle.position_m[1])
+}

@@ -1,0 +1,96 @@
+//! What happened between two frames: whether the head walked from the one to the other, so that the way between can
+//! be swept, or was put there.
+
+use bench_dragon_ipc::{FrameHeader, ShowState};
+
+use crate::server::motion::MAX_SPEED_MPS;
+
+/// How far show time may be from a whole number of steps, in seconds: its resolution on the wire.
+const SIM_TIME_TOLERANCE_S: f64 = 2e-9;
+/// How far travel may be from speed times show time, in metres: that resolution at the greatest speed.
+const TRAVEL_TOLERANCE_M: f64 = SIM_TIME_TOLERANCE_S * MAX_SPEED_MPS;
+
+/// The way from one frame to the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Passage {
+    /// The head walked, or stood: every travel between the two was passed, in this order.
+    Walked,
+    /// The source was started again, or the head was put elsewhere: nothing is known of the way between.
+    Broken,
+}
+
+impl Passage {
+    /// The way from `last` to `next`, two frames of a source that advances show time by `tick_s` in a running tick.
+    pub fn between(last: &FrameHeader, next: &FrameHeader, tick_s: f64) -> Self {
+        let same_run = last.run_id == next.run_id && last.tick < next.tick;
+        if same_run && walked(last, next, tick_s) { Self::Walked } else { Self::Broken }
+    }
+}
+
+fn walked(last: &FrameHeader, next: &FrameHeader, tick_s: f64) -> bool {
+    let sim_step_s = (next.sim_time_ns - last.sim_time_ns) as f64 * 1e-9;
+    let travel_step_m = next.head_travel_m - last.head_travel_m;
+    let ticks = next.tick - last.tick;
+    let longest_s = ticks as f64 * tick_s + SIM_TIME_TOLERANCE_S;
+    if !(0.0..=longest_s).contains(&sim_step_s) || travel_step_m < 0.0 {
+        return false;
+    }
+    let runs = next.show_state() == Some(ShowState::Running);
+    if ticks > 1 || !runs {
+        return travel_step_m <= sim_step_s * MAX_SPEED_MPS + TRAVEL_TOLERANCE_M;
+    }
+    // Successive frames of a running show: one whole step at the speed that the second one states.
+    (sim_step_s - tick_s).abs() <= SIM_TIME_TOLERANCE_S
+        && (travel_step_m - next.head_speed_mps * sim_step_s).abs() <= TRAVEL_TOLERANCE_M
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TICK_S: f64 = 0.02;
+
+    fn frame(tick: u64, sim_time_s: f64, head_travel_m: f64) -> FrameHeader {
+        FrameHeader {
+            run_id: 1,
+            tick,
+            sim_time_ns: (sim_time_s * 1e9) as i64,
+            head_travel_m,
+            head_speed_mps: 1.0,
+            state: ShowState::Running.to_wire(),
+            ..FrameHeader::default()
+        }
+    }
+
+    #[test]
+    fn a_step_at_the_stated_speed_is_walked() {
+        assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &frame(6, 0.12, 0.12), TICK_S), Passage::Walked);
+    }
+
+    #[test]
+    fn a_gap_that_the_head_could_walk_is_walked() {
+        assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &frame(15, 0.3, 0.3), TICK_S), Passage::Walked);
+        assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &frame(15, 0.1, 0.1), TICK_S), Passage::Walked, "paused");
+    }
+
+    #[test]
+    fn seeks_forward_and_back_are_broken() {
+        for (sim_time_s, travel_m) in [(0.05, 0.05), (0.11, 0.11), (0.121, 0.121), (300.0, 300.0), (0.12, 0.2)] {
+            let next = frame(6, sim_time_s, travel_m);
+            assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &next, TICK_S), Passage::Broken, "{sim_time_s}");
+        }
+        assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &frame(15, 0.4, 0.4), TICK_S), Passage::Broken, "in a gap");
+    }
+
+    #[test]
+    fn another_run_is_broken() {
+        let next = FrameHeader { run_id: 2, ..frame(6, 0.12, 0.12) };
+        assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &next, TICK_S), Passage::Broken);
+    }
+
+    #[test]
+    fn the_shortened_last_step_of_a_show_is_walked() {
+        let last = FrameHeader { state: ShowState::Finished.to_wire(), head_speed_mps: 0.0, ..frame(6, 0.107, 0.107) };
+        assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &last, TICK_S), Passage::Walked);
+    }
+}

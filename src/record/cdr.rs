@@ -1,0 +1,150 @@
+//! The messages of a recording as little-endian CDR, the encoding of ROS 2.
+//!
+//! A message is four bytes that name the encoding, then the fields in the order of [`schema`](super::schema), each
+//! aligned to its size counted from behind those four. Every value keeps its bits.
+
+use bench_dragon_ipc::{Alert, FrameHeader, HandleState};
+use byteorder::LittleEndian;
+use serde::{Deserialize, Serialize, Serializer};
+
+use super::pose;
+
+/// Little-endian plain CDR, no options.
+const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
+
+/// Replaces the contents of `message` by a frame.
+pub fn encode_frame(message: &mut Vec<u8>, header: &FrameHeader, handles: &[HandleState]) {
+    encode(message, &FrameMessage { header: *header, handles: Handles(handles) });
+}
+
+/// Replaces the contents of `message` by an alert.
+pub fn encode_alert(message: &mut Vec<u8>, alert: &Alert) {
+    encode(message, &AlertMessage(*alert));
+}
+
+/// Replaces the contents of `message` by the poses of all benches at a Unix time, in the frame `stage`.
+pub fn encode_poses(message: &mut Vec<u8>, unix_ns: u64, handles: &[HandleState]) {
+    let stamp = Time { sec: (unix_ns / 1_000_000_000) as i32, nanosec: (unix_ns % 1_000_000_000) as u32 };
+    encode(message, &PoseArray { stamp, frame_id: "stage", poses: Poses(handles) });
+}
+
+/// Reads a frame back, bit for bit; `None` where the message is not one.
+pub fn decode_frame(message: &[u8]) -> Option<(FrameHeader, Vec<HandleState>)> {
+    let body = message.strip_prefix(&ENCAPSULATION)?;
+    let (frame, _) = cdr_encoding::from_bytes::<FrameMessage<Vec<Handle>>, LittleEndian>(body).ok()?;
+    Some((frame.header, frame.handles.into_iter().map(|Handle(state)| state).collect()))
+}
+
+fn encode(message: &mut Vec<u8>, value: &impl Serialize) {
+    message.clear();
+    message.extend_from_slice(&ENCAPSULATION);
+    cdr_encoding::to_writer::<_, LittleEndian, _>(message, value)
+        .expect("a Vec takes every byte, and every sequence here knows its length");
+}
+
+#[derive(Serialize, Deserialize)]
+struct FrameMessage<H> {
+    #[serde(with = "HeaderFields")]
+    header: FrameHeader,
+    handles: H,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "FrameHeader")]
+struct HeaderFields {
+    run_id: u64,
+    tick: u64,
+    sim_time_ns: i64,
+    scheduled_ns: u64,
+    published_ns: u64,
+    head_travel_m: f64,
+    head_speed_mps: f64,
+    time_scale: f64,
+    bench_count: u32,
+    state: u32,
+}
+
+struct Handles<'a>(&'a [HandleState]);
+
+impl Serialize for Handles<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.0.iter().copied().map(Handle))
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+struct Handle(#[serde(with = "HandleFields")] HandleState);
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "HandleState")]
+struct HandleFields {
+    position_m: [f64; 3],
+    velocity_mps: [f64; 3],
+}
+
+#[derive(Serialize)]
+struct AlertMessage(#[serde(with = "AlertFields")] Alert);
+
+#[derive(Serialize)]
+#[serde(remote = "Alert")]
+struct AlertFields {
+    run_id: u64,
+    tick: u64,
+    sim_time_ns: i64,
+    forecast_ns: i64,
+    clearance_m: f64,
+    point_m: [f64; 2],
+    kind: u32,
+    bench_a: u32,
+    bench_b: u32,
+    reserved: u32,
+}
+
+#[derive(Serialize)]
+struct PoseArray<'a> {
+    stamp: Time,
+    frame_id: &'static str,
+    poses: Poses<'a>,
+}
+
+#[derive(Serialize)]
+struct Time {
+    sec: i32,
+    nanosec: u32,
+}
+
+struct Poses<'a>(&'a [HandleState]);
+
+impl Serialize for Poses<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(pose::bench_poses(self.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_keeps_every_bit() {
+        let odd = [f64::NAN, -0.0, f64::INFINITY, f64::MIN_POSITIVE / 3.0, 1.0 / 3.0, f64::MAX];
+        let header = FrameHeader { run_id: 1 << 52, sim_time_ns: i64::MIN, head_travel_m: -0.1, ..Default::default() };
+        let handle = HandleState { position_m: [odd[0], odd[1], odd[2]], velocity_mps: [odd[3], odd[4], odd[5]] };
+        let mut message = Vec::new();
+        encode_frame(&mut message, &header, &[handle; 3]);
+        assert_eq!(message.len(), 4 + 80 + 3 * 48, "72 bytes of header, 4 of length, 4 of padding, 48 a handle");
+        let (read_header, read_handles) = decode_frame(&message).expect("a frame");
+        assert_eq!(read_header, header);
+        let bits = |states: &[HandleState]| -> Vec<u64> {
+            states.iter().flat_map(|s| [s.position_m, s.velocity_mps]).flatten().map(f64::to_bits).collect()
+        };
+        assert_eq!(bits(&read_handles), bits(&[handle; 3]));
+    }
+
+    #[test]
+    fn a_frame_cut_short_is_no_frame() {
+        let mut message = Vec::new();
+        encode_frame(&mut message, &FrameHeader::default(), &[HandleState::default(); 2]);
+        assert!((0..message.len()).all(|length| decode_frame(&message[..length]).is_none()));
+    }
+}

@@ -1,0 +1,198 @@
+//! Recording: every frame, without loss, into MCAP files that any ROS 2 viewer or reader opens.
+//!
+//! **What is recorded.** `/dragon/frames`, every frame bit for bit; `/dragon/poses`, one pose a bench at 30 Hz;
+//! `/dragon/alerts`; the configuration as a metadata record in each file. Messages are ROS 2 CDR, their definitions are
+//! in the file. A message's log time is the Unix time at which its frame was sent, its publish time the one at which it
+//! was due, its sequence the low 32 bits of the tick; both times come from the monotonic stamps by one offset that is
+//! fixed at the start.
+//!
+//! **Who copies.** The calling thread copies a frame once, from shared memory into a recycled buffer, and does nothing
+//! else. The writing thread encodes, compresses and writes.
+//!
+//! **Who waits.** [`FRAMES_IN_FLIGHT`] buffers go round. When all of them wait to be written, [`Recorder::frame`] waits
+//! for the disk, and the bus keeps the newest frames meanwhile, as many as its reader's buffer holds; what it drops shows
+//! as a gap in the ticks. Nothing here can hold up the server.
+//!
+//! **What a crash costs.** A chunk is closed and handed to the operating system when it is full (about a megabyte) and
+//! half a second after its first message at the latest. A killed recorder loses at most what came after; the file then
+//! lacks its index, and [`repair()`] makes one. Nothing is forced onto the disk, so a power cut may cost what the
+//! operating system still held.
+//!
+//! **What a full disk does.** The forecast warns early ([`Progress`]). When no room is left for another chunk, the file
+//! is finished within the room that was reserved for its summary, and the next call returns [`RecordError::DiskFull`].
+
+pub mod cdr;
+mod channels;
+mod error;
+pub mod pose;
+mod progress;
+mod reading;
+mod recording;
+mod records;
+mod repair;
+pub mod rotation;
+pub mod schema;
+mod settings;
+pub mod space;
+pub mod timeline;
+mod writer;
+
+use std::{
+    panic::resume_unwind,
+    sync::Arc,
+    thread::{self, JoinHandle},
+};
+
+use bench_dragon_ipc::{Alert, FrameHeader, HandleState};
+use crossbeam::channel::{Receiver, Sender, bounded};
+
+pub use self::{
+    error::{Kept, RecordError},
+    progress::{Progress, Summary},
+    reading::{Configuration, FrameReader, ReadError, RecordedFrame},
+    repair::{Repair, RepairError, repair, repair_folder},
+    settings::RecorderSettings,
+    space::{Size, SpaceWarning},
+};
+use self::{
+    progress::SharedProgress,
+    rotation::FileNames,
+    writer::{Description, FrameBuffer, Job, RecordingWriter},
+};
+
+/// Frames that can be on their way to the file at once: a quarter of a second at 1 kHz.
+pub const FRAMES_IN_FLIGHT: usize = 256;
+
+/// A recording in progress.
+///
+/// Dropping it finishes the file as well, but tells nobody how that went.
+///
+/// ```
+/// use bench_dragon::record::{Recorder, RecorderSettings};
+/// use bench_dragon_ipc::{FrameHeader, HandleState};
+///
+/// let folder = tempfile::tempdir()?;
+/// let mut recorder = Recorder::start(RecorderSettings::new(folder.path().join("show.mcap"), 0))?;
+/// recorder.describe(7, "[dragon]\nbenches = 1\n")?;
+/// recorder.frame(&FrameHeader { run_id: 7, ..Default::default() }, &[HandleState::default(); 2])?;
+/// assert_eq!(recorder.finish()?.frames, 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Recorder {
+    link: Option<Link>,
+    progress: Arc<SharedProgress>,
+}
+
+/// The way to the writing thread, there for as long as the thread is.
+#[derive(Debug)]
+struct Link {
+    jobs: Sender<Job>,
+    empty: Receiver<FrameBuffer>,
+    thread: JoinHandle<Result<Summary, RecordError>>,
+}
+
+impl Recorder {
+    /// Makes the file and starts the writing thread.
+    ///
+    /// # Errors
+    /// [`RecordError::OutOfRange`] for a setting, [`RecordError::Exists`] where the file, or with rotation a later file
+    /// of the same name, is there already, and [`RecordError::Create`].
+    pub fn start(settings: RecorderSettings) -> Result<Self, RecordError> {
+        let names = FileNames::new(settings.file.clone());
+        refuse_taken_names(&settings, &names)?;
+        let progress = Arc::new(SharedProgress::new(names.clone()));
+        let path = settings.file.clone();
+        let writer = RecordingWriter::create(settings, names, Arc::clone(&progress))?;
+        let (jobs, jobs_received) = bounded(FRAMES_IN_FLIGHT);
+        let (emptied, empty) = empty_buffers();
+        let thread = thread::Builder::new()
+            .name("record-write".to_owned())
+            .spawn(move || writer.run(&jobs_received, &emptied))
+            .map_err(|source| RecordError::Create { path, source })?;
+        Ok(Self { link: Some(Link { jobs, empty, thread }), progress })
+    }
+
+    /// Records the configuration of a run. Each later file repeats the last one.
+    ///
+    /// # Errors
+    /// What ended the writing thread.
+    pub fn describe(&mut self, run_id: u64, toml: &str) -> Result<(), RecordError> {
+        self.send(Job::Describe(Description { run_id, toml: toml.to_owned() }))
+    }
+
+    /// Records a frame: copies it, and waits only while all buffers are in flight.
+    ///
+    /// # Errors
+    /// What ended the writing thread; the frame, and those that were in flight, are not in the file.
+    pub fn frame(&mut self, header: &FrameHeader, handles: &[HandleState]) -> Result<(), RecordError> {
+        let link = self.link.as_ref().ok_or(RecordError::Ended)?;
+        let Ok(mut buffer) = link.empty.recv() else { return Err(self.ended()) };
+        buffer.fill(header, handles);
+        self.send(Job::Frame(buffer))
+    }
+
+    /// Records an alert that arrived at a monotonic instant.
+    ///
+    /// # Errors
+    /// What ended the writing thread.
+    pub fn alert(&mut self, alert: &Alert, monotonic_ns: u64) -> Result<(), RecordError> {
+        self.send(Job::Alert { alert: *alert, monotonic_ns })
+    }
+
+    /// How far the recording is. Takes a few loads and no lock.
+    pub fn progress(&self) -> Progress {
+        self.progress.load()
+    }
+
+    /// Writes what is in flight and finishes the file.
+    ///
+    /// # Errors
+    /// What ended the writing thread.
+    pub fn finish(mut self) -> Result<Summary, RecordError> {
+        self.join()
+    }
+
+    fn send(&mut self, job: Job) -> Result<(), RecordError> {
+        let link = self.link.as_ref().ok_or(RecordError::Ended)?;
+        link.jobs.send(job).map_err(|_| self.ended())
+    }
+
+    /// The error of a writing thread that is gone although the recorder is not.
+    fn ended(&mut self) -> RecordError {
+        self.join().expect_err("the writing thread ends by itself only with an error")
+    }
+
+    fn join(&mut self) -> Result<Summary, RecordError> {
+        let Link { jobs, empty, thread } = self.link.take().ok_or(RecordError::Ended)?;
+        drop((jobs, empty));
+        thread.join().unwrap_or_else(|panic| resume_unwind(panic))
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        // Whoever wants to know how it went calls `finish`.
+        let _ = self.join();
+    }
+}
+
+/// The channel on which buffers come back to be filled, and all of them in it.
+fn empty_buffers() -> (Sender<FrameBuffer>, Receiver<FrameBuffer>) {
+    let (emptied, empty) = bounded(FRAMES_IN_FLIGHT);
+    for _ in 0..FRAMES_IN_FLIGHT {
+        emptied.send(FrameBuffer::default()).expect("the channel has room for every buffer");
+    }
+    (emptied, empty)
+}
+
+fn refuse_taken_names(settings: &RecorderSettings, names: &FileNames) -> Result<(), RecordError> {
+    if settings.rotate_bytes.or(settings.max_total_bytes).is_none() {
+        return Ok(());
+    }
+    match names.taken() {
+        Ok(None) => Ok(()),
+        Ok(Some(path)) => Err(RecordError::Exists { path }),
+        Err(source) => Err(RecordError::Create { path: settings.file.clone(), source }),
+    }
+}

@@ -1,0 +1,205 @@
+//! Finishing a recording whose recorder was killed.
+//!
+//! Everything up to the damage is copied into a new file beside it, with an index and a summary; when that file is whole
+//! and on the disk, it takes the place of the old one in one step. Whatever fails before, the old file stays as it was.
+
+use std::{
+    fs::{self, File},
+    io::{self, BufReader, BufWriter, Read, Seek},
+    path::{Path, PathBuf},
+};
+
+use mcap::{
+    McapError, McapResult, Writer,
+    records::{Header, Record},
+    sans_io::summary_reader::{SummaryReadEvent, SummaryReader},
+    write::NoSeek,
+};
+use rustix::fs::{FlockOperation, flock};
+
+use super::{recording::write_options, records::Records, rotation::folder_of, schema, settings::RecorderSettings};
+
+/// What the name of the copy adds to that of the recording; a copy left by a killed repair is overwritten by the next.
+const COPY_SUFFIX: &str = ".repairing";
+const CHUNK_BYTES: u64 = 1 << 20;
+const BUFFER_BYTES: usize = 1 << 20;
+
+/// What repair found and did.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Repair {
+    /// The recording.
+    pub path: PathBuf,
+    /// Frames that are in it now.
+    pub frames: u64,
+    /// Whether it was unfinished; a finished recording is not touched.
+    pub was_unfinished: bool,
+}
+
+/// Why a recording could not be repaired; it is as it was.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RepairError {
+    /// The file or folder could not be read.
+    #[error("cannot read {}", path.display())]
+    Read {
+        /// The file or folder.
+        path: PathBuf,
+        /// Why not.
+        source: io::Error,
+    },
+    /// The file is not a recording of a bench dragon.
+    #[error("{} is not a recording of a bench dragon", path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A recorder or another repair is at work on the file.
+    #[error("{} is being recorded or repaired by another process", path.display())]
+    InUse {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The repaired file could not be written beside the old one.
+    #[error("cannot write {}", path.display())]
+    Write {
+        /// The new file, which is removed again.
+        path: PathBuf,
+        /// Why not.
+        source: McapError,
+    },
+}
+
+/// Finishes a recording: all whole chunks up to the damage, with an index, so that any reader opens it.
+///
+/// A second repair finds a finished file and does nothing. Reads and writes as it goes; needs as much free disk as the
+/// recording is large.
+///
+/// # Errors
+/// See [`RepairError`]; the recording is then as it was.
+pub fn repair(path: &Path) -> Result<Repair, RepairError> {
+    let read_error = |source| RepairError::Read { path: path.into(), source };
+    let mut file = File::open(path).map_err(read_error)?;
+    if !is_ours(&file).map_err(read_error)? {
+        return Err(RepairError::Foreign { path: path.into() });
+    }
+    match flock(&file, FlockOperation::NonBlockingLockExclusive) {
+        Ok(()) => {}
+        Err(rustix::io::Errno::WOULDBLOCK) => return Err(RepairError::InUse { path: path.into() }),
+        Err(error) => return Err(read_error(error.into())),
+    }
+    if let Some(summary) = read_summary(&mut file).map_err(read_error)? {
+        return Ok(Repair { path: path.into(), frames: frames_in(&summary), was_unfinished: false });
+    }
+    file.rewind().map_err(read_error)?;
+    // A link stays one: the file that it leads to is replaced.
+    let target = path.canonicalize().map_err(read_error)?;
+    let frames = replace_by_finished_copy(file, &target)?;
+    Ok(Repair { path: path.into(), frames, was_unfinished: true })
+}
+
+/// Repairs all unfinished recordings of ours in a folder, and tells of each; finished ones, those in use and all other
+/// files are passed over.
+///
+/// # Errors
+/// [`RepairError::Read`] where the folder cannot be listed. A recording that cannot be repaired is one entry of the list
+/// and keeps none of the others from being repaired.
+pub fn repair_folder(folder: &Path) -> Result<Vec<Result<Repair, RepairError>>, RepairError> {
+    let entries = fs::read_dir(folder).and_then(Iterator::collect::<io::Result<Vec<_>>>);
+    let entries = entries.map_err(|source| RepairError::Read { path: folder.into(), source })?;
+    let is_candidate = |path: &PathBuf| path.is_file() && !path.to_string_lossy().ends_with(COPY_SUFFIX);
+    let mut candidates: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).filter(is_candidate).collect();
+    candidates.sort();
+    Ok(candidates.iter().map(|path| repair(path)).filter(is_news).collect())
+}
+
+fn is_news(repair: &Result<Repair, RepairError>) -> bool {
+    match repair {
+        Ok(repair) => repair.was_unfinished,
+        // Most files in a folder are not for us to read.
+        Err(RepairError::Foreign { .. } | RepairError::InUse { .. } | RepairError::Read { .. }) => false,
+        Err(RepairError::Write { .. }) => true,
+    }
+}
+
+fn is_ours(file: &File) -> io::Result<bool> {
+    let header = Records::new(file).next()?;
+    Ok(matches!(header, Some(Record::Header(Header { library, .. })) if library.starts_with(schema::LIBRARY_FAMILY)))
+}
+
+/// The summary of a finished file; `None` where the file is unfinished.
+fn read_summary(file: &mut File) -> io::Result<Option<mcap::Summary>> {
+    let mut reader = SummaryReader::new();
+    while let Some(event) = reader.next_event() {
+        match event {
+            Ok(SummaryReadEvent::ReadRequest(bytes)) => {
+                let read = file.read(reader.insert(bytes))?;
+                reader.notify_read(read);
+            }
+            Ok(SummaryReadEvent::SeekRequest(to)) => match file.seek(to) {
+                Ok(position) => reader.notify_seeked(position),
+                // Shorter than a footer.
+                Err(error) if error.kind() == io::ErrorKind::InvalidInput => return Ok(None),
+                Err(error) => return Err(error),
+            },
+            Err(_) => return Ok(None),
+        }
+    }
+    Ok(reader.finish())
+}
+
+fn frames_in(summary: &mcap::Summary) -> u64 {
+    let count = |id: &u16| summary.stats.as_ref().and_then(|stats| stats.channel_message_counts.get(id)).copied();
+    summary.channels.iter().filter(|(_, channel)| channel.topic == schema::FRAMES).filter_map(|(id, _)| count(id)).sum()
+}
+
+fn replace_by_finished_copy(file: File, path: &Path) -> Result<u64, RepairError> {
+    let mut name = path.as_os_str().to_owned();
+    name.push(COPY_SUFFIX);
+    let copy = PathBuf::from(name);
+    let replaced = write_finished_copy(file, &copy).and_then(|frames| {
+        fs::rename(&copy, path)?;
+        File::open(folder_of(path))?.sync_all()?;
+        Ok(frames)
+    });
+    replaced.map_err(|source| {
+        // The error that is on its way tells more than this one would; the next repair overwrites the copy.
+        let _ = fs::remove_file(&copy);
+        RepairError::Write { path: copy, source }
+    })
+}
+
+fn write_finished_copy(damaged: File, copy: &Path) -> McapResult<u64> {
+    let file = File::create(copy)?;
+    file.set_permissions(damaged.metadata()?.permissions())?;
+    let sink = NoSeek::new(BufWriter::with_capacity(BUFFER_BYTES, file.try_clone()?));
+    let options = write_options(RecorderSettings::DEFAULT_COMPRESSION_LEVEL).chunk_size(Some(CHUNK_BYTES));
+    let mut writer = options.create(sink)?;
+    let mut records = Records::new(BufReader::with_capacity(BUFFER_BYTES, damaged));
+    while let Some(record) = records.next()? {
+        copy_record(&mut writer, record)?;
+    }
+    let summary = writer.finish()?;
+    file.sync_all()?;
+    Ok(frames_in(&summary))
+}
+
+fn copy_record<W: io::Write + Seek>(writer: &mut Writer<W>, record: Record<'_>) -> McapResult<()> {
+    match record {
+        Record::Schema { header, data } => {
+            writer.add_schema_with_id(header.id, &header.name, &header.encoding, &data).map(drop)
+        }
+        Record::Channel(channel) => writer
+            .add_channel_with_id(
+                channel.id,
+                channel.schema_id,
+                &channel.topic,
+                &channel.message_encoding,
+                &channel.metadata,
+            )
+            .map(drop),
+        Record::Message { header, data } => writer.write_to_known_channel(&header, &data),
+        Record::Metadata(metadata) => writer.write_metadata(&metadata),
+        // The writer makes its own header and indexes.
+        _ => Ok(()),
+    }
+}

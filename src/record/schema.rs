@@ -1,0 +1,112 @@
+//! What a recording holds: its topics, and their ROS 2 message definitions as any reader without our code needs them.
+//!
+//! A definition is the text of the message followed by the texts of all that it contains, the form that `rosbag2`
+//! writes and MCAP calls `ros2msg`.
+
+use std::collections::BTreeMap;
+
+use mcap::McapResult;
+
+/// Topic of the frames, every one of them.
+pub const FRAMES: &str = "/dragon/frames";
+/// Topic of the bench poses, for the viewers.
+pub const POSES: &str = "/dragon/poses";
+/// Topic of the alerts.
+pub const ALERTS: &str = "/dragon/alerts";
+
+/// Name of the metadata record that carries the configuration: `run_id` and `toml`.
+pub const CONFIGURATION: &str = "bench_dragon.configuration";
+/// The MCAP profile: ROS 2 messages.
+pub const PROFILE: &str = "ros2";
+/// The MCAP library name by which a recording is known as ours.
+pub const LIBRARY: &str = concat!("bench-dragon/", env!("CARGO_PKG_VERSION"));
+/// What [`LIBRARY`] begins with in every version.
+pub const LIBRARY_FAMILY: &str = "bench-dragon";
+
+/// One topic: its name, the name of its message type and that type's full definition.
+#[derive(Clone, Copy, Debug)]
+pub struct Topic {
+    /// Name of the topic.
+    pub name: &'static str,
+    /// Name of the message type.
+    pub message: &'static str,
+    /// Definition of the message type and of all that it contains.
+    pub definition: &'static str,
+}
+
+/// The frame topic.
+pub const FRAME_TOPIC: Topic = Topic { name: FRAMES, message: "bench_dragon_msgs/msg/Frame", definition: FRAME };
+/// The pose topic.
+pub const POSE_TOPIC: Topic = Topic { name: POSES, message: "geometry_msgs/msg/PoseArray", definition: POSE_ARRAY };
+/// The alert topic.
+pub const ALERT_TOPIC: Topic = Topic { name: ALERTS, message: "bench_dragon_msgs/msg/Alert", definition: ALERT };
+
+impl Topic {
+    /// Declares the topic in a file and returns its channel's number.
+    pub(super) fn declare<W: std::io::Write + std::io::Seek>(self, writer: &mut mcap::Writer<W>) -> McapResult<u16> {
+        let schema = writer.add_schema(self.message, "ros2msg", self.definition.as_bytes())?;
+        writer.add_channel(schema, self.name, "cdr", &BTreeMap::new())
+    }
+}
+
+const FRAME: &str = "\
+# The dragon at one tick. Times are nanoseconds: show time, or CLOCK_MONOTONIC of the recording machine.
+uint64 run_id
+uint64 tick
+int64 sim_time_ns
+uint64 scheduled_ns
+uint64 published_ns
+float64 head_travel_m
+float64 head_speed_mps
+float64 time_scale
+uint32 bench_count
+uint32 state
+HandleState[] handles
+================================================================================
+MSG: bench_dragon_msgs/HandleState
+# One hinge: where it is, and its velocity in metres per show second.
+float64[3] position_m
+float64[3] velocity_mps
+";
+
+const ALERT: &str = "\
+# What the monitor has seen. Times are nanoseconds of show time.
+uint64 run_id
+uint64 tick
+int64 sim_time_ns
+int64 forecast_ns
+float64 clearance_m
+float64[2] point_m
+uint32 kind
+uint32 bench_a
+uint32 bench_b
+uint32 reserved
+";
+
+const POSE_ARRAY: &str = "\
+std_msgs/Header header
+geometry_msgs/Pose[] poses
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+================================================================================
+MSG: geometry_msgs/Pose
+geometry_msgs/Point position
+geometry_msgs/Quaternion orientation
+================================================================================
+MSG: geometry_msgs/Point
+float64 x
+float64 y
+float64 z
+================================================================================
+MSG: geometry_msgs/Quaternion
+float64 x
+float64 y
+float64 z
+float64 w
+";

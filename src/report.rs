@@ -1,0 +1,201 @@
+//! What the processes say of themselves: the JSON lines that they print, and that `show` reads.
+//!
+//! Each line is one object whose `type` tells which. Times are seconds of show time, lengths metres.
+
+use std::path::PathBuf;
+
+use bench_dragon_ipc::Alert;
+use serde::{Deserialize, Serialize};
+
+use crate::histogram::Percentiles;
+use crate::server::ServerSummary;
+
+/// A line of `serve`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum ServeLine {
+    /// The services are there.
+    Started {
+        /// The run's number.
+        run_id: u64,
+    },
+    /// The server has ended.
+    Summary(ServerSummary),
+}
+
+/// A line of `monitor`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum MonitorLine {
+    /// Something happened.
+    Alert(AlertLine),
+    /// How it stands.
+    Progress(MonitorProgress),
+    /// The monitor has ended.
+    Summary(MonitorSummary),
+}
+
+/// An alert.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AlertLine {
+    /// What happened, in lower case.
+    pub kind: String,
+    /// Show time.
+    pub time_s: f64,
+    /// First tick at which it was so.
+    pub tick: u64,
+    /// The run's number.
+    pub run_id: u64,
+    /// The two benches, or null where it is about no pair.
+    pub benches: Option<[u32; 2]>,
+    /// Their clearance, or null.
+    pub clearance_m: Option<f64>,
+    /// Point midway between the two boards, or null.
+    pub point_m: Option<[f64; 2]>,
+    /// Show time of the forecast contact, or null.
+    pub forecast_s: Option<f64>,
+}
+
+impl From<&Alert> for AlertLine {
+    fn from(alert: &Alert) -> Self {
+        let pair = alert.pair();
+        Self {
+            kind: alert.alert_kind().map_or_else(|| format!("kind {}", alert.kind), |kind| kind.to_string()),
+            time_s: alert.sim_time_ns as f64 * 1e-9,
+            tick: alert.tick,
+            run_id: alert.run_id,
+            benches: pair,
+            clearance_m: pair.map(|_| alert.clearance_m),
+            point_m: pair.map(|_| alert.point_m),
+            forecast_s: alert.forecast(),
+        }
+    }
+}
+
+/// How a monitor stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MonitorProgress {
+    /// Frames read.
+    pub frames: u64,
+    /// Frames lost between the first and the last one read.
+    pub lost: u64,
+    /// Least clearance in the last frame; null before the first one.
+    pub clearance_m: Option<f64>,
+    /// Show time of the forecast contact; null where none is known.
+    pub forecast_s: Option<f64>,
+}
+
+/// What a monitor saw.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MonitorSummary {
+    /// Frames read.
+    pub frames: u64,
+    /// Frames lost between the first and the last one read.
+    pub lost: u64,
+    /// First contact, or null.
+    pub contact: Option<ContactReport>,
+    /// Least clearance of all frames; null where there was no frame.
+    pub least_clearance: Option<ClearanceReport>,
+    /// From the instant a frame was due to the instant it was read, in microseconds.
+    pub latency_us: Percentiles,
+}
+
+/// A contact.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ContactReport {
+    /// Show time.
+    pub time_s: f64,
+    /// The two benches.
+    pub benches: [u32; 2],
+}
+
+/// A clearance.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ClearanceReport {
+    /// Show time.
+    pub time_s: f64,
+    /// The two benches.
+    pub benches: [u32; 2],
+    /// The clearance.
+    pub clearance_m: f64,
+}
+
+/// A line of `record`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum RecordLine {
+    /// The file is open.
+    Started {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Something that may go wrong later.
+    Warning {
+        /// What.
+        message: String,
+    },
+    /// The recorder has ended.
+    Summary(RecordSummary),
+}
+
+/// What a recorder wrote.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RecordSummary {
+    /// Frames written.
+    pub frames: u64,
+    /// Frames lost between the first and the last one written.
+    pub lost: u64,
+    /// Alerts written.
+    pub alerts: u64,
+    /// Bytes written.
+    pub bytes: u64,
+    /// The files, oldest first.
+    pub files: Vec<PathBuf>,
+}
+
+/// `summary.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ShowSummary {
+    /// Number of the last run.
+    pub run_id: u64,
+    /// Who got how many.
+    pub frames: FrameCounts,
+    /// First contact, or null.
+    pub contact: Option<ContactReport>,
+    /// From each release to the start of its tick, in microseconds.
+    pub lateness_us: Percentiles,
+    /// From the instant a frame was due to the instant the monitor had read it, in microseconds.
+    pub latency_us: Percentiles,
+    /// Releases that the server skipped.
+    pub overruns: u64,
+    /// Processes that were started again.
+    pub restarts: Restarts,
+    /// The recording; where it is in several files, the first one.
+    pub recording: PathBuf,
+}
+
+/// Frames over the whole show.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FrameCounts {
+    /// Published by the server.
+    pub published: u64,
+    /// Read by the monitor.
+    pub monitored: u64,
+    /// Written by the recorder.
+    pub recorded: u64,
+    /// Published and not read by the monitor.
+    pub missed_by_monitor: u64,
+    /// Published and not written by the recorder.
+    pub missed_by_recorder: u64,
+}
+
+/// How often each process was started again.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Restarts {
+    /// The server.
+    pub serve: u32,
+    /// The monitor.
+    pub monitor: u32,
+    /// The recorder.
+    pub record: u32,
+}

@@ -1,0 +1,245 @@
+//! The server: advances the dragon at a fixed rate and publishes every frame.
+//!
+//! One tick, in order: wait for the release; take commands; advance the motion; write the handles straight into the
+//! loaned sample; send it; wake the readers; loan the next sample. The loop neither locks nor formats, and allocates
+//! nothing of its own; what it counts, the [`reporter`] publishes.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use bench_dragon_ipc::service::{AlertService, EventService, Member, Role};
+use bench_dragon_ipc::{BusError, Description, Domain, Request, ShowState};
+
+use crate::clock::{monotonic_ns, sleep_until};
+use crate::config::Config;
+use crate::histogram::Percentiles;
+
+pub mod motion;
+pub mod schedule;
+
+mod command_server;
+mod frame_publisher;
+mod lateness;
+mod lock;
+mod reporter;
+mod simulation;
+
+pub use command_server::MAX_COMMANDS_PER_TICK;
+pub use lock::LockError;
+pub use simulation::Simulation;
+
+use command_server::CommandServer;
+use frame_publisher::FramePublisher;
+use lateness::{LatenessSink, lateness_queue};
+use lock::ServerLock;
+use motion::MotionPlan;
+use reporter::{LoopGauges, Reporter};
+use schedule::Schedule;
+
+/// From here to the first release.
+const LEAD: Duration = Duration::from_millis(1);
+/// How long a server waits for the readers that it was told to expect.
+const READER_PATIENCE: Duration = Duration::from_secs(10);
+
+/// What a server is started with.
+#[derive(Clone, Debug)]
+pub struct ServerSettings {
+    /// The dragon, its route and the rate.
+    pub config: Config,
+    /// Show time at tick 0, in seconds.
+    pub start_s: f64,
+    /// Travel at tick 0, where it is not the planned speed times the show time.
+    pub start_travel_m: Option<f64>,
+    /// Speed at tick 0, where it is not the planned one.
+    pub start_speed_mps: Option<f64>,
+    /// Show time at which the server ends.
+    pub until_s: Option<f64>,
+    /// Whether tick 0 is held.
+    pub held: bool,
+    /// Readers to wait for before tick 0, for ten seconds at most.
+    pub readers: usize,
+}
+
+/// What a server did.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct ServerSummary {
+    /// Its run.
+    pub run_id: u64,
+    /// Frames published.
+    pub frames: u64,
+    /// Show time of the last one, in seconds.
+    pub sim_time_s: f64,
+    /// Releases skipped.
+    pub overruns: u64,
+    /// From each release to the start of its tick, in microseconds.
+    pub lateness_us: Percentiles,
+}
+
+/// Why a server does not run.
+#[derive(Debug, thiserror::Error)]
+pub enum ServerError {
+    /// Another one does.
+    #[error(transparent)]
+    Lock(#[from] LockError),
+    /// The bus is not usable.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+}
+
+/// A server that is ready to run.
+#[derive(Debug)]
+pub struct Server {
+    simulation: Simulation,
+    // Dropped in this order: ports before the node, everything before the lock.
+    frames: FramePublisher,
+    commands: CommandServer,
+    // The alerts are the monitor's, but only a source creates services, and they last while somebody holds them.
+    _alerts: (AlertService, EventService),
+    reporter: Reporter,
+    gauges: std::sync::Arc<LoopGauges>,
+    _member: Member,
+    _lock: ServerLock,
+    lateness: LatenessSink,
+    settings: ServerSettings,
+    run_id: u64,
+}
+
+impl Server {
+    /// Takes the instance, creates its services and publishes the description.
+    ///
+    /// # Errors
+    /// [`ServerError::Lock`] where another server runs on the instance, [`ServerError::Bus`] where the bus is not
+    /// usable.
+    pub fn create(domain: &Domain, settings: ServerSettings) -> Result<Self, ServerError> {
+        domain.create_directory().map_err(BusError::from)?;
+        let lock = ServerLock::take(domain)?;
+        let bench_count = settings.config.dragon().dimensions().benches();
+        let member = Member::join(domain, "serve", Role::Source { bench_count })?;
+        let run_id = random_run_id();
+        let (lateness, counter) = lateness_queue();
+        let description = Description { run_id, toml: settings.config.to_toml() };
+        let (reporter, gauges) =
+            Reporter::start(domain.clone(), description, bench_count, settings.config.rate_hz(), counter)?;
+        Ok(Self {
+            simulation: Simulation::new(settings.config.dragon().clone(), plan(&settings)),
+            frames: FramePublisher::create(domain, &member, bench_count)?,
+            commands: CommandServer::create(&member)?,
+            _alerts: (member.alerts()?, member.alert_events()?),
+            reporter,
+            gauges,
+            _member: member,
+            _lock: lock,
+            lateness,
+            settings,
+            run_id,
+        })
+    }
+
+    /// The run's number.
+    pub fn run_id(&self) -> u64 {
+        self.run_id
+    }
+
+    /// Publishes frame after frame until `stop` is set, a client asks for it, or the show time to end at is reached.
+    ///
+    /// # Errors
+    /// [`ServerError::Bus`] where a frame cannot be published.
+    pub fn run(mut self, stop: &AtomicBool) -> Result<ServerSummary, ServerError> {
+        self.wait_for_readers(stop);
+        let mut schedule = Schedule::new(monotonic_ns() + LEAD.as_nanos() as u64, self.settings.config.rate_hz());
+        let mut tick = 0;
+        while !stop.load(Ordering::Relaxed) {
+            while !sleep_until(schedule.due_ns()) {
+                if stop.load(Ordering::Relaxed) {
+                    return Ok(self.finish(tick, &schedule));
+                }
+            }
+            self.lateness.record(monotonic_ns() - schedule.due_ns());
+            let asked_to_stop = self.tick(tick, &schedule)?;
+            tick += 1;
+            if asked_to_stop || self.is_over() {
+                break;
+            }
+            schedule.advance(monotonic_ns());
+        }
+        Ok(self.finish(tick, &schedule))
+    }
+
+    /// One tick. Returns whether a client asked the server to stop.
+    fn tick(&mut self, tick: u64, schedule: &Schedule) -> Result<bool, BusError> {
+        let Self { simulation, frames, commands, settings, run_id, .. } = self;
+        let mut asked_to_stop = false;
+        commands.drain(*run_id, tick, |request| {
+            asked_to_stop |= request == Request::Stop;
+            simulation.request(request)
+        });
+        simulation.advance();
+        let config = &settings.config;
+        let bench_count = config.dragon().dimensions().benches() as u32;
+        frames.publish(
+            |handles| {
+                let head = simulation.write(handles);
+                head.header(*run_id, tick, schedule.due_ns(), config.time_scale(), bench_count)
+            },
+            monotonic_ns,
+        )?;
+        self.tell_reporter(tick, schedule);
+        Ok(asked_to_stop)
+    }
+
+    fn tell_reporter(&self, tick: u64, schedule: &Schedule) {
+        let head = self.simulation.head();
+        self.gauges.tick.store(tick, Ordering::Relaxed);
+        self.gauges.sim_time_ns.store(head.sim_time_ns, Ordering::Relaxed);
+        self.gauges.state.store(head.state.to_wire(), Ordering::Relaxed);
+        self.gauges.overruns.store(schedule.overruns(), Ordering::Relaxed);
+    }
+
+    /// Whether the show time to end at is reached. Without one the server goes on publishing the finished show.
+    fn is_over(&self) -> bool {
+        self.settings.until_s.is_some() && self.simulation.head().state == ShowState::Finished
+    }
+
+    fn wait_for_readers(&self, stop: &AtomicBool) {
+        const POLL_PERIOD: Duration = Duration::from_millis(1);
+        let deadline = Instant::now() + READER_PATIENCE;
+        while self.frames.reader_count() < self.settings.readers && !stop.load(Ordering::Relaxed) {
+            if Instant::now() >= deadline {
+                let (seen, expected) = (self.frames.reader_count(), self.settings.readers);
+                tracing::warn!("starting with {seen} of {expected} readers");
+                return;
+            }
+            std::thread::sleep(POLL_PERIOD);
+        }
+    }
+
+    fn finish(self, frames: u64, schedule: &Schedule) -> ServerSummary {
+        let sim_time_s = self.simulation.head().sim_time_ns as f64 * 1e-9;
+        let lateness_us = self.reporter.finish();
+        ServerSummary { run_id: self.run_id, frames, sim_time_s, overruns: schedule.overruns(), lateness_us }
+    }
+}
+
+fn plan(settings: &ServerSettings) -> MotionPlan {
+    let config = &settings.config;
+    let speed_mps = config.head_speed_mps();
+    MotionPlan {
+        speed_mps,
+        tick_s: config.tick_s(),
+        start_s: settings.start_s,
+        start_travel_m: settings.start_travel_m.unwrap_or(speed_mps * settings.start_s),
+        start_speed_mps: settings.start_speed_mps.unwrap_or(speed_mps),
+        first_s: 0.0,
+        end_travel_m: config.dragon().end_travel_m(),
+        until_s: settings.until_s,
+        held: settings.held,
+    }
+}
+
+/// A random number under 2^53, so that every double and every JavaScript number holds it.
+fn random_run_id() -> u64 {
+    let mut bytes = [0; 8];
+    rustix::rand::getrandom(&mut bytes, rustix::rand::GetRandomFlags::empty())
+        .expect("the kernel's random numbers are ready long before any program runs");
+    u64::from_ne_bytes(bytes) >> 11
+}

@@ -1,0 +1,159 @@
+//! The server's slow side: a thread that publishes the description and the status, so that the loop does not have to.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, AtomicU64, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use bench_dragon_ipc::service::{self, Member, Role};
+use bench_dragon_ipc::{BusError, Description, Domain, Status};
+use crossbeam::channel::{self, Sender};
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::update_connections::UpdateConnections as _;
+
+use crate::histogram::Percentiles;
+use crate::server::lateness::LatenessCounter;
+
+/// How often the status is published and late joiners are given the description.
+const REPORT_PERIOD: Duration = Duration::from_millis(100);
+
+/// What the loop tells the reporter, a word at a time: each is the value of the last tick, not all of the same one.
+#[derive(Debug, Default)]
+pub struct LoopGauges {
+    /// Last tick published.
+    pub tick: AtomicU64,
+    /// Its show time in nanoseconds.
+    pub sim_time_ns: AtomicI64,
+    /// Its state, as on the wire.
+    pub state: AtomicU32,
+    /// Releases skipped so far.
+    pub overruns: AtomicU64,
+    finished: AtomicBool,
+}
+
+/// The running thread.
+#[derive(Debug)]
+pub struct Reporter {
+    gauges: Arc<LoopGauges>,
+    wake: Sender<()>,
+    thread: JoinHandle<Percentiles>,
+}
+
+impl Reporter {
+    /// Starts the thread and returns once the description is on the bus.
+    ///
+    /// # Errors
+    /// As [`Member::join`] and [`Member::description`].
+    pub fn start(
+        domain: Domain,
+        description: Description,
+        bench_count: usize,
+        rate_hz: u32,
+        lateness: LatenessCounter,
+    ) -> Result<(Self, Arc<LoopGauges>), BusError> {
+        let gauges = Arc::new(LoopGauges::default());
+        let shared = Arc::clone(&gauges);
+        let (ready, opened) = channel::bounded(1);
+        let (wake, woken) = channel::bounded::<()>(1);
+        let thread = thread::spawn(move || {
+            let mut report = match Report::open(&domain, &description, bench_count, rate_hz, lateness) {
+                Ok(report) => report,
+                Err(error) => {
+                    let _ = ready.send(Err(error));
+                    return Percentiles::default();
+                }
+            };
+            let _ = ready.send(Ok(()));
+            while !shared.finished.load(Ordering::Acquire) {
+                let _ = woken.recv_timeout(REPORT_PERIOD);
+                report.publish(&shared);
+            }
+            report.lateness.collect().percentiles()
+        });
+        opened.recv().expect("the thread answers before it does anything else")?;
+        Ok((Self { gauges: Arc::clone(&gauges), wake, thread }, gauges))
+    }
+
+    /// Publishes the last status and ends the thread. Returns the lateness of all releases.
+    pub fn finish(self) -> Percentiles {
+        self.gauges.finished.store(true, Ordering::Release);
+        let _ = self.wake.try_send(());
+        self.thread.join().expect("the reporter does not panic")
+    }
+}
+
+/// What the thread works with.
+struct Report {
+    description: Publisher<service::Service, [u8], u64>,
+    status: Publisher<service::Service, Status, ()>,
+    _member: Member,
+    run_id: u64,
+    rate_hz: u32,
+    lateness: LatenessCounter,
+}
+
+impl Report {
+    fn open(
+        domain: &Domain,
+        description: &Description,
+        bench_count: usize,
+        rate_hz: u32,
+        lateness: LatenessCounter,
+    ) -> Result<Self, BusError> {
+        let member = Member::join(domain, "serve-report", Role::Source { bench_count })?;
+        Ok(Self {
+            description: publish_description(&member, description)?,
+            status: member.status()?.publisher_builder().create().map_err(|error| failed(service::STATUS, &error))?,
+            _member: member,
+            run_id: description.run_id,
+            rate_hz,
+            lateness,
+        })
+    }
+
+    fn publish(&mut self, gauges: &LoopGauges) {
+        let lateness = self.lateness.collect();
+        let status = Status {
+            run_id: self.run_id,
+            tick: gauges.tick.load(Ordering::Relaxed),
+            sim_time_ns: gauges.sim_time_ns.load(Ordering::Relaxed),
+            overruns: gauges.overruns.load(Ordering::Relaxed),
+            lateness_p50_ns: lateness.quantile_ns(0.5),
+            lateness_p99_ns: lateness.quantile_ns(0.99),
+            lateness_p999_ns: lateness.quantile_ns(0.999),
+            lateness_max_ns: lateness.max_ns(),
+            rate_hz: self.rate_hz,
+            state: gauges.state.load(Ordering::Relaxed),
+            pid: std::process::id(),
+            reserved: 0,
+        };
+        if let Err(error) = self.status.send_copy(status) {
+            tracing::warn!("the status is not published: {error}");
+        }
+        if let Err(error) = self.description.update_connections() {
+            tracing::warn!("a reader of the description is not served: {error:?}");
+        }
+    }
+}
+
+fn publish_description(
+    member: &Member,
+    description: &Description,
+) -> Result<Publisher<service::Service, [u8], u64>, BusError> {
+    let publisher = member
+        .description()?
+        .publisher_builder()
+        .initial_max_slice_len(service::MAX_DESCRIPTION_LEN)
+        .create()
+        .map_err(|error| failed(service::DESCRIPTION, &error))?;
+    let text = description.toml.as_bytes();
+    let mut sample = publisher.loan_slice(text.len()).map_err(|error| failed(service::DESCRIPTION, &error))?;
+    sample.payload_mut().copy_from_slice(text);
+    *sample.user_header_mut() = description.run_id;
+    sample.send().map_err(|error| failed(service::DESCRIPTION, &error))?;
+    Ok(publisher)
+}
+
+fn failed(service: &'static str, error: &dyn std::error::Error) -> BusError {
+    BusError::Failed { service, reason: error.to_string() }
+}

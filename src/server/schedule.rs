@@ -1,0 +1,94 @@
+//! When ticks are due.
+//!
+//! Release k is due at `epoch + k / rate`, computed in integers from the epoch, so that rounding never accumulates. A
+//! release that passes while the server is busy or suspended is skipped, not made up for; ticks are not skipped, so the
+//! show becomes late by whole periods and never jumps.
+
+/// The releases of a server, counted from its epoch.
+#[derive(Clone, Copy, Debug)]
+pub struct Schedule {
+    epoch_ns: u64,
+    rate_hz: u32,
+    next: u64,
+    overruns: u64,
+}
+
+impl Schedule {
+    /// A schedule whose release 0 is due at the epoch. The rate is above 0.
+    pub fn new(epoch_ns: u64, rate_hz: u32) -> Self {
+        assert!(rate_hz > 0, "the configuration allows no rate of 0");
+        Self { epoch_ns, rate_hz, next: 0, overruns: 0 }
+    }
+
+    /// When the next release is due, in nanoseconds of `CLOCK_MONOTONIC`.
+    pub fn due_ns(&self) -> u64 {
+        self.release_ns(self.next)
+    }
+
+    /// Takes the next release at the end of a tick: the first one that is not past, `now_ns` being the present.
+    ///
+    /// Returns when it is due.
+    pub fn advance(&mut self, now_ns: u64) -> u64 {
+        self.next += 1;
+        if self.due_ns() < now_ns {
+            let first_ahead = self.first_release_from(now_ns);
+            self.overruns += first_ahead - self.next;
+            self.next = first_ahead;
+        }
+        self.due_ns()
+    }
+
+    /// Releases skipped so far.
+    pub fn overruns(&self) -> u64 {
+        self.overruns
+    }
+
+    fn release_ns(&self, release: u64) -> u64 {
+        self.epoch_ns + (u128::from(release) * 1_000_000_000 / u128::from(self.rate_hz)) as u64
+    }
+
+    /// The first release that is due at `now_ns` or later.
+    fn first_release_from(&self, now_ns: u64) -> u64 {
+        let elapsed = u128::from(now_ns.saturating_sub(self.epoch_ns));
+        let release = (elapsed * u128::from(self.rate_hz) / 1_000_000_000) as u64;
+        (release..).find(|&release| self.release_ns(release) >= now_ns).expect("releases reach any time")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn releases_are_counted_from_the_epoch_without_drift() {
+        let mut schedule = Schedule::new(5, 3);
+        let due: Vec<u64> = (0..6).map(|_| schedule.advance(0)).collect();
+        assert_eq!(due, [333_333_338, 666_666_671, 1_000_000_005, 1_333_333_338, 1_666_666_671, 2_000_000_005]);
+        assert_eq!(schedule.overruns(), 0);
+    }
+
+    #[test]
+    fn a_long_tick_skips_the_releases_that_have_passed_and_counts_them() {
+        let mut schedule = Schedule::new(0, 1000);
+        assert_eq!(schedule.advance(2_500_000), 3_000_000, "releases 1 and 2 have passed");
+        assert_eq!(schedule.overruns(), 2);
+        assert_eq!(schedule.advance(3_000_001), 4_000_000);
+        assert_eq!(schedule.overruns(), 2);
+    }
+
+    #[test]
+    fn a_release_due_now_is_not_skipped() {
+        let mut schedule = Schedule::new(0, 3);
+        let due = schedule.due_ns() + 333_333_333;
+        assert_eq!(schedule.advance(due), due);
+        assert_eq!(schedule.overruns(), 0);
+    }
+
+    #[test]
+    fn hours_of_suspension_are_skipped_at_once() {
+        let mut schedule = Schedule::new(0, 10_000);
+        let now = 7_200_000_000_000;
+        assert_eq!(schedule.advance(now), now);
+        assert_eq!(schedule.overruns(), 71_999_999);
+    }
+}

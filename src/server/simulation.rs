@@ -1,0 +1,78 @@
+//! The dragon from tick to tick. Pure: no clock, no bus.
+
+use std::sync::Arc;
+
+use bench_dragon_ipc::{FrameHeader, HandleState, Refusal, Request};
+
+use crate::dragon::{ChainSolver, Dragon};
+use crate::server::motion::{HeadState, Motion, MotionPlan};
+
+/// The state of a whole dragon as a function of ticks and requests.
+#[derive(Debug)]
+pub struct Simulation {
+    dragon: Arc<Dragon>,
+    motion: Motion,
+    chain: ChainSolver,
+}
+
+impl Simulation {
+    /// The dragon before tick 0, which begins with the first [`Simulation::advance`].
+    pub fn new(dragon: Arc<Dragon>, plan: MotionPlan) -> Self {
+        let chain = ChainSolver::new(&dragon);
+        Self { dragon, motion: Motion::new(plan), chain }
+    }
+
+    /// Begins the next tick, after the requests that hold from it on.
+    pub fn advance(&mut self) {
+        self.motion.advance();
+    }
+
+    /// Takes a request at the start of a tick, from which on it holds.
+    ///
+    /// # Errors
+    /// The reason for which it is refused; then nothing has changed.
+    pub fn request(&mut self, request: Request) -> Result<(), Refusal> {
+        self.motion.request(request)
+    }
+
+    /// The head at this tick.
+    pub fn head(&self) -> HeadState {
+        self.motion.head()
+    }
+
+    /// Writes every handle at this tick. The slice has one handle more than there are benches.
+    ///
+    /// # Panics
+    /// Where the slice has another length.
+    pub fn write(&mut self, handles: &mut [HandleState]) -> HeadState {
+        assert_eq!(handles.len(), self.dragon.dimensions().benches() + 1, "a frame has one handle more than benches");
+        let head = self.motion.head();
+        let chain = self.chain.solve(&self.dragon, head.travel_m).expect("the motion stays within the run");
+        for (state, handle) in handles.iter_mut().zip(chain) {
+            let velocity = handle.tangent * (handle.speed_ratio * head.speed_mps);
+            *state = HandleState {
+                position_m: [handle.position.x, handle.position.y, 0.0],
+                velocity_mps: [velocity.x, velocity.y, 0.0],
+            };
+        }
+        head
+    }
+}
+
+impl HeadState {
+    /// The header of the frame that shows this head. The publisher stamps when it is sent.
+    pub fn header(&self, run_id: u64, tick: u64, scheduled_ns: u64, time_scale: f64, bench_count: u32) -> FrameHeader {
+        FrameHeader {
+            run_id,
+            tick,
+            sim_time_ns: self.sim_time_ns,
+            scheduled_ns,
+            published_ns: 0,
+            head_travel_m: self.travel_m,
+            head_speed_mps: self.speed_mps,
+            time_scale,
+            bench_count,
+            state: self.state.to_wire(),
+        }
+    }
+}

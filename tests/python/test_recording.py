@@ -1,0 +1,160 @@
+"""The stock MCAP readers open a recording with no code of ours and find every bit.
+
+Run by the Rust test `python::stock_python_readers_find_every_bit`, which makes the recordings and says in the
+environment where they are.
+"""
+
+import math
+import os
+import struct
+from pathlib import Path
+
+import pytest
+from mcap.exceptions import EndOfFile
+from mcap.reader import NonSeekingReader, make_reader
+from mcap.records import Channel, Message, Schema
+from mcap.stream_reader import StreamReader
+from mcap_ros2.decoder import DecoderFactory
+
+FOLDER = Path(os.environ["RECORDING_FOLDER"])
+FRAMES = int(os.environ["RECORDING_FRAMES"])
+FRAMES_IN_CUT = int(os.environ["RECORDING_FRAMES_IN_CUT"])
+OFFSET_NS = int(os.environ["RECORDING_OFFSET_NS"])
+FRAME_BYTES = 72 + 224 * 48
+HEADER = struct.Struct("<QQqQQdddII")
+HANDLE = struct.Struct("<6d")
+
+
+def expected_frames():
+    sent = (FOLDER / "frames.bin").read_bytes()
+    assert len(sent) == FRAMES * FRAME_BYTES
+    return [sent[at : at + FRAME_BYTES] for at in range(0, len(sent), FRAME_BYTES)]
+
+
+def wire_bytes(frame):
+    """A decoded frame as the bytes it has in shared memory."""
+    header = HEADER.pack(
+        frame.run_id,
+        frame.tick,
+        frame.sim_time_ns,
+        frame.scheduled_ns,
+        frame.published_ns,
+        frame.head_travel_m,
+        frame.head_speed_mps,
+        frame.time_scale,
+        frame.bench_count,
+        frame.state,
+    )
+    return header + b"".join(HANDLE.pack(*handle.position_m, *handle.velocity_mps) for handle in frame.handles)
+
+
+def decoded(name, topic):
+    with open(FOLDER / name, "rb") as stream:
+        reader = make_reader(stream, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        return [(item.message, item.decoded_message) for item in reader.iter_decoded_messages(topics=[topic])]
+
+
+def streamed_frames(name):
+    """The frames that the streaming reader yields, and the error by which it ends, if any."""
+    schemas, channels, frames, factory = {}, {}, [], DecoderFactory()
+    with open(FOLDER / name, "rb") as stream:
+        try:
+            for record in StreamReader(stream, validate_crcs=True).records:
+                if isinstance(record, Schema):
+                    schemas[record.id] = record
+                elif isinstance(record, Channel):
+                    channels[record.id] = record
+                elif isinstance(record, Message) and channels[record.channel_id].topic == "/dragon/frames":
+                    channel = channels[record.channel_id]
+                    decode = factory.decoder_for(channel.message_encoding, schemas[channel.schema_id])
+                    frames.append(wire_bytes(decode(record.data)))
+        except EndOfFile as error:
+            return frames, error
+    return frames, None
+
+
+def test_the_indexed_reader_finds_every_bit_of_every_frame():
+    assert [wire_bytes(frame) for _, frame in decoded("show.mcap", "/dragon/frames")] == expected_frames()
+
+
+def test_the_streaming_reader_finds_every_bit_of_every_frame():
+    frames, error = streamed_frames("show.mcap")
+    assert frames == expected_frames()
+    assert error is None
+
+
+def test_the_fields_of_a_frame_have_the_names_of_the_bus():
+    _, frame = decoded("show.mcap", "/dragon/frames")[0]
+    names = "run_id tick sim_time_ns scheduled_ns published_ns head_travel_m head_speed_mps time_scale bench_count state"
+    assert [field for field in type(frame).__slots__] == names.split() + ["handles"]
+
+
+def test_the_times_of_a_message_are_unix_times():
+    for message, frame in decoded("show.mcap", "/dragon/frames"):
+        assert message.log_time == frame.published_ns + OFFSET_NS
+        assert message.publish_time == frame.scheduled_ns + OFFSET_NS
+        assert message.sequence == frame.tick & 0xFFFFFFFF
+
+
+def test_a_pose_is_the_middle_and_the_heading_of_its_bench():
+    frames = {message.log_time: frame for message, frame in decoded("show.mcap", "/dragon/frames")}
+    poses = decoded("show.mcap", "/dragon/poses")
+    assert len(poses) in (8, 9)  # a quarter of a second at 30 Hz
+    for message, array in poses:
+        assert array.header.frame_id == "stage"
+        assert array.header.stamp.sec * 10**9 + array.header.stamp.nanosec == message.log_time
+        handles = frames[message.log_time].handles
+        assert len(array.poses) == len(handles) - 1
+        for pose, front, rear in zip(array.poses, handles, handles[1:]):
+            check_pose(pose, front.position_m, rear.position_m)
+
+
+def check_pose(pose, front, rear):
+    middle = [(a + b) / 2 for a, b in zip(front, rear)]
+    assert [pose.position.x, pose.position.y, pose.position.z] == middle
+    assert (pose.orientation.x, pose.orientation.y) == (0, 0)
+    heading = 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+    assert math.remainder(heading - math.atan2(front[1] - rear[1], front[0] - rear[0]), math.tau) == pytest.approx(0)
+
+
+def test_an_alert_keeps_every_field():
+    [(message, alert)] = decoded("show.mcap", "/dragon/alerts")
+    assert message.log_time == 6_000_000_000_000 + OFFSET_NS
+    assert (alert.run_id, alert.tick) == (0x1FFFFF00000001, FRAMES - 1)
+    assert (alert.sim_time_ns, alert.forecast_ns) == (-7, -(2**63))
+    assert struct.pack("<3d", alert.clearance_m, *alert.point_m) == struct.pack("<3d", -1 / 3, 0.1, -0.0)
+    assert (alert.kind, alert.bench_a, alert.bench_b, alert.reserved) == (1, 0, 8, 0)
+
+
+@pytest.mark.parametrize("name", ["show.mcap", "repaired.mcap"])
+def test_the_configuration_is_metadata(name):
+    with open(FOLDER / name, "rb") as stream:
+        [metadata] = make_reader(stream).iter_metadata()
+    assert metadata.name == "bench_dragon.configuration"
+    assert metadata.metadata == {"run_id": str(0x1FFFFF00000001), "toml": "[dragon]\nbenches = 223\n"}
+
+
+def test_a_cut_recording_streams_its_whole_chunks_up_to_the_end_of_file():
+    frames, error = streamed_frames("cut.mcap")
+    assert frames == expected_frames()[:FRAMES_IN_CUT]
+    assert isinstance(error, EndOfFile)
+
+
+def test_the_non_seeking_reader_streams_a_cut_recording_too():
+    ticks = []
+    with open(FOLDER / "cut.mcap", "rb") as stream:
+        reader = NonSeekingReader(stream, decoder_factories=[DecoderFactory()])
+        with pytest.raises(EndOfFile):
+            for item in reader.iter_decoded_messages(topics=["/dragon/frames"], log_time_order=False):
+                ticks.append(item.decoded_message.tick)
+    assert ticks == list(range(FRAMES_IN_CUT))
+
+
+def test_a_repaired_recording_is_indexed_and_complete():
+    with open(FOLDER / "repaired.mcap", "rb") as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary.chunk_indexes
+    [frames_id] = [id for id, channel in summary.channels.items() if channel.topic == "/dragon/frames"]
+    assert summary.statistics.channel_message_counts[frames_id] == FRAMES_IN_CUT
+    frames = [wire_bytes(frame) for _, frame in decoded("repaired.mcap", "/dragon/frames")]
+    assert frames == expected_frames()[:FRAMES_IN_CUT]

@@ -1,0 +1,152 @@
+//! Frames to record: a dragon on a spiral, every coordinate as irregular as in a real one.
+
+use std::{
+    fs::File,
+    io::BufReader,
+    path::{Path, PathBuf},
+};
+
+use bench_dragon::record::{FrameReader, RecordedFrame, Recorder, RecorderSettings};
+use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState};
+
+/// Benches of the paper's dragon.
+pub(crate) const BENCHES: u32 = 223;
+/// Unix time minus monotonic time of every recording here.
+pub(crate) const OFFSET_NS: i64 = 1_790_000_000_123_456_789;
+/// Run of every frame here.
+pub(crate) const RUN_ID: u64 = 0x1f_ffff_0000_0001;
+/// What the frames are described by.
+pub(crate) const TOML: &str = "[dragon]\nbenches = 223\n";
+
+const RATE_HZ: u64 = 1_000;
+const PITCH_M: f64 = 0.55;
+const LINK_M: f64 = 1.65;
+
+/// A frame as it lies on the bus.
+#[derive(Clone, Debug)]
+pub(crate) struct Frame {
+    pub header: FrameHeader,
+    pub handles: Vec<HandleState>,
+}
+
+/// The frame of one tick.
+pub(crate) fn frame(tick: u64, benches: u32) -> Frame {
+    let scheduled_ns = 5_000_000_000_000 + tick * 1_000_000_000 / RATE_HZ;
+    let travel_m = tick as f64 / RATE_HZ as f64;
+    let header = FrameHeader {
+        run_id: RUN_ID,
+        tick,
+        sim_time_ns: (tick * 1_000_000_000 / RATE_HZ).cast_signed() - 100_000_000_000,
+        scheduled_ns,
+        published_ns: scheduled_ns + 20_000 + tick % 7_001,
+        head_travel_m: travel_m,
+        head_speed_mps: 1.0 + (travel_m * 0.1).sin() * 1e-3,
+        time_scale: 1.0,
+        bench_count: benches,
+        state: (tick / 100 % 4) as u32,
+    };
+    Frame { header, handles: (0..=benches).map(|index| handle(travel_m - f64::from(index) * LINK_M)).collect() }
+}
+
+/// The frames of the first ticks.
+pub(crate) fn frames(count: u64, benches: u32) -> Vec<Frame> {
+    (0..count).map(|tick| frame(tick, benches)).collect()
+}
+
+/// An alert about the frame of one tick.
+pub(crate) fn alert(tick: u64) -> Alert {
+    Alert {
+        run_id: RUN_ID,
+        tick,
+        sim_time_ns: -7,
+        forecast_ns: Alert::NO_FORECAST,
+        clearance_m: -1.0 / 3.0,
+        point_m: [0.1, -0.0],
+        kind: AlertKind::Contact.to_wire(),
+        bench_a: 0,
+        bench_b: 8,
+        reserved: 0,
+    }
+}
+
+/// The state of a handle on the spiral, `travel_m` after (8.8, 0).
+fn handle(travel_m: f64) -> HandleState {
+    let growth_m = PITCH_M / std::f64::consts::TAU;
+    let angle = (2.0 * (442.6 - travel_m) / growth_m).sqrt();
+    let (sin, cos) = angle.sin_cos();
+    HandleState {
+        position_m: [growth_m * angle * cos, growth_m * angle * sin, 0.0],
+        velocity_mps: [sin - cos / angle, -cos - sin / angle, 0.0],
+    }
+}
+
+/// Settings for one file in a folder.
+pub(crate) fn settings(folder: &Path) -> RecorderSettings {
+    RecorderSettings::new(folder.join("show.mcap"), OFFSET_NS)
+}
+
+/// Records frames with their configuration and finishes; returns the first file.
+pub(crate) fn record(settings: RecorderSettings, frames: &[Frame]) -> PathBuf {
+    let path = settings.file.clone();
+    let mut recorder = Recorder::start(settings).expect("a recorder");
+    recorder.describe(RUN_ID, TOML).expect("the configuration");
+    for Frame { header, handles } in frames {
+        recorder.frame(header, handles).expect("a frame");
+    }
+    let summary = recorder.finish().expect("a finished recording");
+    assert_eq!(summary.frames, frames.len() as u64);
+    path
+}
+
+/// All frames that a recording holds, and whether it was cut.
+pub(crate) fn read(path: &Path) -> (Vec<RecordedFrame>, bool) {
+    let mut reader = FrameReader::open(path).expect("a recording");
+    let frames = reader.by_ref().collect::<Result<_, _>>().expect("readable frames");
+    (frames, reader.was_cut())
+}
+
+/// The summary that a reader with an index begins with; `None` in an unfinished file.
+pub(crate) fn summary(path: &Path) -> Option<mcap::Summary> {
+    let bytes = std::fs::read(path).expect("a file");
+    mcap::Summary::read(&bytes).ok().flatten()
+}
+
+/// The names of the metadata records in a file that may be unfinished.
+pub(crate) fn configuration_toml(path: &Path) -> Option<String> {
+    let mut reader = FrameReader::open(path).expect("a recording");
+    reader.by_ref().for_each(drop);
+    reader.configuration().map(|configuration| configuration.toml.clone())
+}
+
+/// The log times of all messages on a topic.
+pub(crate) fn log_times_ns(path: &Path, topic: &str) -> Vec<u64> {
+    let file = BufReader::new(File::open(path).expect("a recording"));
+    let messages = mcap::io::MessageReader::new(file).map(|message| message.expect("a message"));
+    messages.filter(|message| message.channel.topic == topic).map(|message| message.log_time).collect()
+}
+
+/// Fails unless both are the same frames, bit for bit.
+pub(crate) fn assert_same(recorded: &[RecordedFrame], sent: &[Frame]) {
+    assert_eq!(recorded.len(), sent.len(), "number of frames");
+    for (recorded, sent) in recorded.iter().zip(sent) {
+        let recorded_bytes = wire_bytes(&recorded.header, &recorded.handles);
+        assert!(recorded_bytes == wire_bytes(&sent.header, &sent.handles), "tick {} differs", sent.header.tick);
+    }
+}
+
+/// A frame as the bytes it has in shared memory.
+pub(crate) fn wire_bytes(header: &FrameHeader, handles: &[HandleState]) -> Vec<u8> {
+    let words = [
+        header.run_id,
+        header.tick,
+        header.sim_time_ns as u64,
+        header.scheduled_ns,
+        header.published_ns,
+        header.head_travel_m.to_bits(),
+        header.head_speed_mps.to_bits(),
+        header.time_scale.to_bits(),
+        u64::from(header.state) << 32 | u64::from(header.bench_count),
+    ];
+    let values = handles.iter().flat_map(|handle| [handle.position_m, handle.velocity_mps]).flatten();
+    words.into_iter().chain(values.map(f64::to_bits)).flat_map(u64::to_le_bytes).collect()
+}

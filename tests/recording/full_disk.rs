@@ -1,0 +1,135 @@
+//! A disk, or a file, that cannot grow. The recorder runs in a process of its own that alone has the limit.
+
+use std::{
+    env, fs,
+    io::{self, Write},
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use bench_dragon::record::{Kept, RecordError, Recorder, repair};
+use tempfile::tempdir;
+
+use crate::{
+    dance::{self, BENCHES},
+    kill::{FOLDER, arguments},
+};
+
+/// Mounts a small disk that exists for this process alone and vanishes with it, then becomes the test program.
+const ON_A_SMALL_DISK: &str = r#"mount -t tmpfs -o size=8m none "$BENCH_DRAGON_TEST_FOLDER" && exec "$@""#;
+/// Limits the size of a file, then becomes the test program: a write beyond it is cut short, the next one fails.
+fn with_files_of_at_most(bytes: u64) -> String {
+    format!(r#"trap "" XFSZ && ulimit -f {} && exec "$@""#, bytes / 512)
+}
+
+/// Records until nothing more goes in; returns the error and the number of frames said to be safe.
+fn record_until_it_fails(folder: &Path) -> (RecordError, u64) {
+    let mut recorder = Recorder::start(dance::settings(folder)).expect("a recorder");
+    recorder.describe(dance::RUN_ID, dance::TOML).expect("the configuration");
+    for tick in 0.. {
+        let dance::Frame { header, handles } = dance::frame(tick, BENCHES);
+        if let Err(error) = recorder.frame(&header, &handles) {
+            let again = recorder.frame(&header, &handles).expect_err("an ended recording");
+            assert!(matches!(again, RecordError::Ended), "{again}");
+            return (error, recorder.progress().frames);
+        }
+    }
+    unreachable!("a recording without an end")
+}
+
+/// Runs one of the ignored tests below in a process that a launcher prepares.
+fn run(launcher: &str, launcher_arguments: &[&str], test: &str, folder: &Path) {
+    let output = Command::new(launcher)
+        .args(launcher_arguments)
+        .arg("sh")
+        .arg(env::current_exe().expect("this program"))
+        .args(arguments(test))
+        .env(FOLDER, folder)
+        .output()
+        .expect("a process");
+    assert!(output.status.success(), "{test}: {}", String::from_utf8_lossy(&output.stderr));
+}
+
+fn folder_from_starter() -> PathBuf {
+    env::var_os(FOLDER).expect("a folder from the test that starts this process").into()
+}
+
+#[test]
+#[ignore = "the process that the next test gives a small disk"]
+fn process_on_a_small_disk() {
+    let folder = folder_from_starter();
+    let path = folder.join("show.mcap");
+    let (error, frames) = record_until_it_fails(&folder);
+    let text = error.to_string();
+    assert!(text.contains("the disk is full") && text.contains(path.to_str().expect("a path of text")), "{text}");
+    assert!(matches!(error, RecordError::DiskFull { kept: Kept::Finished, .. }), "{error:?}");
+    let (recorded, was_cut) = dance::read(&path);
+    assert!(!was_cut && dance::summary(&path).is_some(), "a finished file");
+    dance::assert_same(&recorded, &dance::frames(frames, BENCHES));
+    assert!(frames > 500, "most of the disk was used: {frames} frames");
+}
+
+#[test]
+fn a_full_disk_is_a_clear_error_and_leaves_a_finished_file() {
+    let folder = tempdir().expect("a folder");
+    let own_mounts = ["--user", "--map-root-user", "--mount"];
+    let may_mount = Command::new("unshare").args(own_mounts).args(["mount", "-t", "tmpfs", "none", "/mnt"]).status();
+    if !may_mount.is_ok_and(|status| status.success()) {
+        writeln!(io::stderr(), "not tested: this system lets no test mount a small disk").expect("a listener");
+        return;
+    }
+    let arguments = [&own_mounts[..], &["sh", "-c", ON_A_SMALL_DISK]].concat();
+    run("unshare", &arguments, "full_disk::process_on_a_small_disk", folder.path());
+    assert!(folder.path().read_dir().expect("a folder").next().is_none(), "the disk vanished with its process");
+}
+
+#[test]
+#[ignore = "the process that the next test gives a limit"]
+fn process_with_a_small_file() {
+    let folder = folder_from_starter();
+    let path = folder.join("show.mcap");
+    let (error, frames) = record_until_it_fails(&folder);
+    assert!(matches!(error, RecordError::Write { kept: Kept::Unfinished, .. }), "{error:?}");
+    assert!(error.to_string().contains(path.to_str().expect("a path of text")), "{error}");
+    dance::assert_same(&dance::read(&path).0, &dance::frames(frames, BENCHES));
+}
+
+#[test]
+fn a_failed_write_leaves_every_whole_chunk_and_repair_finishes_the_file() {
+    let folder = tempdir().expect("a folder");
+    run("sh", &["-c", &with_files_of_at_most(5_000_000)], "full_disk::process_with_a_small_file", folder.path());
+    let path = folder.path().join("show.mcap");
+    let frames = dance::read(&path).0.len() as u64;
+    assert!(frames > 200, "several chunks were written: {frames} frames");
+    let repaired = repair(&path).expect("a repair");
+    assert_eq!((repaired.frames, repaired.was_unfinished), (frames, true));
+    dance::assert_same(&dance::read(&path).0, &dance::frames(frames, BENCHES));
+}
+
+#[test]
+#[ignore = "the process that the next test gives a limit"]
+fn process_without_room_for_the_summary() {
+    let folder = folder_from_starter();
+    let mut recorder = Recorder::start(dance::settings(&folder)).expect("a recorder");
+    recorder.describe(dance::RUN_ID, dance::TOML).expect("the configuration");
+    for dance::Frame { header, handles } in dance::frames(3, BENCHES) {
+        recorder.frame(&header, &handles).expect("a frame");
+    }
+    let error = recorder.finish().expect_err("a summary that does not fit");
+    assert!(matches!(error, RecordError::Write { kept: Kept::Unfinished, .. }), "{error:?}");
+}
+
+#[test]
+fn a_summary_that_cannot_be_written_costs_no_frame() {
+    let folder = tempdir().expect("a folder");
+    let frames = dance::frames(3, BENCHES);
+    let path = dance::record(dance::settings(folder.path()), &frames);
+    let whole = fs::read(&path).expect("a recording");
+    let summary_start = mcap::read::footer(&whole).expect("a footer").summary_start;
+    fs::remove_file(&path).expect("a recording");
+
+    let limit = with_files_of_at_most(summary_start + 1_024);
+    run("sh", &["-c", &limit], "full_disk::process_without_room_for_the_summary", folder.path());
+    dance::assert_same(&dance::read(&path).0, &frames);
+    assert_eq!(repair(&path).expect("a repair").frames, 3);
+}

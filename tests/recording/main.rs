@@ -1,0 +1,9 @@
+//! Recordings: what is recorded comes back bit for bit, whatever happens to the recorder, the file or the disk.
+
+mod dance;
+mod full_disk;
+mod kill;
+mod lossless;
+mod python;
+mod repair;
+mod rotation;

@@ -1,0 +1,60 @@
+//! The stock Python readers open a recording with no code of ours. What they must find is in `python/test_recording.py`.
+
+use std::{env, fs, io::Write, path::Path, process::Command};
+
+use bench_dragon::record::{Recorder, repair};
+use tempfile::tempdir;
+
+use crate::dance::{self, BENCHES, Frame, OFFSET_NS, RUN_ID, TOML};
+
+const PYTHON: &str = "BENCH_DRAGON_PYTHON";
+const FRAMES: u64 = 250;
+
+/// A finished recording, and beside it the frames' bytes on the bus.
+fn write_whole(folder: &Path) {
+    let frames = dance::frames(FRAMES, BENCHES);
+    let mut recorder = Recorder::start(dance::settings(folder)).expect("a recorder");
+    recorder.describe(RUN_ID, TOML).expect("the configuration");
+    let mut expected = fs::File::create(folder.join("frames.bin")).expect("a file");
+    for Frame { header, handles } in &frames {
+        recorder.frame(header, handles).expect("a frame");
+        expected.write_all(&dance::wire_bytes(header, handles)).expect("the bytes of a frame");
+    }
+    recorder.alert(&dance::alert(FRAMES - 1), 6_000_000_000_000).expect("an alert");
+    recorder.finish().expect("a finished recording");
+}
+
+/// The same recording cut in the middle of a chunk, and that one repaired; returns the frames in both.
+fn write_cut_and_repaired(folder: &Path) -> u64 {
+    let whole = folder.join("show.mcap");
+    let chunks = dance::summary(&whole).expect("a summary").chunk_indexes;
+    let middle = chunks.last().expect("a chunk");
+    let length = (middle.chunk_start_offset + middle.chunk_length / 2) as usize;
+    let bytes = &fs::read(&whole).expect("the recording")[..length];
+    fs::write(folder.join("cut.mcap"), bytes).expect("a cut recording");
+    let repaired = folder.join("repaired.mcap");
+    fs::write(&repaired, bytes).expect("a cut recording");
+    repair(&repaired).expect("a repair").frames
+}
+
+#[test]
+fn stock_python_readers_find_every_bit() {
+    let python = env::var_os(PYTHON).unwrap_or_else(|| {
+        panic!("{PYTHON} is not set: run the tests with tests/run, which installs tests/requirements.txt and sets it")
+    });
+    let folder = tempdir().expect("a folder");
+    write_whole(folder.path());
+    let frames_in_cut = write_cut_and_repaired(folder.path());
+    assert!(0 < frames_in_cut && frames_in_cut < FRAMES, "the cut took some frames: {frames_in_cut} are left");
+    let status = Command::new(python)
+        .args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/python/test_recording.py"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .env("RECORDING_FOLDER", folder.path())
+        .env("RECORDING_FRAMES", FRAMES.to_string())
+        .env("RECORDING_FRAMES_IN_CUT", frames_in_cut.to_string())
+        .env("RECORDING_OFFSET_NS", OFFSET_NS.to_string())
+        .status()
+        .expect("a Python interpreter");
+    assert!(status.success(), "the Python reader found something else");
+}

@@ -1,0 +1,180 @@
+//! A recording cut off anywhere: what is readable, and what repair makes of it.
+
+use std::{
+    fs,
+    io::Cursor,
+    path::{Path, PathBuf},
+    sync::LazyLock,
+};
+
+use bench_dragon::record::{Recorder, RecorderSettings, RepairError, repair, repair_folder};
+use proptest::prelude::*;
+use tempfile::{TempDir, tempdir};
+
+use crate::dance::{self, Frame, TOML};
+
+/// A finished recording of many small chunks.
+struct Original {
+    frames: Vec<Frame>,
+    bytes: Vec<u8>,
+    chunks: Vec<mcap::records::ChunkIndex>,
+}
+
+static ORIGINAL: LazyLock<Original> = LazyLock::new(|| {
+    let folder = tempdir().expect("a folder");
+    let frames = dance::frames(1_200, 12);
+    let settings = RecorderSettings { rotate_bytes: Some(1_000_000), ..dance::settings(folder.path()) };
+    let path = dance::record(settings, &frames);
+    let chunks = dance::summary(&path).expect("a summary").chunk_indexes;
+    assert!(chunks.len() > 10, "{} chunks", chunks.len());
+    Original { frames, bytes: fs::read(&path).expect("the recording"), chunks }
+});
+
+impl Original {
+    /// The first `length` bytes as a file.
+    fn cut_at(&self, length: usize) -> (TempDir, PathBuf) {
+        let folder = tempdir().expect("a folder");
+        let path = folder.path().join("show.mcap");
+        fs::write(&path, &self.bytes[..length]).expect("the beginning of the recording");
+        (folder, path)
+    }
+
+    /// The frames of the chunks that lie whole within the first `length` bytes.
+    fn frames_within(&self, length: usize) -> &[Frame] {
+        let is_within =
+            |chunk: &&mcap::records::ChunkIndex| chunk.chunk_start_offset + chunk.chunk_length <= length as u64;
+        let last_ns = self.chunks.iter().filter(is_within).map(|chunk| chunk.message_end_time).max().unwrap_or(0);
+        let log_time_ns = |frame: &Frame| frame.header.published_ns + dance::OFFSET_NS as u64;
+        &self.frames[..self.frames.partition_point(|frame| log_time_ns(frame) <= last_ns)]
+    }
+
+    /// Bytes up to the end of the header, without which nothing tells that the file is ours.
+    fn header_length(&self) -> usize {
+        self.chunks[0].chunk_start_offset as usize
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_cut_recording_yields_the_frames_of_its_whole_chunks(part in 0.0..1.0) {
+        let length = (ORIGINAL.bytes.len() as f64 * part) as usize;
+        prop_assume!(length >= ORIGINAL.header_length());
+        let (_folder, path) = ORIGINAL.cut_at(length);
+        let (recorded, _) = dance::read(&path);
+        dance::assert_same(&recorded, ORIGINAL.frames_within(length));
+    }
+
+    #[test]
+    fn repair_finishes_a_recording_cut_anywhere(part in 0.0..1.0) {
+        let length = (ORIGINAL.bytes.len() as f64 * part) as usize;
+        prop_assume!(length >= ORIGINAL.header_length());
+        let (_folder, path) = ORIGINAL.cut_at(length);
+        let expected = ORIGINAL.frames_within(length);
+        let repaired = repair(&path).expect("a repair");
+        prop_assert!(repaired.was_unfinished);
+        prop_assert_eq!(repaired.frames, expected.len() as u64);
+        let (recorded, was_cut) = dance::read(&path);
+        prop_assert!(!was_cut);
+        dance::assert_same(&recorded, expected);
+        prop_assert!(dance::summary(&path).is_some(), "an index");
+        assert_repairing_again_changes_nothing(&path);
+    }
+}
+
+fn assert_repairing_again_changes_nothing(path: &Path) {
+    let before = fs::read(path).expect("the recording");
+    assert!(!repair(path).expect("a finished recording").was_unfinished);
+    assert!(fs::read(path).expect("the recording") == before, "the bytes are the same");
+}
+
+#[test]
+fn a_damaged_chunk_ends_the_recording_before_it() {
+    let chunk = &ORIGINAL.chunks[3];
+    let mut bytes = ORIGINAL.bytes.clone();
+    bytes[(chunk.chunk_start_offset + chunk.chunk_length / 2) as usize] ^= 0xff;
+    let folder = tempdir().expect("a folder");
+    let path = folder.path().join("show.mcap");
+    fs::write(&path, bytes).expect("a damaged recording");
+    let (recorded, was_cut) = dance::read(&path);
+    assert!(was_cut);
+    dance::assert_same(&recorded, ORIGINAL.frames_within(chunk.chunk_start_offset as usize));
+}
+
+#[test]
+fn a_file_that_goes_on_with_zeros_is_repaired_up_to_them() {
+    let length = ORIGINAL.chunks[5].chunk_start_offset as usize;
+    let (_folder, path) = ORIGINAL.cut_at(length);
+    let mut bytes = fs::read(&path).expect("the recording");
+    bytes.resize(length + 100_000, 0);
+    fs::write(&path, bytes).expect("a recording with zeros behind it");
+    assert_eq!(repair(&path).expect("a repair").frames, ORIGINAL.frames_within(length).len() as u64);
+}
+
+#[test]
+fn repair_keeps_the_configuration() {
+    let (_folder, path) = ORIGINAL.cut_at(ORIGINAL.bytes.len() / 2);
+    repair(&path).expect("a repair");
+    assert_eq!(dance::configuration_toml(&path).as_deref(), Some(TOML));
+    assert_eq!(dance::summary(&path).expect("a summary").metadata_indexes.len(), 1);
+}
+
+#[test]
+fn a_finished_recording_is_left_untouched() {
+    let (_folder, path) = ORIGINAL.cut_at(ORIGINAL.bytes.len());
+    assert_eq!(repair(&path).expect("a finished recording").frames, ORIGINAL.frames.len() as u64);
+    assert_repairing_again_changes_nothing(&path);
+    assert!(fs::read(&path).expect("the recording") == ORIGINAL.bytes);
+}
+
+#[test]
+fn a_recording_that_is_being_made_is_not_repaired() {
+    let folder = tempdir().expect("a folder");
+    let settings = dance::settings(folder.path());
+    let path = settings.file.clone();
+    let recorder = Recorder::start(settings).expect("a recorder");
+    let error = repair(&path).expect_err("a file in use");
+    assert!(matches!(error, RepairError::InUse { .. }), "{error}");
+    assert!(repair_folder(folder.path()).expect("a folder").is_empty());
+    recorder.finish().expect("a finished recording");
+    assert!(!repair(&path).expect("a finished recording").was_unfinished);
+}
+
+#[test]
+fn files_of_others_are_refused_and_left_untouched() {
+    let mut other = mcap::Writer::new(Cursor::new(Vec::new())).expect("a writer");
+    other.finish().expect("a finished file");
+    let other = other.into_inner().into_inner();
+    for bytes in [&b""[..], b"not a recording", &other, &other[..other.len() - 20]] {
+        let folder = tempdir().expect("a folder");
+        let path = folder.path().join("other.mcap");
+        fs::write(&path, bytes).expect("a file");
+        let error = repair(&path).expect_err("a file of another program");
+        assert!(matches!(error, RepairError::Foreign { .. }), "{error}");
+        assert!(repair_folder(folder.path()).expect("a folder").is_empty());
+        assert_eq!(fs::read(&path).expect("the file"), bytes);
+    }
+}
+
+#[test]
+fn all_unfinished_recordings_of_a_folder_are_repaired() {
+    let (folder, first) = ORIGINAL.cut_at(ORIGINAL.bytes.len() / 3);
+    let second = folder.path().join("show-0002.mcap");
+    fs::write(&second, &ORIGINAL.bytes[..ORIGINAL.bytes.len() - 1]).expect("an unfinished recording");
+    fs::write(folder.path().join("whole.mcap"), &ORIGINAL.bytes).expect("a finished recording");
+    fs::write(folder.path().join("notes.txt"), "steps").expect("a text");
+    let repairs = repair_folder(folder.path()).expect("a folder");
+    let paths: Vec<_> = repairs.into_iter().map(|repair| repair.expect("a repair").path).collect();
+    assert_eq!(paths, [second, first]);
+    assert!(repair_folder(folder.path()).expect("a folder").is_empty());
+}
+
+#[test]
+fn a_recording_that_cannot_be_repaired_stays_as_it_is() {
+    let (folder, path) = ORIGINAL.cut_at(ORIGINAL.bytes.len() / 2);
+    fs::create_dir(folder.path().join("show.mcap.repairing")).expect("something in the way of the copy");
+    let error = repair(&path).expect_err("no room for the copy");
+    assert!(matches!(error, RepairError::Write { .. }), "{error}");
+    assert!(fs::read(&path).expect("the recording") == ORIGINAL.bytes[..ORIGINAL.bytes.len() / 2]);
+}
