@@ -1,5 +1,6 @@
 //! `monitor`: the collision monitor's process.
 
+use std::fmt::Write as _;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -200,12 +201,13 @@ impl<'a> Session<'a> {
         if let Some(ClearanceReport { time_s, benches: [a, b], clearance_m }) = least_clearance {
             print_line(format_args!("least clearance {clearance_m:.6} m at {time_s:.6} s, benches {a} and {b}"))?;
         }
-        Ok(match contact {
+        match contact {
             Some(ContactReport { time_s, benches: [a, b] }) => {
                 print_line(format_args!("first contact at {time_s:.6} s, benches {a} and {b}"))?;
             }
             None => print_line("no contact")?,
-        })
+        }
+        Ok(())
     }
 }
 
@@ -231,10 +233,11 @@ impl Watch {
 fn alert_text(line: &AlertLine) -> String {
     let mut text = format!("{:>12.6} s  {:<9}", line.time_s, line.kind);
     if let (Some([a, b]), Some(clearance_m), Some([x, y])) = (line.benches, line.clearance_m, line.point_m) {
-        text += &format!("  benches {a} and {b}, clearance {clearance_m:.6} m at ({x:.3}, {y:.3})");
+        // Writing into a String cannot fail, here and below.
+        let _ = write!(text, "  benches {a} and {b}, clearance {clearance_m:.6} m at ({x:.3}, {y:.3})");
     }
     if let Some(forecast_s) = line.forecast_s.filter(|_| line.kind == AlertKind::Near.name()) {
-        text += &format!(", contact forecast at {forecast_s:.6} s");
+        let _ = write!(text, ", contact forecast at {forecast_s:.6} s");
     }
     text
 }

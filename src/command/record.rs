@@ -20,7 +20,7 @@ const MEGABYTE: u64 = 1_000_000;
 /// How often the disk's outlook is looked at.
 const OUTLOOK_PERIOD: Duration = Duration::from_secs(1);
 /// How often a warning is given again while it holds.
-const WARNING_PERIOD: Duration = Duration::from_secs(60);
+const WARNING_PERIOD: Duration = Duration::from_mins(1);
 
 pub(crate) fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
     if args.repair {

@@ -97,7 +97,7 @@ fn contact(config: &Config, format: Format) -> anyhow::Result<()> {
             point_m: contact.map(|contact| contact.point.to_array()),
         });
     }
-    Ok(match (contact, time_s) {
+    match (contact, time_s) {
         (Some(contact), Some(time_s)) => {
             let [a, b] = contact.benches;
             let point = contact.point;
@@ -107,5 +107,6 @@ fn contact(config: &Config, format: Format) -> anyhow::Result<()> {
             ))?;
         }
         _ => print_line(format_args!("no contact before the run ends, at {:.6} s", config.end_s()))?,
-    })
+    }
+    Ok(())
 }

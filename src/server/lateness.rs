@@ -22,24 +22,24 @@ struct Shared {
 
 /// The loop's end.
 #[derive(Clone, Debug)]
-pub struct LatenessSink(Arc<Shared>);
+pub(super) struct LatenessSink(Arc<Shared>);
 
 /// The counting thread's end.
 #[derive(Debug)]
-pub struct LatenessCounter {
+pub(super) struct LatenessCounter {
     shared: Arc<Shared>,
     histogram: LatencyHistogram,
 }
 
 /// Makes both ends.
-pub fn lateness_queue() -> (LatenessSink, LatenessCounter) {
+pub(super) fn lateness_queue() -> (LatenessSink, LatenessCounter) {
     let shared = Arc::new(Shared { queue: ArrayQueue::new(QUEUE_LEN), dropped: AtomicU64::new(0) });
     (LatenessSink(Arc::clone(&shared)), LatenessCounter { shared, histogram: LatencyHistogram::new() })
 }
 
 impl LatenessSink {
     /// Hands one value over, in nanoseconds.
-    pub fn record(&self, lateness_ns: u64) {
+    pub(super) fn record(&self, lateness_ns: u64) {
         if self.0.queue.push(lateness_ns).is_err() {
             self.0.dropped.fetch_add(1, Ordering::Relaxed);
         }
@@ -48,7 +48,7 @@ impl LatenessSink {
 
 impl LatenessCounter {
     /// Counts what has been handed over since the last call.
-    pub fn collect(&mut self) -> &LatencyHistogram {
+    pub(super) fn collect(&mut self) -> &LatencyHistogram {
         while let Some(lateness_ns) = self.shared.queue.pop() {
             self.histogram.record(lateness_ns);
         }
@@ -56,7 +56,7 @@ impl LatenessCounter {
     }
 
     /// Values that were not counted because this end was too slow.
-    pub fn dropped(&self) -> u64 {
+    pub(super) fn dropped(&self) -> u64 {
         self.shared.dropped.load(Ordering::Relaxed)
     }
 }

@@ -12,7 +12,7 @@ use rustix::io::Errno;
 
 /// Held for as long as a server runs.
 #[derive(Debug)]
-pub struct ServerLock {
+pub(super) struct ServerLock {
     path: PathBuf,
     // Closing the file drops the lock.
     _file: File,
@@ -44,7 +44,7 @@ impl ServerLock {
     ///
     /// # Errors
     /// [`LockError::Taken`] where another process holds it.
-    pub fn take(domain: &Domain) -> Result<Self, LockError> {
+    pub(super) fn take(domain: &Domain) -> Result<Self, LockError> {
         let path = domain.root().join("server.lock");
         let failed = |error: io::Error| LockError::Io { path: path.clone(), error };
         loop {

@@ -24,7 +24,6 @@ mod lock;
 mod reporter;
 mod simulation;
 
-pub use command_server::MAX_COMMANDS_PER_TICK;
 pub use lock::LockError;
 pub use simulation::Simulation;
 

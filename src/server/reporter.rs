@@ -19,21 +19,21 @@ const REPORT_PERIOD: Duration = Duration::from_millis(100);
 
 /// What the loop tells the reporter, a word at a time: each is the value of the last tick, not all of the same one.
 #[derive(Debug, Default)]
-pub struct LoopGauges {
+pub(super) struct LoopGauges {
     /// Last tick published.
-    pub tick: AtomicU64,
+    pub(super) tick: AtomicU64,
     /// Its show time in nanoseconds.
-    pub sim_time_ns: AtomicI64,
+    pub(super) sim_time_ns: AtomicI64,
     /// Its state, as on the wire.
-    pub state: AtomicU32,
+    pub(super) state: AtomicU32,
     /// Releases skipped so far.
-    pub overruns: AtomicU64,
+    pub(super) overruns: AtomicU64,
     finished: AtomicBool,
 }
 
 /// The running thread.
 #[derive(Debug)]
-pub struct Reporter {
+pub(super) struct Reporter {
     gauges: Arc<LoopGauges>,
     wake: Sender<()>,
     thread: JoinHandle<Percentiles>,
@@ -44,7 +44,7 @@ impl Reporter {
     ///
     /// # Errors
     /// As [`Member::join`] and [`Member::description`].
-    pub fn start(
+    pub(super) fn start(
         domain: Domain,
         description: Description,
         bench_count: usize,
@@ -68,14 +68,14 @@ impl Reporter {
                 let _ = woken.recv_timeout(REPORT_PERIOD);
                 report.publish(&shared);
             }
-            report.lateness.collect().percentiles()
+            report.lateness_of_all()
         });
         opened.recv().expect("the thread answers before it does anything else")?;
         Ok((Self { gauges: Arc::clone(&gauges), wake, thread }, gauges))
     }
 
     /// Publishes the last status and ends the thread. Returns the lateness of all releases.
-    pub fn finish(self) -> Percentiles {
+    pub(super) fn finish(self) -> Percentiles {
         self.gauges.finished.store(true, Ordering::Release);
         let _ = self.wake.try_send(());
         self.thread.join().expect("the reporter does not panic")
@@ -93,6 +93,15 @@ struct Report {
 }
 
 impl Report {
+    fn lateness_of_all(&mut self) -> Percentiles {
+        let percentiles = self.lateness.collect().percentiles();
+        match self.lateness.dropped() {
+            0 => {}
+            dropped => tracing::warn!("the lateness of {dropped} releases was not counted"),
+        }
+        percentiles
+    }
+
     fn open(
         domain: &Domain,
         description: &Description,

@@ -50,8 +50,8 @@ impl Schedule {
     /// The first release that is due at `now_ns` or later.
     fn first_release_from(&self, now_ns: u64) -> u64 {
         let elapsed = u128::from(now_ns.saturating_sub(self.epoch_ns));
-        let release = (elapsed * u128::from(self.rate_hz) / 1_000_000_000) as u64;
-        (release..).find(|&release| self.release_ns(release) >= now_ns).expect("releases reach any time")
+        // Release r is due at the whole nanoseconds of r / rate, so r is the least one with r ≥ elapsed · rate.
+        (elapsed * u128::from(self.rate_hz)).div_ceil(1_000_000_000) as u64
     }
 }
 

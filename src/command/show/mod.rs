@@ -350,7 +350,7 @@ fn free_recording(folder: &Path) -> PathBuf {
         1 => folder.join("recording.mcap"),
         number => folder.join(format!("recording-{number}.mcap")),
     };
-    (1..).map(name).find(|path| !path.exists()).expect("a folder holds fewer files than there are numbers")
+    (1..=u32::MAX).map(name).find(|path| !path.exists()).expect("a folder holds fewer files than that")
 }
 
 fn print_report(format: Format, summary: &ShowSummary, folder: &Path) -> anyhow::Result<()> {
