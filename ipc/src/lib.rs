@@ -45,10 +45,12 @@ mod continuity;
 mod domain;
 mod error;
 mod frame;
+mod member;
 mod membership;
 mod space;
 mod status;
 mod subscriber;
+mod trouble;
 
 pub use alert::{Alert, AlertKind};
 pub use client::{AlertSubscriber, CommandClient, Description, DescriptionReader, StatusReader};

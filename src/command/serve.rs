@@ -27,22 +27,25 @@ pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The configuration with the flags over it, the start and the end checked against the run.
+/// The configuration with the flags over it.
 pub(crate) fn configure(args: &ConfigArgs, pace: &PaceArgs) -> anyhow::Result<Config> {
     let overrides = Overrides { rate_hz: pace.rate, time_scale: pace.time_scale };
-    let config = Config::load(args.config.as_deref(), overrides)?;
+    Ok(Config::load(args.config.as_deref(), overrides)?)
+}
+
+/// Checks the start and the end of a show that walks at the planned speed.
+pub(crate) fn check_pace(config: &Config, pace: &PaceArgs) -> Result<(), BadInput> {
     let end_s = config.end_s();
     require("--start-at", pace.start_at, 0.0, end_s)?;
-    if let Some(until_s) = pace.until {
-        require("--until", until_s, pace.start_at, end_s)?;
-    }
-    Ok(config)
+    pace.until.map_or(Ok(()), |until_s| require("--until", until_s, pace.start_at, end_s))
 }
 
 fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
     let config = configure(&args.config, &args.pace)?;
-    if let Some(travel_m) = args.start_travel {
-        require("--start-travel", travel_m, 0.0, config.dragon().end_travel_m())?;
+    match args.start_travel {
+        // The speed was changed on the way, so show time says nothing of the travel.
+        Some(travel_m) => require("--start-travel", travel_m, 0.0, config.dragon().end_travel_m())?,
+        None => check_pace(&config, &args.pace)?,
     }
     if let Some(speed_mps) = args.start_speed {
         require("--start-speed", speed_mps, 0.0, MAX_SPEED_MPS)?;

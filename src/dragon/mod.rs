@@ -102,7 +102,7 @@ impl Dragon {
         self.route.start_travel_m()
     }
 
-    /// Travel at which the run ends, to 10⁻⁹ m.
+    /// Travel at which the run ends, to some 10⁻¹² m; every handle still walks up to here.
     pub fn end_travel_m(&self) -> f64 {
         self.run.end_travel_m
     }

@@ -7,7 +7,7 @@
 //! Whether a link walks depends on the place of its front handle alone, and all body links are alike. So a *fault* is a
 //! place of the route, one for the head's link and one for each place that a body link does not get past.
 
-use super::bisection::first_true;
+use super::bisection::turning_point;
 use super::chain::Chain;
 use super::dimensions::Dimensions;
 use super::link::{Link, RearEnd};
@@ -70,7 +70,7 @@ impl Run {
             handle.is_none_or(|handle| handle.place >= fault.place)
         };
         if arrived(self.end_travel_m) {
-            self.end_travel_m = first_true(route.start_travel_m(), self.end_travel_m, TOLERANCE, arrived);
+            (self.end_travel_m, _) = turning_point(route.start_travel_m(), self.end_travel_m, TOLERANCE, arrived);
             let handle = bench + 1;
             self.end = if fault.jump { RunEnd::HandleJumps { handle } } else { RunEnd::HandleStops { handle } };
         }
@@ -86,7 +86,7 @@ fn standing_places(route: &dyn Route, dimensions: &Dimensions) -> Result<Vec<f64
     if places.len() == dimensions.handles() { Ok(places) } else { Err(places.len()) }
 }
 
-/// A place that a link's front handle cannot get past, and whether the rear handle would jump there.
+/// The last place before one that a link's front handle cannot get past, and whether the rear handle would jump there.
 struct Fault {
     place: f64,
     jump: bool,
@@ -130,8 +130,8 @@ impl Faults<'_> {
         if !fails(to) {
             return None;
         }
-        let place = first_true(from, to, TOLERANCE, fails);
-        let jump = self.rear(place).is_none_or(|rear| self.jumps(&start, &rear));
+        let (place, beyond) = turning_point(from, to, TOLERANCE, fails);
+        let jump = self.rear(beyond).is_none_or(|rear| self.jumps(&start, &rear));
         Some(Fault { place, jump })
     }
 

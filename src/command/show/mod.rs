@@ -20,7 +20,8 @@ use crossbeam::channel::{self, Receiver, RecvTimeoutError, Sender};
 
 use crate::cli::{Format, ShowArgs};
 use crate::command::output::{complain, print_line};
-use crate::command::serve::configure;
+use crate::command::record::repair_around;
+use crate::command::serve::{check_pace, configure};
 use crate::command::{BadInput, CONTACT};
 
 mod child;
@@ -42,10 +43,15 @@ const PATIENCE: Duration = Duration::from_secs(30);
 /// How often one child is started again before the show gives up.
 const MAX_RESTARTS: u32 = 5;
 
+/// How the name of a show's folder begins that was not given one.
+const FOLDER_PREFIX: &str = "show-";
+
 pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let config = configure(&args.config, &args.pace)?;
+    check_pace(&config, &args.pace)?;
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
+    repair_earlier_shows();
     let folder = make_folder(args.out.as_deref())?;
     fs::write(folder.join("config.toml"), config.to_toml()).context("cannot write into the show's folder")?;
     let mut show = Show::start(args, &config, domain, folder)?;
@@ -56,10 +62,20 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     Ok(if failed { ExitCode::from(CONTACT) } else { ExitCode::SUCCESS })
 }
 
+/// Finishes what killed shows left in the current folder. The show's own folder is its recorder's affair.
+fn repair_earlier_shows() {
+    let Ok(entries) = fs::read_dir(".") else { return };
+    for folder in entries.flatten().map(|entry| entry.path()).filter(|path| path.is_dir()) {
+        if folder.file_name().is_some_and(|name| name.to_string_lossy().starts_with(FOLDER_PREFIX)) {
+            repair_around(&folder.join("recording.mcap"));
+        }
+    }
+}
+
 /// The folder of the show's files: made where it is missing.
 fn make_folder(out: Option<&Path>) -> anyhow::Result<PathBuf> {
     let folder = out.map_or_else(
-        || PathBuf::from(format!("show-{}", jiff::Zoned::now().strftime("%Y%m%d-%H%M%S"))),
+        || PathBuf::from(format!("{FOLDER_PREFIX}{}", jiff::Zoned::now().strftime("%Y%m%d-%H%M%S"))),
         Path::to_owned,
     );
     fs::create_dir_all(&folder).map_err(|error| {

@@ -1,0 +1,267 @@
+//! A process's membership in a domain, and the services that it opens there.
+
+use core::time::Duration;
+use std::thread;
+
+use iceoryx2::node::NodeCreationFailure;
+use iceoryx2::prelude::{Node, NodeBuilder, NodeName, ServiceName, SignalHandlingMode};
+
+use crate::alert::Alert;
+use crate::command::{Command, CommandReply};
+use crate::domain::{Domain, DomainError};
+use crate::error::BusError;
+use crate::frame::{FrameHeader, HandleState};
+use crate::membership::Membership;
+use crate::service::{
+    ALERT_BUFFER, ALERTS, AlertService, COMMANDS, CommandService, DESCRIPTION, DescriptionService, EventService,
+    FRAMES, FrameService, MAX_ACTIVE_REQUESTS, MAX_BORROWED_FRAMES, MAX_NODES, MAX_READERS, MAX_SOURCES, SMALL_PORTS,
+    STATUS, Service, StatusService, frame_buffer,
+};
+use crate::space::require_shared_memory;
+use crate::status::Status;
+use crate::trouble::{Sorted, Trouble};
+
+/// How often a source tries for a service that is in flux, and how long it waits in between: a second in all.
+const MAX_TRIES: u32 = 100;
+const TRY_PERIOD: Duration = Duration::from_millis(10);
+
+/// On which side of the services a process stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Creates services where they are missing. The benches decide how many frames are buffered.
+    Source {
+        /// Benches of the dragon.
+        bench_count: usize,
+    },
+    /// Opens services, which have to be there.
+    Client,
+}
+
+/// A process's membership in a domain.
+#[derive(Debug)]
+pub struct Member {
+    node: Node<Service>,
+    instance: String,
+    role: Role,
+    // Given up last, after the node is gone.
+    _membership: Membership,
+}
+
+impl Member {
+    /// Joins a domain under a name that `iox2 node list` shows. A source makes the domain's directory; for a client
+    /// it has to be there.
+    ///
+    /// # Errors
+    /// [`BusError::NoServer`] for a client where the directory is missing, [`BusError::Domain`],
+    /// [`BusError::PermissionDenied`] and [`BusError::SharedMemoryFull`].
+    pub fn join(domain: &Domain, name: &str, role: Role) -> Result<Self, BusError> {
+        let instance = domain.instance().to_string();
+        let membership = loop {
+            match (enter(domain, role), role) {
+                // The last one to leave has just removed the directory.
+                (Err(DomainError::Missing { .. }), Role::Source { .. }) => {}
+                (Err(DomainError::Missing { .. }), Role::Client) => return Err(BusError::NoServer { instance }),
+                (entered, _) => break entered?,
+            }
+        };
+        require_shared_memory(domain, SMALL_PORTS)?;
+        let name = NodeName::new(name).map_err(|error| BusError::failed("the node's name", error))?;
+        let node = NodeBuilder::new()
+            .name(&name)
+            .config(&domain.iceoryx2_config())
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<Service>()
+            .map_err(|error| match error {
+                NodeCreationFailure::InsufficientPermissions => BusError::PermissionDenied { service: "the domain" },
+                error => BusError::failed("the domain", error),
+            })?;
+        Ok(Self { node, instance, role, _membership: membership })
+    }
+
+    /// The frames: slices of [`HandleState`] under a [`FrameHeader`]. A slow reader loses its own oldest frames.
+    ///
+    /// # Errors
+    /// As every service: [`BusError::NoServer`], [`BusError::VersionMismatch`], [`BusError::PermissionDenied`],
+    /// [`BusError::HalfMade`], [`BusError::TooManyClients`], [`BusError::Failed`].
+    pub fn frames(&self) -> Result<FrameService, BusError> {
+        let builder = || {
+            self.node
+                .service_builder(&service_name(FRAMES))
+                .publish_subscribe::<[HandleState]>()
+                .user_header::<FrameHeader>()
+                .enable_safe_overflow(true)
+        };
+        let create = |bench_count| {
+            builder()
+                .max_publishers(MAX_SOURCES)
+                .max_subscribers(MAX_READERS)
+                .max_nodes(MAX_NODES)
+                .subscriber_max_buffer_size(frame_buffer(bench_count))
+                .subscriber_max_borrowed_samples(MAX_BORROWED_FRAMES)
+                .history_size(0)
+                .create()
+        };
+        self.open_or_create(FRAMES, || builder().open(), create)
+    }
+
+    /// The wake-up that follows each frame.
+    ///
+    /// # Errors
+    /// As [`Member::frames`].
+    pub fn frame_events(&self) -> Result<EventService, BusError> {
+        self.events(FRAMES)
+    }
+
+    /// The configuration as TOML text, kept for late joiners.
+    ///
+    /// # Errors
+    /// As [`Member::frames`].
+    pub fn description(&self) -> Result<DescriptionService, BusError> {
+        let builder = || {
+            self.node
+                .service_builder(&service_name(DESCRIPTION))
+                .publish_subscribe::<[u8]>()
+                .user_header::<u64>()
+                .enable_safe_overflow(true)
+        };
+        let create = |_| {
+            builder()
+                .max_publishers(MAX_SOURCES)
+                .max_subscribers(MAX_READERS)
+                .max_nodes(MAX_NODES)
+                .subscriber_max_buffer_size(1)
+                .subscriber_max_borrowed_samples(1)
+                .history_size(1)
+                .create()
+        };
+        self.open_or_create(DESCRIPTION, || builder().open(), create)
+    }
+
+    /// The server's account of itself, kept for late joiners.
+    ///
+    /// # Errors
+    /// As [`Member::frames`].
+    pub fn status(&self) -> Result<StatusService, BusError> {
+        let builder = || {
+            self.node.service_builder(&service_name(STATUS)).publish_subscribe::<Status>().enable_safe_overflow(true)
+        };
+        let create = |_| {
+            builder()
+                .max_publishers(MAX_SOURCES)
+                .max_subscribers(MAX_READERS)
+                .max_nodes(MAX_NODES)
+                .subscriber_max_buffer_size(1)
+                .subscriber_max_borrowed_samples(1)
+                .history_size(1)
+                .create()
+        };
+        self.open_or_create(STATUS, || builder().open(), create)
+    }
+
+    /// The monitor's alerts.
+    ///
+    /// # Errors
+    /// As [`Member::frames`].
+    pub fn alerts(&self) -> Result<AlertService, BusError> {
+        let builder =
+            || self.node.service_builder(&service_name(ALERTS)).publish_subscribe::<Alert>().enable_safe_overflow(true);
+        let create = |_| {
+            builder()
+                .max_publishers(MAX_SOURCES)
+                .max_subscribers(MAX_READERS)
+                .max_nodes(MAX_NODES)
+                .subscriber_max_buffer_size(ALERT_BUFFER)
+                .subscriber_max_borrowed_samples(MAX_BORROWED_FRAMES)
+                .history_size(0)
+                .create()
+        };
+        self.open_or_create(ALERTS, || builder().open(), create)
+    }
+
+    /// The wake-up that follows each alert.
+    ///
+    /// # Errors
+    /// As [`Member::frames`].
+    pub fn alert_events(&self) -> Result<EventService, BusError> {
+        self.events(ALERTS)
+    }
+
+    /// Commands to the server, each answered once.
+    ///
+    /// # Errors
+    /// As [`Member::frames`].
+    pub fn commands(&self) -> Result<CommandService, BusError> {
+        let builder = || self.node.service_builder(&service_name(COMMANDS)).request_response::<Command, CommandReply>();
+        let create = |_| {
+            builder()
+                .max_servers(MAX_SOURCES)
+                .max_clients(MAX_READERS)
+                .max_nodes(MAX_NODES)
+                .max_active_requests_per_client(MAX_ACTIVE_REQUESTS)
+                .max_response_buffer_size(1)
+                .create()
+        };
+        self.open_or_create(COMMANDS, || builder().open(), create)
+    }
+
+    fn events(&self, service: &'static str) -> Result<EventService, BusError> {
+        let builder = || self.node.service_builder(&service_name(service)).event();
+        let create = |_| {
+            builder()
+                .max_notifiers(MAX_SOURCES)
+                .max_listeners(MAX_READERS)
+                .max_nodes(MAX_NODES)
+                .event_id_max_value(1)
+                .create()
+        };
+        self.open_or_create(service, || builder().open(), create)
+    }
+
+    /// Opens a service; as a source, creates it where it is missing. What is there already keeps its own limits.
+    ///
+    /// A source that comes while the last client of an earlier one is leaving tries again until that is done.
+    fn open_or_create<Factory, OpenError: Sorted, CreateError: Sorted>(
+        &self,
+        service: &'static str,
+        open: impl Fn() -> Result<Factory, OpenError>,
+        create: impl Fn(usize) -> Result<Factory, CreateError>,
+    ) -> Result<Factory, BusError> {
+        let once = || match (open(), self.role) {
+            (Err(error), Role::Source { bench_count }) if error.trouble() == Trouble::Absent => {
+                create(bench_count).map_err(|error| (error.trouble(), self.sort(service, &error)))
+            }
+            (opened, _) => opened.map_err(|error| (error.trouble(), self.sort(service, &error))),
+        };
+        let mut tries = 1;
+        loop {
+            match once() {
+                Err((Trouble::InFlux, _)) if self.role != Role::Client && tries < MAX_TRIES => tries += 1,
+                outcome => return outcome.map_err(|(_, error)| error),
+            }
+            thread::sleep(TRY_PERIOD);
+        }
+    }
+
+    fn sort(&self, service: &'static str, error: &impl Sorted) -> BusError {
+        match error.trouble() {
+            Trouble::Absent | Trouble::InFlux => BusError::NoServer { instance: self.instance.clone() },
+            Trouble::Mismatch => BusError::VersionMismatch { service },
+            Trouble::Denied => BusError::PermissionDenied { service },
+            Trouble::HalfMade => BusError::HalfMade { service },
+            Trouble::Full => BusError::TooManyClients { service },
+            Trouble::Other => BusError::failed(service, error),
+        }
+    }
+}
+
+fn enter(domain: &Domain, role: Role) -> Result<Membership, DomainError> {
+    match role {
+        Role::Source { .. } => domain.create_directory()?,
+        Role::Client => domain.check_directory()?,
+    }
+    Membership::join(domain)
+}
+
+fn service_name(name: &'static str) -> ServiceName {
+    ServiceName::new(name).expect("the bus's names are valid service names")
+}

@@ -1,0 +1,120 @@
+//! First contacts and sweeps against all pairs at every step of a fine walk.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use bench_dragon::dragon::{Board, ChainSolver, ContactSearch, Dimensions, Dragon, PairEvent, first_contact};
+use bench_dragon::route::Spiral;
+use proptest::prelude::*;
+
+/// Dragons whose boards are near to each other, on routes short enough to walk through in small steps.
+fn crowded_dragons() -> impl Strategy<Value = Dragon> {
+    let benches = (3_usize..40, 1.0..4.0_f64, 1.0..2.5_f64, 0.1..0.4_f64, 0.0..0.3_f64);
+    let spirals = (1.05..2.0_f64, 2.0..8.0_f64);
+    (benches, spirals).prop_filter_map("cannot stand", |((count, head_m, body_m, width_m, hole_m), (pitch, turns))| {
+        let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole_m).ok()?;
+        Dragon::new(dimensions, Arc::new(Spiral::new(pitch * width_m, turns).ok()?)).ok()
+    })
+}
+
+fn boards_at(dragon: &Dragon, travel_m: f64) -> Vec<Board> {
+    let mut boards = Vec::new();
+    let mut solver = ChainSolver::new(dragon);
+    dragon.place_boards(solver.solve(dragon, travel_m).expect("within the run"), &mut boards);
+    boards
+}
+
+fn touching_at(dragon: &Dragon, travel_m: f64) -> BTreeSet<[usize; 2]> {
+    let boards = boards_at(dragon, travel_m);
+    let pairs = (0..boards.len()).flat_map(|first| (first + 2..boards.len()).map(move |second| [first, second]));
+    pairs.filter(|&[first, second]| boards[first].overlaps(&boards[second])).collect()
+}
+
+fn clearance_at(dragon: &Dragon, travel_m: f64, [first, second]: [usize; 2]) -> f64 {
+    let boards = boards_at(dragon, travel_m);
+    boards[first].clearance(&boards[second])
+}
+
+/// The first step of a walk through the run at which some pair overlaps.
+fn first_overlap(dragon: &Dragon, step_m: f64) -> Option<f64> {
+    let steps = (dragon.end_travel_m() / step_m) as u32;
+    (0..=steps).map(|step| f64::from(step) * step_m).find(|&travel_m| !touching_at(dragon, travel_m).is_empty())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn first_contact_is_no_later_than_the_first_overlap_of_a_walk(dragon in crowded_dragons()) {
+        let overlap_m = first_overlap(&dragon, 0.005);
+        let contact = first_contact(&dragon, 0.0, dragon.end_travel_m());
+        let Some(contact) = contact else {
+            prop_assert_eq!(overlap_m, None);
+            return Ok(());
+        };
+        prop_assert!(overlap_m.is_none_or(|overlap_m| contact.travel_m <= overlap_m), "{contact:?} after {overlap_m:?}");
+        let clearance_m = clearance_at(&dragon, contact.travel_m, contact.benches);
+        prop_assert!(contact.travel_m == 0.0 || clearance_m.abs() < 1e-10, "clearance {clearance_m} m at {contact:?}");
+        prop_assert!(contact.travel_m == 0.0 || touching_at(&dragon, contact.travel_m - 2e-11).is_empty());
+    }
+
+    #[test]
+    fn sweeps_account_for_every_change_between_frames(
+        dragon in crowded_dragons(),
+        begin in 0.0..1.0_f64,
+        frames_m in prop::collection::vec(0.001..0.4_f64, 1..60),
+    ) {
+        let mut search = ContactSearch::new(&dragon);
+        let mut travel_m = begin * dragon.end_travel_m();
+        let mut touching = touching_at(&dragon, travel_m);
+        for frame_m in frames_m {
+            let next_m = (travel_m + frame_m).min(dragon.end_travel_m());
+            for event in search.sweep(travel_m, next_m) {
+                let contact = event.contact();
+                prop_assert!(contact.travel_m >= travel_m && contact.travel_m <= next_m, "{event:?}");
+                let changed = match event {
+                    PairEvent::Touch(_) => touching.insert(contact.benches),
+                    PairEvent::Part(_) => touching.remove(&contact.benches),
+                };
+                prop_assert!(changed, "{event:?} changes nothing");
+                let clearance_m = clearance_at(&dragon, contact.travel_m, contact.benches);
+                prop_assert!(clearance_m.abs() < 1e-10, "clearance {clearance_m} m at {event:?}");
+            }
+            prop_assert_eq!(&touching, &touching_at(&dragon, next_m), "at {} m", next_m);
+            travel_m = next_m;
+        }
+    }
+}
+
+/// Body benches touch before the head has come to where the next handle began: the pair is not one of the leading ones.
+#[test]
+fn body_benches_that_touch_first_are_found() {
+    let dimensions = Dimensions::new(60, 2.20, 2.20, 0.30, 0.275).expect("valid benches");
+    let spiral = Spiral::new(0.399_860_968_87, 13.9).expect("a valid spiral");
+    let dragon = Dragon::new(dimensions, Arc::new(spiral)).expect("the dragon stands");
+    let contact = first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("benches touch");
+    assert_eq!(contact.benches, [6, 29]);
+    assert!((contact.travel_m - 0.325).abs() < 5e-4, "touch at {} m", contact.travel_m);
+    let overlap_m = first_overlap(&dragon, 1e-4).expect("benches overlap");
+    assert!(contact.travel_m <= overlap_m && contact.travel_m > overlap_m - 1e-4, "{contact:?} but {overlap_m} m");
+}
+
+#[test]
+fn contact_at_the_beginning_is_found_there() {
+    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
+    let spiral = Spiral::new(0.55, 16.0).expect("a valid spiral");
+    let dragon = Dragon::new(dimensions, Arc::new(spiral)).expect("the dragon stands");
+    let contact = first_contact(&dragon, 413.0, 420.0).expect("the head is in touch");
+    assert_eq!((contact.travel_m, contact.benches), (413.0, [0, 8]));
+}
+
+#[test]
+fn contacts_outside_the_run_or_backwards_are_none() {
+    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
+    let spiral = Spiral::new(0.55, 16.0).expect("a valid spiral");
+    let dragon = Dragon::new(dimensions, Arc::new(spiral)).expect("the dragon stands");
+    let mut search = ContactSearch::new(&dragon);
+    assert_eq!(search.first(500.0, 600.0), None);
+    assert_eq!(search.first(-20.0, -10.0), None);
+    assert!(search.sweep(413.0, 412.0).is_empty());
+}
