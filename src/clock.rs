@@ -1,9 +1,10 @@
 //! The clocks: `CLOCK_MONOTONIC` for everything that is compared, the wall clock for dates alone.
 
+use std::num::NonZeroU64;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use rustix::io::Errno;
-use rustix::thread::clock_nanosleep_absolute;
+use rustix::thread::{clock_nanosleep_absolute, set_current_timer_slack};
 use rustix::time::{ClockId, Timespec, clock_gettime};
 
 const NANOS_PER_SECOND: u64 = 1_000_000_000;
@@ -18,6 +19,12 @@ pub fn monotonic_ns() -> u64 {
 pub fn unix_minus_monotonic_ns() -> i64 {
     let unix = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos() as i64);
     unix - monotonic_ns() as i64
+}
+
+/// Makes this thread's sleeps end when they are due: by default the kernel may add 50 µs to save a wake-up.
+pub fn sleep_precisely() {
+    // A kernel that refuses leaves the sleeps as they were, which the lateness shows.
+    let _ = set_current_timer_slack(NonZeroU64::new(1));
 }
 
 /// Sleeps until `CLOCK_MONOTONIC` reaches `deadline_ns`. Returns false where a signal ended the sleep early.

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use bench_dragon_ipc::service::{AlertService, EventService, Member, Role};
 use bench_dragon_ipc::{BusError, Description, Domain, Request, ShowState};
 
-use crate::clock::{monotonic_ns, sleep_until};
+use crate::clock::{monotonic_ns, sleep_precisely, sleep_until};
 use crate::config::Config;
 use crate::histogram::Percentiles;
 
@@ -144,6 +144,7 @@ impl Server {
     /// # Errors
     /// [`ServerError::Bus`] where a frame cannot be published.
     pub fn run(mut self, stop: &AtomicBool) -> Result<ServerSummary, ServerError> {
+        sleep_precisely();
         self.wait_for_readers(stop);
         let mut schedule = Schedule::new(monotonic_ns() + LEAD.as_nanos() as u64, self.settings.config.rate_hz());
         let mut tick = 0;
