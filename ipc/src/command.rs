@@ -66,6 +66,9 @@ pub enum Request {
 }
 
 impl Request {
+    /// Greatest speed of the head that may be asked for, in metres per show second.
+    pub const MAX_SPEED_MPS: f64 = 10.0;
+
     /// The wire form.
     pub fn to_wire(self) -> Command {
         let (kind, value) = match self {

@@ -13,6 +13,13 @@ pub enum BusError {
         /// The instance.
         instance: String,
     },
+    /// Another source publishes on this instance.
+    SourceRunning {
+        /// The instance.
+        instance: String,
+        /// The other source's process id, as it wrote it; empty in the instant before it has.
+        pid: String,
+    },
     /// The instance's directory is not usable.
     Domain(DomainError),
     /// The service is there, with another layout or from another iceoryx2 version.
@@ -66,6 +73,10 @@ impl fmt::Display for BusError {
             Self::NoServer { instance } => {
                 write!(formatter, "no server runs on instance {instance:?}: start one with `bench-dragon serve`")
             }
+            Self::SourceRunning { instance, pid } => write!(
+                formatter,
+                "a server already runs on instance {instance:?}, pid {pid}: stop it, or choose another --instance"
+            ),
             Self::Domain(error) => error.fmt(formatter),
             Self::VersionMismatch { service } => write!(
                 formatter,

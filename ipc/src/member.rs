@@ -1,10 +1,12 @@
 //! A process's membership in a domain, and the services that it opens there.
 
+use core::fmt::Debug;
 use core::time::Duration;
 use std::thread;
 
 use iceoryx2::node::NodeCreationFailure;
-use iceoryx2::prelude::{Node, NodeBuilder, NodeName, ServiceName, SignalHandlingMode};
+use iceoryx2::prelude::{IceoryxSend, Node, NodeBuilder, NodeName, ServiceName, SignalHandlingMode, ZeroCopySend};
+use iceoryx2::service::builder::publish_subscribe::Builder;
 
 use crate::alert::Alert;
 use crate::command::{Command, CommandReply};
@@ -91,16 +93,7 @@ impl Member {
                 .user_header::<FrameHeader>()
                 .enable_safe_overflow(true)
         };
-        let create = |bench_count| {
-            builder()
-                .max_publishers(MAX_SOURCES)
-                .max_subscribers(MAX_READERS)
-                .max_nodes(MAX_NODES)
-                .subscriber_max_buffer_size(frame_buffer(bench_count))
-                .subscriber_max_borrowed_samples(MAX_BORROWED_FRAMES)
-                .history_size(0)
-                .create()
-        };
+        let create = |bench_count| limit(builder(), frame_buffer(bench_count), MAX_BORROWED_FRAMES, 0).create();
         self.open_or_create(FRAMES, || builder().open(), create)
     }
 
@@ -124,16 +117,7 @@ impl Member {
                 .user_header::<u64>()
                 .enable_safe_overflow(true)
         };
-        let create = |_| {
-            builder()
-                .max_publishers(MAX_SOURCES)
-                .max_subscribers(MAX_READERS)
-                .max_nodes(MAX_NODES)
-                .subscriber_max_buffer_size(1)
-                .subscriber_max_borrowed_samples(1)
-                .history_size(1)
-                .create()
-        };
+        let create = |_| limit(builder(), 1, 1, 1).create();
         self.open_or_create(DESCRIPTION, || builder().open(), create)
     }
 
@@ -145,16 +129,7 @@ impl Member {
         let builder = || {
             self.node.service_builder(&service_name(STATUS)).publish_subscribe::<Status>().enable_safe_overflow(true)
         };
-        let create = |_| {
-            builder()
-                .max_publishers(MAX_SOURCES)
-                .max_subscribers(MAX_READERS)
-                .max_nodes(MAX_NODES)
-                .subscriber_max_buffer_size(1)
-                .subscriber_max_borrowed_samples(1)
-                .history_size(1)
-                .create()
-        };
+        let create = |_| limit(builder(), 1, 1, 1).create();
         self.open_or_create(STATUS, || builder().open(), create)
     }
 
@@ -165,16 +140,7 @@ impl Member {
     pub fn alerts(&self) -> Result<AlertService, BusError> {
         let builder =
             || self.node.service_builder(&service_name(ALERTS)).publish_subscribe::<Alert>().enable_safe_overflow(true);
-        let create = |_| {
-            builder()
-                .max_publishers(MAX_SOURCES)
-                .max_subscribers(MAX_READERS)
-                .max_nodes(MAX_NODES)
-                .subscriber_max_buffer_size(ALERT_BUFFER)
-                .subscriber_max_borrowed_samples(MAX_BORROWED_FRAMES)
-                .history_size(0)
-                .create()
-        };
+        let create = |_| limit(builder(), ALERT_BUFFER, MAX_BORROWED_FRAMES, 0).create();
         self.open_or_create(ALERTS, || builder().open(), create)
     }
 
@@ -252,6 +218,27 @@ impl Member {
             Trouble::Other => BusError::failed(service, error),
         }
     }
+}
+
+/// Sets what a service allows: any number of publishers that it ever needs, `buffer` unread and `borrowed` held samples a
+/// reader, and the last `history` samples for late joiners.
+fn limit<Payload, Header>(
+    builder: Builder<Payload, Header, Service>,
+    buffer: usize,
+    borrowed: usize,
+    history: usize,
+) -> Builder<Payload, Header, Service>
+where
+    Payload: Debug + IceoryxSend + ?Sized,
+    Header: Debug + ZeroCopySend,
+{
+    builder
+        .max_publishers(MAX_SOURCES)
+        .max_subscribers(MAX_READERS)
+        .max_nodes(MAX_NODES)
+        .subscriber_max_buffer_size(buffer)
+        .subscriber_max_borrowed_samples(borrowed)
+        .history_size(history)
 }
 
 fn enter(domain: &Domain, role: Role) -> Result<Membership, DomainError> {

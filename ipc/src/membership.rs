@@ -4,12 +4,12 @@
 //! The last one to leave takes away what iceoryx2 itself never removes: its counter of nodes in `/dev/shm` and the
 //! empty directories.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File};
 use std::io::{self, ErrorKind};
-use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crate::domain::{Domain, DomainError};
+use crate::lock_file::lock_at;
 
 /// Where shared memory lives in the file system.
 const SHARED_MEMORY: &str = "/dev/shm";
@@ -29,20 +29,8 @@ impl Membership {
             ErrorKind::NotFound => DomainError::Missing { path: domain.root().to_owned() },
             _ => DomainError::Io { path: path.clone(), error },
         };
-        loop {
-            let file = OpenOptions::new()
-                .read(true)
-                .write(true)
-                .create(true)
-                .truncate(false)
-                .mode(0o600)
-                .open(&path)
-                .map_err(failed)?;
-            file.lock_shared().map_err(failed)?;
-            if is_still_at(&file, &path).map_err(failed)? {
-                return Ok(Self { domain: domain.clone(), file });
-            }
-        }
+        let file = lock_at(&path, |file| file.lock_shared()).map_err(failed)?;
+        Ok(Self { domain: domain.clone(), file })
     }
 }
 
@@ -58,16 +46,6 @@ impl Drop for Membership {
 
 fn lock_path(domain: &Domain) -> PathBuf {
     domain.root().join("members.lock")
-}
-
-/// Whether the file that was locked is still the one at its path: the last holder may have removed it between our
-/// opening and our locking.
-fn is_still_at(file: &File, path: &Path) -> io::Result<bool> {
-    match fs::metadata(path) {
-        Ok(at_path) => Ok(at_path.ino() == file.metadata()?.ino()),
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(false),
-        Err(error) => Err(error),
-    }
 }
 
 /// Whether iceoryx2 knows no node: a client in another language holds no lock of ours, but a node.

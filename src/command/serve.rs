@@ -4,11 +4,10 @@ use std::process::ExitCode;
 
 use bench_dragon::config::{Config, Overrides};
 use bench_dragon::report::ServeLine;
-use bench_dragon::server::motion::MAX_SPEED_MPS;
 use bench_dragon::server::{Server, ServerSettings, ServerSummary};
 use bench_dragon::stop::StopFlag;
-use bench_dragon_ipc::Domain;
 use bench_dragon_ipc::service::MAX_READERS;
+use bench_dragon_ipc::{Domain, Request};
 
 use crate::cli::{ConfigArgs, Format, PaceArgs, ServeArgs};
 use crate::command::BadInput;
@@ -48,7 +47,7 @@ fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
         None => check_pace(&config, &args.pace)?,
     }
     if let Some(speed_mps) = args.start_speed {
-        require("--start-speed", speed_mps, 0.0, MAX_SPEED_MPS)?;
+        require("--start-speed", speed_mps, 0.0, Request::MAX_SPEED_MPS)?;
     }
     require("--readers", args.readers as f64, 0.0, MAX_READERS as f64)?;
     Ok(ServerSettings {

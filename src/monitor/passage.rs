@@ -1,14 +1,12 @@
 //! What happened between two frames: whether the head walked from the one to the other, so that the way between can
 //! be swept, or was put there.
 
-use bench_dragon_ipc::{FrameHeader, ShowState};
-
-use crate::server::motion::MAX_SPEED_MPS;
+use bench_dragon_ipc::{FrameHeader, Request, ShowState};
 
 /// How far show time may be from a whole number of steps, in seconds: its resolution on the wire.
 const SIM_TIME_TOLERANCE_S: f64 = 2e-9;
 /// How far travel may be from speed times show time, in metres: that resolution at the greatest speed.
-const TRAVEL_TOLERANCE_M: f64 = SIM_TIME_TOLERANCE_S * MAX_SPEED_MPS;
+const TRAVEL_TOLERANCE_M: f64 = SIM_TIME_TOLERANCE_S * Request::MAX_SPEED_MPS;
 
 /// The way from one frame to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +35,7 @@ fn walked(last: &FrameHeader, next: &FrameHeader, tick_s: f64) -> bool {
     }
     let runs = next.show_state() == Some(ShowState::Running);
     if ticks > 1 || !runs {
-        return travel_step_m <= sim_step_s * MAX_SPEED_MPS + TRAVEL_TOLERANCE_M;
+        return travel_step_m <= sim_step_s * Request::MAX_SPEED_MPS + TRAVEL_TOLERANCE_M;
     }
     // Successive frames of a running show: one whole step at the speed that the second one states.
     (sim_step_s - tick_s).abs() <= SIM_TIME_TOLERANCE_S

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::service::{AlertService, EventService, Member, Role};
-use bench_dragon_ipc::{BusError, Description, Domain, Request, ShowState};
+use bench_dragon_ipc::{BusError, Description, Domain, Request, ShowState, SourceLock};
 
 use crate::clock::{monotonic_ns, sleep_precisely, sleep_until};
 use crate::config::Config;
@@ -20,17 +20,14 @@ pub mod schedule;
 mod command_server;
 mod frame_publisher;
 mod lateness;
-mod lock;
 mod reporter;
 mod simulation;
 
-pub use lock::LockError;
 pub use simulation::Simulation;
 
 use command_server::CommandServer;
 use frame_publisher::FramePublisher;
 use lateness::{LatenessSink, lateness_queue};
-use lock::ServerLock;
 use motion::MotionPlan;
 use reporter::{LoopGauges, Reporter};
 use schedule::Schedule;
@@ -74,17 +71,6 @@ pub struct ServerSummary {
     pub lateness_us: Percentiles,
 }
 
-/// Why a server does not run.
-#[derive(Debug, thiserror::Error)]
-pub enum ServerError {
-    /// Another one does.
-    #[error(transparent)]
-    Lock(#[from] LockError),
-    /// The bus is not usable.
-    #[error(transparent)]
-    Bus(#[from] BusError),
-}
-
 /// A server that is ready to run.
 #[derive(Debug)]
 pub struct Server {
@@ -97,7 +83,7 @@ pub struct Server {
     reporter: Reporter,
     gauges: std::sync::Arc<LoopGauges>,
     _member: Member,
-    _lock: ServerLock,
+    _lock: SourceLock,
     lateness: LatenessSink,
     settings: ServerSettings,
     run_id: u64,
@@ -107,11 +93,10 @@ impl Server {
     /// Takes the instance, creates its services and publishes the description.
     ///
     /// # Errors
-    /// [`ServerError::Lock`] where another server runs on the instance, [`ServerError::Bus`] where the bus is not
-    /// usable.
-    pub fn create(domain: &Domain, settings: ServerSettings) -> Result<Self, ServerError> {
-        domain.create_directory().map_err(BusError::from)?;
-        let lock = ServerLock::take(domain)?;
+    /// [`BusError::SourceRunning`] where another server runs on the instance; the others as [`Member::join`] and
+    /// [`Member::frames`].
+    pub fn create(domain: &Domain, settings: ServerSettings) -> Result<Self, BusError> {
+        let lock = SourceLock::take(domain)?;
         let bench_count = settings.config.dragon().dimensions().benches();
         let member = Member::join(domain, "serve", Role::Source { bench_count })?;
         let run_id = random_run_id();
@@ -142,8 +127,8 @@ impl Server {
     /// Publishes frame after frame until `stop` is set, a client asks for it, or the show time to end at is reached.
     ///
     /// # Errors
-    /// [`ServerError::Bus`] where a frame cannot be published.
-    pub fn run(mut self, stop: &AtomicBool) -> Result<ServerSummary, ServerError> {
+    /// [`BusError::Failed`] where a frame cannot be published.
+    pub fn run(mut self, stop: &AtomicBool) -> Result<ServerSummary, BusError> {
         sleep_precisely();
         self.wait_for_readers(stop);
         let mut schedule = Schedule::new(monotonic_ns() + LEAD.as_nanos() as u64, self.settings.config.rate_hz());

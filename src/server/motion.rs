@@ -5,9 +5,6 @@
 
 use bench_dragon_ipc::{Refusal, Request, ShowState};
 
-/// Greatest speed of the head that may be asked for, in metres per show second.
-pub const MAX_SPEED_MPS: f64 = 10.0;
-
 /// What a motion starts from. All values are finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionPlan {
@@ -19,7 +16,7 @@ pub struct MotionPlan {
     pub start_s: f64,
     /// Travel at tick 0, in metres.
     pub start_travel_m: f64,
-    /// Speed at tick 0, from 0 to [`MAX_SPEED_MPS`], in metres per show second.
+    /// Speed at tick 0, from 0 to [`Request::MAX_SPEED_MPS`], in metres per show second.
     pub start_speed_mps: f64,
     /// Show time of the run's start: the least that may be sought.
     pub first_s: f64,
@@ -171,8 +168,8 @@ impl Motion {
     }
 
     fn set_speed(&mut self, speed_mps: f64) -> Result<(), Refusal> {
-        if !(0.0..=MAX_SPEED_MPS).contains(&speed_mps) {
-            return Err(Refusal::OutOfRange { lowest: 0.0, highest: MAX_SPEED_MPS });
+        if !(0.0..=Request::MAX_SPEED_MPS).contains(&speed_mps) {
+            return Err(Refusal::OutOfRange { lowest: 0.0, highest: Request::MAX_SPEED_MPS });
         }
         self.pace = Pace { start_travel_m: self.travel_m(), start_ticks: self.leg.ticks, speed_mps };
         Ok(())

@@ -1,0 +1,75 @@
+//! One source an instance, without a daemon.
+
+use std::fs::{self, File, TryLockError};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::PathBuf;
+
+use crate::domain::{Domain, DomainError};
+use crate::error::BusError;
+use crate::lock_file::lock_at;
+
+/// Held by the one source of an instance for as long as it runs.
+#[derive(Debug)]
+pub struct SourceLock {
+    path: PathBuf,
+    // Closing the file drops the lock.
+    _file: File,
+}
+
+/// Why the lock is not to be had.
+enum Refused {
+    Taken { pid: String },
+    Io(io::Error),
+}
+
+impl From<io::Error> for Refused {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+impl SourceLock {
+    /// Takes the lock of a domain, whose directory is made where it is missing.
+    ///
+    /// # Errors
+    /// [`BusError::SourceRunning`] where another process holds it, [`BusError::Domain`].
+    pub fn take(domain: &Domain) -> Result<Self, BusError> {
+        domain.create_directory()?;
+        let path = domain.root().join("source.lock");
+        match lock_at(&path, lock_exclusively).and_then(|file| write_pid(file).map_err(Refused::Io)) {
+            Ok(file) => Ok(Self { path, _file: file }),
+            Err(Refused::Taken { pid }) => {
+                Err(BusError::SourceRunning { instance: domain.instance().to_string(), pid })
+            }
+            Err(Refused::Io(error)) => Err(DomainError::Io { path, error }.into()),
+        }
+    }
+}
+
+impl Drop for SourceLock {
+    fn drop(&mut self) {
+        // While the lock is held, so that nobody else's file is removed. What cannot be removed is used again.
+        let _ = fs::remove_file(&self.path);
+        // The last one to leave the domain could not remove the directory while this file was in it.
+        let _ = self.path.parent().map(fs::remove_dir);
+    }
+}
+
+fn lock_exclusively(file: &mut File) -> Result<(), Refused> {
+    match file.try_lock() {
+        Ok(()) => Ok(()),
+        Err(TryLockError::WouldBlock) => {
+            let mut pid = String::new();
+            file.read_to_string(&mut pid)?;
+            Err(Refused::Taken { pid: pid.trim().to_owned() })
+        }
+        Err(TryLockError::Error(error)) => Err(Refused::Io(error)),
+    }
+}
+
+fn write_pid(mut file: File) -> io::Result<File> {
+    file.set_len(0)?;
+    file.seek(SeekFrom::Start(0))?;
+    writeln!(file, "{}", std::process::id())?;
+    Ok(file)
+}
