@@ -80,8 +80,8 @@ proptest! {
         }
     }
 
-    /// On the way in the route is tighter at a link's front. The chord then makes the larger angle there (Vogt's theorem), as
-    /// long as the link does not span half a turn.
+    /// On the way in the route is tighter at a link's front. The chord then makes the larger angle there (Vogt's
+    /// theorem), as long as the link does not span half a turn.
     #[test]
     fn no_handle_is_faster_than_the_one_before_on_the_way_in((dragon, travel_m) in walks()) {
         for (bench, ends) in solve(&dragon, travel_m).windows(2).enumerate() {

@@ -1,6 +1,7 @@
 //! Where a condition begins to hold.
 
-/// The ends of an interval at most `tolerance` wide, or one unit of rounding, over which `holds` turns from false to true.
+/// The ends of an interval at most `tolerance` wide, or one unit of rounding, over which `holds` turns from false to
+/// true.
 ///
 /// Bisection: `holds` is taken to be false at `low` and true at `high`, and is never asked there. If it turns more than
 /// once, the answer is one of its turns to true. At most log₂((high − low) ÷ the width) questions are asked.

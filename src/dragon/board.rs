@@ -115,8 +115,9 @@ impl Board {
         }
     }
 
-    /// The largest gap between the boards' shadows that the separating axis test finds, and its direction, from this board
-    /// to the other: not over the clearance, above 0 exactly where they are apart, and the clearance where they overlap.
+    /// The largest gap between the boards' shadows that the separating axis test finds, and its direction, from this
+    /// board to the other: not over the clearance, above 0 exactly where they are apart, and the clearance where they
+    /// overlap.
     pub fn separation(&self, other: &Self) -> (f64, DVec2) {
         let (ours, theirs) = (self.cuboid(), other.cuboid());
         let relative = self.pose().inv_mul(&other.pose());

@@ -1,8 +1,8 @@
 //! The chain rule: each handle stands on the route, behind the one before it.
 //!
-//! Handle i + 1 is the nearest point of the route *behind* handle i, along the route, at the distance of bench i's link.
-//! Links are rigid, so the two handles of a bench have equal velocity components along it, and every speed follows from the
-//! head's.
+//! Handle i + 1 is the nearest point of the route *behind* handle i, along the route, at the distance of bench i's
+//! link. Links are rigid, so the two handles of a bench have equal velocity components along it, and every speed
+//! follows from the head's.
 
 use glam::DVec2;
 use thiserror::Error;

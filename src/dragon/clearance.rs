@@ -1,7 +1,8 @@
 //! Which benches are near to each other.
 //!
-//! Neighbours share a hinge and are never a pair. Candidates come from a grid over the boards' centres; a candidate's exact
-//! clearance is worked out only if neither its circumscribed circles nor the separating axis test already rule it out.
+//! Neighbours share a hinge and are never a pair. Candidates come from a grid over the boards' centres; a candidate's
+//! exact clearance is worked out only if neither its circumscribed circles nor the separating axis test already rule it
+//! out.
 
 use glam::DVec2;
 

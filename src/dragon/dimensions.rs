@@ -49,7 +49,8 @@ impl Dimensions {
     /// assert!((paper.link_m(0) - 2.86).abs() < 1e-15);
     ///
     /// let error = Dimensions::new(223, 3.41, 2.20, 0.30, 1.2).unwrap_err();
-    /// assert_eq!(error.to_string(), "hole_offset_m is 1.2, must be at least 0 and under 1.1, half of the shortest bench");
+    /// let text = "hole_offset_m is 1.2, must be at least 0 and under 1.1, half of the shortest bench";
+    /// assert_eq!(error.to_string(), text);
     /// # Ok::<(), bench_dragon::dragon::DimensionsError>(())
     /// ```
     ///

@@ -30,8 +30,8 @@ impl Grid {
         self.sort(points);
     }
 
-    /// Calls `visit(i, j)`, i < j, once for each two points in the same cell or in neighbouring ones, which includes all
-    /// two points at most the fill's `reach_m` apart.
+    /// Calls `visit(i, j)`, i < j, once for each two points in the same cell or in neighbouring ones, which includes
+    /// all two points at most the fill's `reach_m` apart.
     pub(super) fn for_each_pair(&self, mut visit: impl FnMut(usize, usize)) {
         for row in 0..self.rows {
             for column in 0..self.columns {

@@ -2,8 +2,8 @@
 
 use crate::route::{Route, RoutePoint};
 
-/// Bound on steps of the walk back. A step covers a good part of the distance that is lacking, so only a link that spans
-/// very many turns of the route comes near it.
+/// Bound on steps of the walk back. A step covers a good part of the distance that is lacking, so only a link that
+/// spans very many turns of the route comes near it.
 const MAX_STEPS: usize = 10_000;
 
 /// Bound on steps towards a bracketed crossing: in the worst case every second one halves the bracket.
@@ -54,7 +54,8 @@ impl Link<'_> {
     /// The first place behind `front_place` at the link's length from it; none if [`MAX_STEPS`] do not reach it.
     ///
     /// Walks back by steps that cannot pass the first crossing, until the crossing is bracketed where the distance only
-    /// grows, then refines it. The distance is off by rounding alone: some 10⁻¹⁴ of the distance from the route's centre.
+    /// grows, then refines it. The distance is off by rounding alone: some 10⁻¹⁴ of the distance from the route's
+    /// centre.
     pub(super) fn rear(&self, front_place: f64) -> Option<RearEnd> {
         let start = self.route.step_back(front_place, self.length_m);
         let mut sight = self.look(start);
@@ -77,8 +78,8 @@ impl Link<'_> {
     /// Arc that can be walked back with the distance staying under the link's length.
     ///
     /// The distance D changes by at most the arc walked (sphere tracing: Hart 1996, The Visual Computer 12). Its second
-    /// derivative is at most |κ| + 1/D, which over the next D/2 of arc is at most |κ| + 2/D, so D also stays under
-    /// D + D'σ + (|κ|/2 + 1/D)σ². The second bound walks briskly past a place where the distance almost reaches the length.
+    /// derivative is at most |κ| + 1/D, which over the next D/2 of arc is at most |κ| + 2/D, so D also stays under D +
+    /// D'σ + (|κ|/2 + 1/D)σ². The second bound walks briskly past a place where the distance almost reaches the length.
     fn safe_step(&self, sight: &Sight) -> f64 {
         let gap_m = self.length_m - sight.distance_m;
         let limit_m = 0.5 * sight.distance_m;
@@ -92,8 +93,8 @@ impl Link<'_> {
 
     /// A place behind `sight` up to which the distance only grows and reaches the link's length, if there is one near.
     ///
-    /// The second derivative of the distance D is at least −|κ|. So D still grows after 6·gap/D' of arc if D'² ≥ 6·|κ|·gap,
-    /// and has grown by the gap after a third of that, which the step back covers.
+    /// The second derivative of the distance D is at least −|κ|. So D still grows after 6·gap/D' of arc if D'² ≥
+    /// 6·|κ|·gap, and has grown by the gap after a third of that, which the step back covers.
     fn far_bracket(&self, sight: &Sight) -> Option<f64> {
         let gap_m = self.length_m - sight.distance_m;
         if gap_m <= 0.0 {

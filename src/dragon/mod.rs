@@ -1,14 +1,16 @@
 //! The dragon: hinged benches led along a route.
 //!
-//! Bench 0 is the head. Handle i is the front hinge of bench i, handle N the tail's rear hinge. All that the dragon does
-//! is a function of the head's travel in metres; "per metre" and "speed ratio" mean per metre of that.
+//! Bench 0 is the head. Handle i is the front hinge of bench i, handle N the tail's rear hinge. All that the dragon
+//! does is a function of the head's travel in metres; "per metre" and "speed ratio" mean per metre of that.
 
 mod bisection;
 mod board;
 mod chain;
 mod clearance;
 mod contact;
+mod contact_search;
 mod dimensions;
+mod follower;
 mod grid;
 mod link;
 mod passage;
@@ -24,7 +26,8 @@ use crate::route::Route;
 pub use board::{Approach, Board};
 pub use chain::{Chain, ChainBroken, ChainSolver, Handle};
 pub use clearance::{ClearanceSearch, PairClearance};
-pub use contact::{Contact, ContactSearch, PairEvent, first_contact};
+pub use contact::{Contact, PairEvent};
+pub use contact_search::{ContactSearch, first_contact};
 pub use dimensions::{Dimensions, DimensionsError};
 pub use run::RunEnd;
 
@@ -43,7 +46,7 @@ pub enum DragonError {
     },
     /// At the start, no place behind a handle is right for the next one.
     #[error(
-        "the route is too tight at its start: handle {handle} cannot stand and walk {link_m} m behind the one before"
+        "the route is too tight at its start: handle {handle} cannot stand and walk {link_m:.3} m behind the one before"
     )]
     CannotStand {
         /// The first such handle.
@@ -76,7 +79,8 @@ impl Dragon {
     /// Puts a dragon onto a route, the head at the route's start, and finds out how far it can walk.
     ///
     /// # Errors
-    /// The pitch must be above the boards' width, and at the start every handle must stand on the route and move forward.
+    /// The pitch must be above the boards' width, and at the start every handle must stand on the route and move
+    /// forward.
     pub fn new(dimensions: Dimensions, route: Arc<dyn Route>) -> Result<Self, DragonError> {
         let (pitch_m, width_m) = (route.pitch_m(), dimensions.width_m());
         if pitch_m <= width_m {

@@ -1,9 +1,9 @@
 //! What a board may cover on the way from one travel to a later one.
 //!
 //! Both ends of the way are known exactly. In between, the only facts used are that both handles walk forward along the
-//! route, that their distance d is fixed, and that the route's curvature there is at most some K. With s the arc walked by
-//! the front handle, p and r the handles, u the heading, and α and β the angles between the heading and the tangents at
-//! front and rear:
+//! route, that their distance d is fixed, and that the route's curvature there is at most some K. With s the arc walked
+//! by the front handle, p and r the handles, u the heading, and α and β the angles between the heading and the tangents
+//! at front and rear:
 //!
 //! - |p'| = 1 and |p''| ≤ K;
 //! - |r'| = g = cos α / cos β (rigid link), |r''| ≤ |g'| + K·g²;
@@ -12,11 +12,12 @@
 //!
 //! From these follow two bounds, ℓ being the arc of the whole way:
 //!
-//! - a corner is a handle plus a vector of length ρ fixed to the board, |corner''| ≤ max(|p''|, |r''|) + ρ·|u''| =: A, so it
-//!   stays within A·ℓ²/8 of the segment between its ends, and the board within as much of the hull of its two ends;
+//! - a corner is a handle plus a vector of length ρ fixed to the board, |corner''| ≤ max(|p''|, |r''|) + ρ·|u''| =: A,
+//!   so it stays within A·ℓ²/8 of the segment between its ends, and the board within as much of the hull of its two
+//!   ends;
 //! - a fixed point x, seen from the board's centre m, has the coordinates u·(x − m) and u⊥·(x − m), whose second
-//!   derivatives are at most |m''| + 2·|u'|·|m'| + |u''|·|x − m| =: E, so a point E·ℓ²/8 deep in the board at both ends is in
-//!   it all the way.
+//!   derivatives are at most |m''| + 2·|u'|·|m'| + |u''|·|x − m| =: E, so a point E·ℓ²/8 deep in the board at both ends
+//!   is in it all the way.
 
 use glam::DVec2;
 
@@ -41,11 +42,10 @@ pub(super) struct Passage {
 impl Passage {
     /// The way of a bench from one seat to a later one.
     pub(super) fn new(dragon: &Dragon, bench: usize, earlier: &Seat, later: &Seat) -> Self {
-        let route = dragon.route();
-        let walk_m = route.travel(later.front.place) - route.travel(earlier.front.place);
+        let walk_m = later.front_travel_m - earlier.front_travel_m;
         let link = LinkBounds {
             length_m: dragon.dimensions().link_m(bench),
-            curvature: route.curvature_bound(earlier.rear.place, later.front.place),
+            curvature: dragon.route().curvature_bound(earlier.rear.place, later.front.place),
         };
         let motion = link.motion(link.angles(earlier, walk_m));
         let drift_m = drift_m(dragon, bench, earlier, later);
@@ -66,8 +66,8 @@ impl Passage {
         far - near > self.bulge_m + other.bulge_m
     }
 
-    /// Whether boards that overlap `depth_m` deep at one end of their ways overlap at whatever point of its way each is:
-    /// because they cannot move that far, or because one holds a corner of the other.
+    /// Whether boards that overlap `depth_m` deep at one end of their ways overlap at whatever point of its way each
+    /// is: because they cannot move that far, or because one holds a corner of the other.
     pub(super) fn stays_touching(&self, other: &Self, depth_m: f64) -> bool {
         depth_m > self.drift_m + other.drift_m || self.holds_a_corner(other) || other.holds_a_corner(self)
     }
@@ -82,11 +82,11 @@ impl Passage {
 /// How far a point of a bench's board may get from where it is at either seat, on the way between them.
 ///
 /// The handles get no further than the arcs that they walk. A corner is a handle plus a vector of length ρ fixed to the
-/// board, and the heading changes by at most the two arcs over d. Of all points of a rigid board a corner moves furthest.
+/// board, and the heading changes by at most the two arcs over d. Of all points of a rigid board a corner moves
+/// furthest.
 pub(super) fn drift_m(dragon: &Dragon, bench: usize, earlier: &Seat, later: &Seat) -> f64 {
-    let walk_m = |from: f64, to: f64| dragon.route().travel(to) - dragon.route().travel(from);
-    let front_m = walk_m(earlier.front.place, later.front.place);
-    let rear_m = walk_m(earlier.rear.place, later.rear.place);
+    let front_m = later.front_travel_m - earlier.front_travel_m;
+    let rear_m = later.rear_travel_m - earlier.rear_travel_m;
     let turn = (front_m + rear_m) / dragon.dimensions().link_m(bench);
     front_m.max(rear_m) + dragon.dimensions().overhang_m() * turn
 }
@@ -109,8 +109,9 @@ struct LinkBounds {
 impl LinkBounds {
     /// Bounds on the angles over a way of `walk_m` of front arc, taken from the curvature alone if that is small.
     ///
-    /// A curve with |κ| ≤ K that is left at angle 0 has, after an arc s ≤ π/K, a chord at an angle of at most K·s/2 and at
-    /// least (2/K)·sin(K·s/2) long. So for a chord of length d with K·d < 2 the sines of its end angles are at most K·d/2.
+    /// A curve with |κ| ≤ K that is left at angle 0 has, after an arc s ≤ π/K, a chord at an angle of at most K·s/2 and
+    /// at least (2/K)·sin(K·s/2) long. So for a chord of length d with K·d < 2 the sines of its end angles are at most
+    /// K·d/2.
     fn angles(&self, earlier: &Seat, walk_m: f64) -> Angles {
         let sine = 0.5 * self.curvature * self.length_m;
         if sine < 0.75 {
@@ -120,8 +121,8 @@ impl LinkBounds {
         }
     }
 
-    /// Bounds from the rear angle at the beginning: while its cosine is at least half of what it is there, its rate has a
-    /// bound; if that cannot use up the half on the way, the cosine stays so all the way, else there is no bound.
+    /// Bounds from the rear angle at the beginning: while its cosine is at least half of what it is there, its rate has
+    /// a bound; if that cannot use up the half on the way, the cosine stays so all the way, else there is no bound.
     fn steep_angles(&self, earlier: &Seat, walk_m: f64) -> Angles {
         let rear_cosine = 0.5 * earlier.rear.tangent.dot(earlier.board.heading);
         let ratio = 1.0 / rear_cosine;

@@ -1,8 +1,8 @@
 //! How far a dragon can walk.
 //!
-//! A run ends at the route's end, or where the chain rule would make a handle stop, reverse or jump. A link does so where
-//! it stands square to the tangent at its front handle (the rear handle's speed reaches 0) or at its rear handle (the rear
-//! handle's speed has no bound: the crossing that it stands on vanishes), or where a nearer crossing appears.
+//! A run ends at the route's end, or where the chain rule would make a handle stop, reverse or jump. A link does so
+//! where it stands square to the tangent at its front handle (the rear handle's speed reaches 0) or at its rear handle
+//! (the rear handle's speed has no bound: the crossing that it stands on vanishes), or where a nearer crossing appears.
 //!
 //! Whether a link walks depends on the place of its front handle alone, and all body links are alike. So a *fault* is a
 //! place of the route, one for the head's link and one for each place that a body link does not get past.
@@ -63,7 +63,8 @@ impl Run {
         Ok(run)
     }
 
-    /// Ends the run where the front handle of `bench` comes to the fault, if it does. All links before it walk that far.
+    /// Ends the run where the front handle of `bench` comes to the fault, if it does. All links before it walk that
+    /// far.
     fn shorten(&mut self, route: &dyn Route, dimensions: &Dimensions, bench: usize, fault: &Fault) {
         let arrived = |travel_m| {
             let handle = Chain::new(route, dimensions, travel_m).nth(bench);

@@ -1,7 +1,7 @@
 //! Routes: the curves that the handles of a dragon follow.
 //!
-//! A route is a curve with a walking direction. *Travel* is signed arc length in metres, 0 where t = 0. A *place* names a
-//! point of the route by whatever number suits the curve; it grows in walking direction. Angles are counter-clockwise
+//! A route is a curve with a walking direction. *Travel* is signed arc length in metres, 0 where t = 0. A *place* names
+//! a point of the route by whatever number suits the curve; it grows in walking direction. Angles are counter-clockwise
 //! from +x, x to the right and y away.
 
 mod spiral;
@@ -25,8 +25,8 @@ pub struct RoutePoint {
 
 /// A curve with a walking direction, once continuously differentiable, whose curvature is bounded.
 ///
-/// Behind the start it goes on far enough for a whole dragon to stand on it. Every method is a pure function and takes any
-/// place of the curve; none allocates.
+/// Behind the start it goes on far enough for a whole dragon to stand on it. Every method is a pure function and takes
+/// any place of the curve; none allocates.
 pub trait Route: Debug + Send + Sync {
     /// Where the run begins, in metres of travel: 0, or less on a route whose t = 0 lies further on.
     fn start_travel_m(&self) -> f64;
@@ -46,7 +46,8 @@ pub trait Route: Debug + Send + Sync {
     /// Position, walking direction and pace at a place.
     fn point(&self, place: f64) -> RoutePoint;
 
-    /// A place behind `place`: at most `arc_m` of arc behind it, which a caller may rely on, and at least a third of that.
+    /// A place behind `place`: at most `arc_m` of arc behind it, which a caller may rely on, and at least a third of
+    /// that.
     ///
     /// Cheaper than [`place`](Self::place), which would give it exactly.
     fn step_back(&self, place: f64, arc_m: f64) -> f64;

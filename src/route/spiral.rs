@@ -35,8 +35,10 @@ pub enum RouteError {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spiral {
+    pitch_m: f64,
     radius_per_radian_m: f64,
-    length_at_start_m: f64,
+    /// Arc length from the centre to t = 0, in units of `radius_per_radian_m`.
+    start_unit_length: f64,
 }
 
 impl Spiral {
@@ -51,9 +53,8 @@ impl Spiral {
         if !(start_turns > 0.0 && start_turns <= MAX_START_TURNS) {
             return Err(RouteError::StartTurns(start_turns));
         }
-        let radius_per_radian_m = pitch_m / TAU;
-        let length_at_start_m = radius_per_radian_m * unit_length(TAU * start_turns);
-        Ok(Self { radius_per_radian_m, length_at_start_m })
+        let start_unit_length = unit_length(TAU * start_turns);
+        Ok(Self { pitch_m, radius_per_radian_m: pitch_m / TAU, start_unit_length })
     }
 }
 
@@ -63,20 +64,20 @@ impl Route for Spiral {
     }
 
     fn end_travel_m(&self) -> f64 {
-        self.length_at_start_m
+        self.radius_per_radian_m * self.start_unit_length
     }
 
     fn pitch_m(&self) -> f64 {
-        TAU * self.radius_per_radian_m
+        self.pitch_m
     }
 
     fn travel(&self, place: f64) -> f64 {
-        self.length_at_start_m - self.radius_per_radian_m * unit_length(-place)
+        self.radius_per_radian_m * (self.start_unit_length - unit_length(-place))
     }
 
     fn place(&self, travel_m: f64) -> f64 {
-        let left_m = (self.length_at_start_m - travel_m).max(0.0);
-        -unit_angle(left_m / self.radius_per_radian_m)
+        let left = self.start_unit_length - travel_m / self.radius_per_radian_m;
+        -unit_angle(left.max(0.0))
     }
 
     fn point(&self, place: f64) -> RoutePoint {
@@ -92,9 +93,9 @@ impl Route for Spiral {
         }
     }
 
-    /// Outward the pace grows by at most b per radian, so a step of δ covers at most δ·(pace + b·δ) of arc; this is the δ
-    /// for which that bound equals `arc_m`. The pace also is at least (pace + b·x)/√2 after x radians, so the step covers
-    /// at least 1/√8 of the bound.
+    /// Outward the pace grows by at most b per radian, so a step of δ covers at most δ·(pace + b·δ) of arc; this is the
+    /// δ for which that bound equals `arc_m`. The pace also is at least (pace + b·x)/√2 after x radians, so the step
+    /// covers at least 1/√8 of the bound.
     fn step_back(&self, place: f64, arc_m: f64) -> f64 {
         let unit_arc = arc_m / self.radius_per_radian_m;
         let unit_pace = (1.0 + place * place).sqrt();

@@ -15,7 +15,7 @@ const LOOK_PERIOD: Duration = Duration::from_millis(2);
 
 /// What a child does in the show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Role {
+pub(super) enum Role {
     Serve,
     Monitor,
     Record,
@@ -23,7 +23,7 @@ pub(crate) enum Role {
 
 impl Role {
     /// The command that it runs.
-    pub(crate) fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             Self::Serve => "serve",
             Self::Monitor => "monitor",
@@ -34,7 +34,7 @@ impl Role {
 
 /// What a child's reader has to tell.
 #[derive(Debug)]
-pub(crate) enum Event {
+pub(super) enum Event {
     /// It has printed a line.
     Line(Role, String),
     /// It has closed its stdout: it is ending.
@@ -43,7 +43,7 @@ pub(crate) enum Event {
 
 /// A running child. One that is dropped without having been waited for is killed.
 #[derive(Debug)]
-pub(crate) struct Child {
+pub(super) struct Child {
     role: Role,
     process: Process,
 }
@@ -51,7 +51,7 @@ pub(crate) struct Child {
 impl Child {
     /// Starts this program again as a child, in a process group of its own, so that the terminal's Ctrl-C reaches it
     /// only through the show. Every line that it prints comes as an event.
-    pub(crate) fn start(role: Role, args: &[String], events: Sender<Event>) -> anyhow::Result<Self> {
+    pub(super) fn start(role: Role, args: &[String], events: Sender<Event>) -> anyhow::Result<Self> {
         let program = std::env::current_exe().context("cannot find this program")?;
         let mut process = Command::new(program)
             .arg(role.name())
@@ -76,13 +76,13 @@ impl Child {
     }
 
     /// Asks it to end.
-    pub(crate) fn terminate(&self) {
+    pub(super) fn terminate(&self) {
         // It may have ended by itself; the process id stays its own until it is waited for.
         let _ = kill_process(Pid::from_child(&self.process), Signal::TERM);
     }
 
     /// Waits for its end; kills it after `patience`.
-    pub(crate) fn wait(mut self, patience: Duration) -> anyhow::Result<ExitStatus> {
+    pub(super) fn wait(mut self, patience: Duration) -> anyhow::Result<ExitStatus> {
         let deadline = Instant::now() + patience;
         while Instant::now() < deadline {
             if let Some(status) = self.process.try_wait()? {

@@ -11,7 +11,7 @@ const RATE_PERIOD: Duration = Duration::from_secs(1);
 
 /// The line. Where stderr is no terminal it is not drawn.
 #[derive(Debug)]
-pub(crate) struct LiveLine {
+pub(super) struct LiveLine {
     bar: ProgressBar,
     end_s: f64,
     /// When and at which tick the rate was last measured.
@@ -21,7 +21,7 @@ pub(crate) struct LiveLine {
 
 impl LiveLine {
     /// A line for a show that is over at this show time.
-    pub(crate) fn new(end_s: f64) -> Self {
+    pub(super) fn new(end_s: f64) -> Self {
         let bar = ProgressBar::new(milliseconds(end_s));
         let style = ProgressStyle::with_template("{bar:24} {msg}").expect("the template is valid");
         bar.set_style(style);
@@ -29,7 +29,7 @@ impl LiveLine {
     }
 
     /// Draws the present.
-    pub(crate) fn update(&mut self, header: &FrameHeader, progress: &MonitorProgress) {
+    pub(super) fn update(&mut self, header: &FrameHeader, progress: &MonitorProgress) {
         self.measure_rate(header.tick);
         let sim_time_s = header.sim_time_s();
         let clearance = progress.clearance_m.map_or("-".to_owned(), |clearance_m| format!("{clearance_m:.4} m"));
@@ -42,12 +42,12 @@ impl LiveLine {
     }
 
     /// Prints a line above it.
-    pub(crate) fn say(&self, line: &str) {
+    pub(super) fn say(&self, line: &str) {
         self.bar.suspend(|| crate::command::output::complain(line));
     }
 
     /// Takes the line away.
-    pub(crate) fn clear(&self) {
+    pub(super) fn clear(&self) {
         self.bar.finish_and_clear();
     }
 

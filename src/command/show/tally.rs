@@ -4,15 +4,13 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use bench_dragon::histogram::Percentiles;
-use bench_dragon::report::{
-    ContactReport, FrameCounts, MonitorProgress, MonitorSummary, RecordSummary, Restarts, ShowSummary,
-};
+use bench_dragon::report::{ContactReport, FrameCounts, MonitorSummary, Restarts, ShowSummary};
 use bench_dragon::server::ServerSummary;
 use bench_dragon_ipc::{FrameHeader, Status};
 
 /// The show's books.
 #[derive(Debug, Default)]
-pub(crate) struct Tally {
+pub(super) struct Tally {
     /// Frames published in each run: by the server's own account, or as far as the show has seen them.
     published: BTreeMap<u64, u64>,
     monitored: u64,
@@ -21,20 +19,20 @@ pub(crate) struct Tally {
     lateness_us: Percentiles,
     latency_us: Percentiles,
     last_run_id: u64,
-    pub(crate) contact: Option<ContactReport>,
-    pub(crate) restarts: Restarts,
+    pub(super) contact: Option<ContactReport>,
+    pub(super) restarts: Restarts,
 }
 
 impl Tally {
     /// Takes note of a frame that the show itself has seen.
-    pub(crate) fn see_frame(&mut self, header: &FrameHeader) {
+    pub(super) fn see_frame(&mut self, header: &FrameHeader) {
         self.last_run_id = header.run_id;
         let published = self.published.entry(header.run_id).or_default();
         *published = (*published).max(header.tick + 1);
     }
 
     /// Takes note of a server's present account, for the case that it never gives its last one.
-    pub(crate) fn see_status(&mut self, status: &Status) {
+    pub(super) fn see_status(&mut self, status: &Status) {
         let micros = |nanos: u64| nanos as f64 * 1e-3;
         self.overruns.insert(status.run_id, status.overruns);
         self.lateness_us = Percentiles {
@@ -46,7 +44,7 @@ impl Tally {
     }
 
     /// Adds a server's last account.
-    pub(crate) fn add_server(&mut self, summary: &ServerSummary) {
+    pub(super) fn add_server(&mut self, summary: &ServerSummary) {
         self.last_run_id = summary.run_id;
         self.published.insert(summary.run_id, summary.frames);
         self.overruns.insert(summary.run_id, summary.overruns);
@@ -54,28 +52,23 @@ impl Tally {
     }
 
     /// Adds a monitor's last account.
-    pub(crate) fn add_monitor(&mut self, summary: &MonitorSummary) {
+    pub(super) fn add_monitor(&mut self, summary: &MonitorSummary) {
         self.monitored += summary.frames;
         self.latency_us = summary.latency_us;
     }
 
-    /// Adds what a monitor that was killed had last said.
-    pub(crate) fn add_monitor_progress(&mut self, progress: &MonitorProgress) {
-        self.monitored += progress.frames;
+    /// Adds frames that a monitor has read.
+    pub(super) fn add_monitored(&mut self, frames: u64) {
+        self.monitored += frames;
     }
 
-    /// Adds a recorder's last account.
-    pub(crate) fn add_recorder(&mut self, summary: &RecordSummary) {
-        self.recorded += summary.frames;
-    }
-
-    /// Adds the frames that a killed recorder left in its file.
-    pub(crate) fn add_recovered(&mut self, frames: u64) {
+    /// Adds frames that are in a recording.
+    pub(super) fn add_recorded(&mut self, frames: u64) {
         self.recorded += frames;
     }
 
     /// The whole show.
-    pub(crate) fn summary(&self, recording: PathBuf) -> ShowSummary {
+    pub(super) fn summary(&self, recording: PathBuf) -> ShowSummary {
         let published = self.published.values().sum::<u64>();
         ShowSummary {
             run_id: self.last_run_id,

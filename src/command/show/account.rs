@@ -1,0 +1,77 @@
+//! What the children say, taken down: into the tally, and onto the live line.
+
+use anyhow::Context as _;
+use bench_dragon::report::{ContactReport, MonitorLine, MonitorProgress, RecordLine, ServeLine};
+use bench_dragon_ipc::AlertKind;
+
+use super::child::Role;
+use super::live_line::LiveLine;
+use super::tally::Tally;
+
+/// The show's account of itself.
+#[derive(Debug)]
+pub(super) struct Account {
+    pub(super) tally: Tally,
+    pub(super) line: LiveLine,
+    /// What the running monitor has last said.
+    pub(super) progress: MonitorProgress,
+}
+
+impl Account {
+    /// An empty account of a show that is over at this show time.
+    pub(super) fn new(end_s: f64) -> Self {
+        Self { tally: Tally::default(), line: LiveLine::new(end_s), progress: MonitorProgress::default() }
+    }
+
+    /// Takes down a line of a child.
+    ///
+    /// # Errors
+    /// A line that is not one of the role's.
+    pub(super) fn take_line(&mut self, role: Role, line: &str) -> anyhow::Result<()> {
+        let unreadable = || format!("{} printed {line:?}", role.name());
+        match role {
+            Role::Serve => self.take_serve_line(&serde_json::from_str(line).with_context(unreadable)?),
+            Role::Monitor => self.take_monitor_line(serde_json::from_str(line).with_context(unreadable)?),
+            Role::Record => self.take_record_line(&serde_json::from_str(line).with_context(unreadable)?),
+        }
+        Ok(())
+    }
+
+    /// Takes down what a monitor that was killed had last said; what it read after that counts as missed.
+    pub(super) fn close_monitor(&mut self) {
+        let MonitorProgress { frames, .. } = std::mem::take(&mut self.progress);
+        self.tally.add_monitored(frames);
+    }
+
+    fn take_serve_line(&mut self, line: &ServeLine) {
+        match line {
+            ServeLine::Started { .. } => {}
+            ServeLine::Summary(summary) => self.tally.add_server(summary),
+        }
+    }
+
+    fn take_monitor_line(&mut self, line: MonitorLine) {
+        match line {
+            MonitorLine::Progress(progress) => self.progress = progress,
+            MonitorLine::Summary(summary) => {
+                self.tally.add_monitor(&summary);
+                self.progress = MonitorProgress::default();
+            }
+            MonitorLine::Alert(alert) => {
+                let benches = alert.benches.map_or(String::new(), |[a, b]| format!(", benches {a} and {b}"));
+                self.line.say(&format!("{:.6} s: {}{benches}", alert.time_s, alert.kind));
+                if let (true, Some(benches)) = (alert.kind == AlertKind::Contact.name(), alert.benches) {
+                    self.tally.contact.get_or_insert(ContactReport { time_s: alert.time_s, benches });
+                }
+            }
+        }
+    }
+
+    fn take_record_line(&mut self, line: &RecordLine) {
+        match line {
+            RecordLine::Started { .. } => {}
+            RecordLine::Warning { message } => self.line.say(&format!("warning: {message}")),
+            RecordLine::Summary(summary) => self.tally.add_recorded(summary.frames),
+        }
+    }
+}

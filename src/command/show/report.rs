@@ -1,0 +1,35 @@
+//! The report at the end of a show, for people or as JSON.
+
+use std::path::Path;
+
+use bench_dragon::histogram::Percentiles;
+use bench_dragon::report::{ContactReport, ShowSummary};
+
+use crate::cli::Format;
+use crate::command::output::{print_json, print_line};
+
+pub(super) fn print_report(format: Format, summary: &ShowSummary, folder: &Path) -> anyhow::Result<()> {
+    if format == Format::Json {
+        return print_json(summary);
+    }
+    let frames = &summary.frames;
+    match summary.contact {
+        Some(ContactReport { time_s, benches: [a, b] }) => {
+            print_line(format_args!("first contact   {time_s:.6} s, benches {a} and {b}"))?;
+        }
+        None => print_line("first contact   none")?,
+    }
+    print_line(format_args!(
+        "frames          {} published, {} monitored ({} missed), {} recorded ({} missed)",
+        frames.published, frames.monitored, frames.missed_by_monitor, frames.recorded, frames.missed_by_recorder
+    ))?;
+    print_line(format_args!("lateness        {}", percentiles(&summary.lateness_us)))?;
+    print_line(format_args!("latency         {}, frame due to frame monitored", percentiles(&summary.latency_us)))?;
+    print_line(format_args!("overruns        {}", summary.overruns))?;
+    print_line(format_args!("in              {}", folder.display()))?;
+    Ok(())
+}
+
+fn percentiles(Percentiles { p50, p99, p999, max }: &Percentiles) -> String {
+    format!("p50 {p50:.1}  p99 {p99:.1}  p99.9 {p999:.1}  max {max:.1} \u{b5}s")
+}
