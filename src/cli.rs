@@ -1,6 +1,9 @@
 //! The command line's types. What the commands do is in [`crate::command`].
 
+use std::fmt::Display;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use bench_dragon::config::{RATE_HZ, TIME_SCALE};
 use bench_dragon_ipc::Instance;
@@ -112,7 +115,7 @@ pub(crate) struct ConfigArgs {
 #[derive(Clone, Debug, Args)]
 pub(crate) struct PaceArgs {
     /// Frames a second.
-    #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(u32).range(i64::from(*RATE_HZ.start())..=i64::from(*RATE_HZ.end())))]
+    #[arg(long, value_name = "HZ", value_parser = rate)]
     pub(crate) rate: Option<u32>,
     /// Show seconds per wall-clock second, 0.001 to 1000.
     #[arg(long, value_name = "FACTOR", value_parser = time_scale)]
@@ -209,10 +212,10 @@ pub(crate) struct RecordArgs {
     #[arg(long, conflicts_with_all = ["rotate_mb", "max_total_mb"])]
     pub(crate) repair: bool,
     /// Begin a new file after this many megabytes.
-    #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, value_name = "MB", value_parser = file_megabytes)]
     pub(crate) rotate_mb: Option<u64>,
     /// Remove the oldest files of this recording over this many megabytes in all.
-    #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u64).range(4..=1_000_000_000))]
+    #[arg(long, value_name = "MB", value_parser = total_megabytes)]
     pub(crate) max_total_mb: Option<u64>,
     #[command(flatten)]
     pub(crate) bus: BusArgs,
@@ -244,13 +247,13 @@ pub(crate) enum Order {
     /// Walk at another speed of the head.
     Speed {
         /// Metres per show second, 0 to 10.
-        #[arg(value_name = "MPS", allow_negative_numbers = true)]
+        #[arg(value_name = "MPS", allow_negative_numbers = true, value_parser = number)]
         speed_mps: f64,
     },
     /// Go to a show time.
     Seek {
         /// Seconds.
-        #[arg(value_name = "SECONDS", allow_negative_numbers = true)]
+        #[arg(value_name = "SECONDS", allow_negative_numbers = true, value_parser = number)]
         sim_time_s: f64,
     },
     /// Stop for safety; only `release` lifts it.
@@ -329,13 +332,27 @@ fn finite(text: &str) -> Result<f64, String> {
     number(text).and_then(|value| if value.is_finite() { Ok(value) } else { Err("must be a finite number".to_owned()) })
 }
 
+fn rate(text: &str) -> Result<u32, String> {
+    within(text, &RATE_HZ)
+}
+
 fn time_scale(text: &str) -> Result<f64, String> {
-    let (lowest, highest) = (TIME_SCALE.start(), TIME_SCALE.end());
-    let value = number(text)?;
-    if TIME_SCALE.contains(&value) { Ok(value) } else { Err(format!("must be from {lowest} to {highest}")) }
+    within(text, &TIME_SCALE)
 }
 
 fn period(text: &str) -> Result<f64, String> {
-    let value = number(text)?;
-    if (0.01..=3600.0).contains(&value) { Ok(value) } else { Err("must be from 0.01 to 3600".to_owned()) }
+    within(text, &(0.01..=3600.0))
+}
+
+fn file_megabytes(text: &str) -> Result<u64, String> {
+    within(text, &(1..=1_000_000))
+}
+
+fn total_megabytes(text: &str) -> Result<u64, String> {
+    within(text, &(4..=1_000_000_000))
+}
+
+fn within<Value: FromStr + PartialOrd + Display>(text: &str, allowed: &RangeInclusive<Value>) -> Result<Value, String> {
+    let value = text.parse().ok().filter(|value| allowed.contains(value));
+    value.ok_or_else(|| format!("must be from {} to {}", allowed.start(), allowed.end()))
 }

@@ -68,6 +68,7 @@ impl Reporter {
                 let _ = woken.recv_timeout(REPORT_PERIOD);
                 report.publish(&shared);
             }
+            report.publish(&shared);
             report.lateness_of_all()
         });
         opened.recv().expect("the thread answers before it does anything else")?;
