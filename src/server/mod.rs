@@ -2,7 +2,7 @@
 //!
 //! One tick, in order: wait for the release; take commands; advance the motion; write the handles straight into the
 //! loaned sample; send it; wake the readers; loan the next sample. The loop neither locks nor formats, and allocates
-//! nothing of its own; what it counts, the [`reporter`] publishes.
+//! nothing of its own; what it counts, a slower thread publishes.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
