@@ -26,7 +26,7 @@ pub const ALERTS: &str = "bench-dragon/alerts";
 pub const COMMANDS: &str = "bench-dragon/commands";
 
 /// Readers that one service serves at a time.
-pub const MAX_READERS: usize = 32;
+pub const MAX_READERS: usize = 24;
 /// Frames that a reader may hold on to at a time.
 pub const MAX_BORROWED_FRAMES: usize = 4;
 /// Commands in flight from one client.
@@ -40,8 +40,9 @@ pub(crate) const MAX_NODES: usize = 128;
 const FRAME_BUFFER: usize = 256;
 /// Fewest unread frames kept for a reader of a large dragon.
 const LEAST_FRAME_BUFFER: usize = 4;
-/// What the frames of all readers may take of shared memory, in bytes, before the buffer shrinks.
-const FRAME_MEMORY: usize = 160 << 20;
+/// What the frames of all readers may take of shared memory, in bytes, before the buffer shrinks: with all else less than
+/// the 64 MiB that containers have by default.
+const FRAME_MEMORY: usize = 56 << 20;
 pub(crate) const ALERT_BUFFER: usize = 256;
 /// What the small ports of one process take of shared memory at most, in bytes.
 pub(crate) const SMALL_PORTS: u64 = 2 << 20;

@@ -36,7 +36,7 @@ pub(super) struct LoopGauges {
 pub(super) struct Reporter {
     gauges: Arc<LoopGauges>,
     wake: Sender<()>,
-    thread: JoinHandle<Percentiles>,
+    thread: Option<JoinHandle<Percentiles>>,
 }
 
 impl Reporter {
@@ -72,14 +72,26 @@ impl Reporter {
             report.lateness_of_all()
         });
         opened.recv().expect("the thread answers before it does anything else")?;
-        Ok((Self { gauges: Arc::clone(&gauges), wake, thread }, gauges))
+        Ok((Self { gauges: Arc::clone(&gauges), wake, thread: Some(thread) }, gauges))
     }
 
     /// Publishes the last status and ends the thread. Returns the lateness of all releases.
-    pub(super) fn finish(self) -> Percentiles {
+    pub(super) fn finish(mut self) -> Percentiles {
+        self.join()
+    }
+
+    fn join(&mut self) -> Percentiles {
         self.gauges.finished.store(true, Ordering::Release);
         let _ = self.wake.try_send(());
-        self.thread.join().expect("the reporter does not panic")
+        let thread = self.thread.take().map(JoinHandle::join);
+        thread.map_or_else(Percentiles::default, |ended| ended.expect("the reporter does not panic"))
+    }
+}
+
+impl Drop for Reporter {
+    fn drop(&mut self) {
+        // Also where the server fails, so that the thread's ports are taken off the bus.
+        self.join();
     }
 }
 
