@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use bench_dragon::config::{RATE_HZ, TIME_SCALE};
-use bench_dragon_ipc::Instance;
+use bench_dragon_ipc::service::MAX_READERS;
+use bench_dragon_ipc::{Instance, Request};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// Real-time motion server for the bench dragon.
@@ -115,10 +116,10 @@ pub(crate) struct ConfigArgs {
 #[derive(Clone, Debug, Args)]
 pub(crate) struct PaceArgs {
     /// Frames a second.
-    #[arg(long, value_name = "HZ", value_parser = rate)]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = rate)]
     pub(crate) rate: Option<u32>,
     /// Show seconds per wall-clock second, 0.001 to 1000.
-    #[arg(long, value_name = "FACTOR", value_parser = time_scale)]
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true, value_parser = time_scale)]
     pub(crate) time_scale: Option<f64>,
     /// Show time in seconds to start at.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
@@ -163,7 +164,7 @@ pub(crate) struct ServeArgs {
     #[arg(long)]
     pub(crate) held: bool,
     /// Begin once this many readers are connected, after ten seconds at the latest.
-    #[arg(long, value_name = "COUNT", default_value_t = 0)]
+    #[arg(long, value_name = "COUNT", default_value_t = 0, allow_negative_numbers = true, value_parser = readers)]
     pub(crate) readers: usize,
     /// Travel in metres to start at, where the speed was changed on the way.
     #[arg(long, value_name = "METRES", hide = true, allow_negative_numbers = true, value_parser = finite)]
@@ -194,7 +195,7 @@ pub(crate) struct MonitorArgs {
     #[arg(long)]
     pub(crate) fail_on_contact: bool,
     /// With --format json, print a line of progress this often.
-    #[arg(long, value_name = "SECONDS", value_parser = period)]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = period)]
     pub(crate) progress: Option<f64>,
     #[command(flatten)]
     pub(crate) child: ChildArgs,
@@ -212,10 +213,10 @@ pub(crate) struct RecordArgs {
     #[arg(long, conflicts_with_all = ["rotate_mb", "max_total_mb"])]
     pub(crate) repair: bool,
     /// Begin a new file after this many megabytes.
-    #[arg(long, value_name = "MB", value_parser = file_megabytes)]
+    #[arg(long, value_name = "MB", allow_negative_numbers = true, value_parser = file_megabytes)]
     pub(crate) rotate_mb: Option<u64>,
     /// Remove the oldest files of this recording over this many megabytes in all.
-    #[arg(long, value_name = "MB", value_parser = total_megabytes)]
+    #[arg(long, value_name = "MB", allow_negative_numbers = true, value_parser = total_megabytes)]
     pub(crate) max_total_mb: Option<u64>,
     #[command(flatten)]
     pub(crate) bus: BusArgs,
@@ -247,13 +248,13 @@ pub(crate) enum Order {
     /// Walk at another speed of the head.
     Speed {
         /// Metres per show second, 0 to 10.
-        #[arg(value_name = "MPS", allow_negative_numbers = true, value_parser = number)]
+        #[arg(value_name = "MPS", allow_negative_numbers = true, value_parser = speed)]
         speed_mps: f64,
     },
     /// Go to a show time.
     Seek {
         /// Seconds.
-        #[arg(value_name = "SECONDS", allow_negative_numbers = true, value_parser = number)]
+        #[arg(value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
         sim_time_s: f64,
     },
     /// Stop for safety; only `release` lifts it.
@@ -268,7 +269,7 @@ pub(crate) enum Order {
 #[derive(Clone, Debug, Args)]
 pub(crate) struct EchoArgs {
     /// Frames to print; until Ctrl-C without it.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     pub(crate) count: Option<u64>,
     #[command(flatten)]
     pub(crate) bus: BusArgs,
@@ -280,7 +281,7 @@ pub(crate) struct EchoArgs {
 #[derive(Clone, Debug, Args)]
 pub(crate) struct HzArgs {
     /// Lines to print, one a second; until Ctrl-C without it.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     pub(crate) seconds: Option<u64>,
     #[command(flatten)]
     pub(crate) bus: BusArgs,
@@ -324,12 +325,9 @@ fn instance(name: &str) -> Result<Instance, String> {
     Instance::new(name).map_err(|_| format!("must be 1 to {} of a-z, 0-9 and -", Instance::MAX_LEN))
 }
 
-fn number(text: &str) -> Result<f64, String> {
-    text.parse().map_err(|_| "must be a number".to_owned())
-}
-
 fn finite(text: &str) -> Result<f64, String> {
-    number(text).and_then(|value| if value.is_finite() { Ok(value) } else { Err("must be a finite number".to_owned()) })
+    let value = text.parse().ok().filter(|value: &f64| value.is_finite());
+    value.ok_or_else(|| "must be a finite number".to_owned())
 }
 
 fn rate(text: &str) -> Result<u32, String> {
@@ -350,6 +348,18 @@ fn file_megabytes(text: &str) -> Result<u64, String> {
 
 fn total_megabytes(text: &str) -> Result<u64, String> {
     within(text, &(4..=1_000_000_000))
+}
+
+fn readers(text: &str) -> Result<usize, String> {
+    within(text, &(0..=MAX_READERS))
+}
+
+fn count(text: &str) -> Result<u64, String> {
+    within(text, &(1..=u64::MAX))
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    within(text, &(0.0..=Request::MAX_SPEED_MPS))
 }
 
 fn within<Value: FromStr + PartialOrd + Display>(text: &str, allowed: &RangeInclusive<Value>) -> Result<Value, String> {

@@ -3,16 +3,21 @@
 //! A key that is left out has the value of the paper's dragon. Unknown keys, values out of range and impossible
 //! geometry are errors that name the key, the value and what is allowed.
 
-use std::fs;
-use std::io;
+use std::fs::File;
+use std::io::{self, Read as _};
 use std::ops::RangeInclusive;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
+use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
 use serde::{Deserialize, Serialize};
 
 use crate::dragon::{Dimensions, DimensionsError, Dragon, DragonError};
+use crate::number::Number;
 use crate::route::{RouteError, Spiral};
+
+/// Longest document in bytes: what a description carries.
+const MAX_LEN: u64 = MAX_DESCRIPTION_LEN as u64;
 
 /// Ticks a second that a server may run at.
 pub const RATE_HZ: RangeInclusive<u32> = 1..=100_000;
@@ -25,7 +30,7 @@ pub const NEAR_M: RangeInclusive<f64> = 0.0..=10.0;
 
 /// The document as it is written, all keys present.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[serde(default, deny_unknown_fields, expecting = "expected a table")]
 struct Document {
     dragon: DragonTable,
     route: RouteTable,
@@ -35,7 +40,7 @@ struct Document {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[serde(default, deny_unknown_fields, expecting = "expected a table")]
 struct DragonTable {
     benches: u64,
     head_length_m: f64,
@@ -45,7 +50,7 @@ struct DragonTable {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[serde(default, deny_unknown_fields, expecting = "expected a table")]
 struct RouteTable {
     kind: RouteKind,
     pitch_m: f64,
@@ -60,20 +65,20 @@ enum RouteKind {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[serde(default, deny_unknown_fields, expecting = "expected a table")]
 struct HeadTable {
     speed_mps: f64,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[serde(default, deny_unknown_fields, expecting = "expected a table")]
 struct ServeTable {
     rate_hz: u32,
     time_scale: f64,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[serde(default, deny_unknown_fields, expecting = "expected a table")]
 struct MonitorTable {
     near_m: f64,
 }
@@ -124,29 +129,27 @@ pub struct Config {
     dragon: Arc<Dragon>,
 }
 
-/// Why a configuration is not valid.
+/// Why a configuration is not valid. Which file it is about is for the caller to say.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
     /// The file cannot be read.
-    #[error("cannot read the configuration {path}: {error}")]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The reason.
-        error: io::Error,
-    },
+    #[error("cannot be read: {0}")]
+    Read(io::Error),
+    /// The file is larger than any configuration.
+    #[error("has more than {MAX_LEN} bytes, the most that a configuration may have")]
+    TooLong,
     /// The text is not TOML, or has a key or a type that is not known.
-    #[error("{source_name}, line {line}: {message}")]
+    #[error("line {line}, `{text}`: {message}")]
     Syntax {
-        /// The file's name, or what the text is.
-        source_name: String,
         /// The line, from 1.
         line: usize,
+        /// What stands there.
+        text: String,
         /// What is wrong, in one line.
         message: String,
     },
     /// A value out of range.
-    #[error("[{table}] {key} is {value}, must be from {lowest} to {highest}")]
+    #[error("[{table}] {key} is {}, must be from {lowest} to {highest}", Number(*value))]
     OutOfRange {
         /// The table.
         table: &'static str,
@@ -161,13 +164,13 @@ pub enum ConfigError {
     },
     /// Impossible measures of a bench.
     #[error("[dragon] {0}")]
-    Dimensions(#[from] DimensionsError),
+    Dimensions(DimensionsError),
     /// An impossible route.
     #[error("[route] {0}")]
-    Route(#[from] RouteError),
+    Route(RouteError),
     /// Benches and route that do not go together.
     #[error("{0}")]
-    Dragon(#[from] DragonError),
+    Dragon(DragonError),
 }
 
 impl Config {
@@ -177,8 +180,7 @@ impl Config {
     /// What is wrong with the file or a value.
     pub fn load(path: Option<&Path>, overrides: Overrides) -> Result<Self, ConfigError> {
         let Some(path) = path else { return Self::from_document(Document::default(), overrides) };
-        let text = fs::read_to_string(path).map_err(|error| ConfigError::Read { path: path.to_owned(), error })?;
-        Self::from_document(parse(&text, &path.display().to_string())?, overrides)
+        Self::from_document(parse(&read(path)?)?, overrides)
     }
 
     /// Reads the text of a description.
@@ -186,7 +188,7 @@ impl Config {
     /// # Errors
     /// What is wrong with it.
     pub fn from_toml(text: &str) -> Result<Self, ConfigError> {
-        Self::from_document(parse(text, "the description")?, Overrides::default())
+        Self::from_document(parse(text)?, Overrides::default())
     }
 
     /// The whole configuration as TOML, every key written out.
@@ -246,19 +248,44 @@ impl Config {
 fn build_dragon(document: &Document) -> Result<Dragon, ConfigError> {
     let DragonTable { benches, head_length_m, body_length_m, width_m, hole_offset_m } = document.dragon;
     let benches = usize::try_from(benches).unwrap_or(usize::MAX);
-    let dimensions = Dimensions::new(benches, head_length_m, body_length_m, width_m, hole_offset_m)?;
+    let dimensions = Dimensions::new(benches, head_length_m, body_length_m, width_m, hole_offset_m)
+        .map_err(ConfigError::Dimensions)?;
     let route = match document.route.kind {
-        RouteKind::Spiral => Spiral::new(document.route.pitch_m, document.route.start_turns)?,
+        RouteKind::Spiral => {
+            Spiral::new(document.route.pitch_m, document.route.start_turns).map_err(ConfigError::Route)?
+        }
     };
-    Ok(Dragon::new(dimensions, Arc::new(route))?)
+    Dragon::new(dimensions, Arc::new(route)).map_err(ConfigError::Dragon)
 }
 
-fn parse(text: &str, source_name: &str) -> Result<Document, ConfigError> {
+fn read(path: &Path) -> Result<String, ConfigError> {
+    let mut text = String::new();
+    let file = File::open(path).map_err(ConfigError::Read)?;
+    file.take(MAX_LEN + 1).read_to_string(&mut text).map_err(ConfigError::Read)?;
+    if text.len() as u64 > MAX_LEN { Err(ConfigError::TooLong) } else { Ok(text) }
+}
+
+fn parse(text: &str) -> Result<Document, ConfigError> {
     toml::from_str(text).map_err(|error| {
-        let line = error.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
-        let message = error.message().replace('\n', "; ");
-        ConfigError::Syntax { source_name: source_name.to_owned(), line, message }
+        let line = error.span().map_or(0, |span| text[..span.start].matches('\n').count());
+        let message = in_plain_words(error.message());
+        ConfigError::Syntax { line: line + 1, text: excerpt(text.lines().nth(line).unwrap_or_default()), message }
     })
+}
+
+/// A message of the TOML reader in one line, with its names of Rust types as people would say them.
+fn in_plain_words(message: &str) -> String {
+    let names =
+        [("\n", "; "), ("expected u32", "expected a whole number"), ("expected u64", "expected a whole number")];
+    let names = names.into_iter().chain([("expected f64", "expected a number"), ("wanted ", "expected a ")]);
+    names.fold(message.to_owned(), |message, (name, plain)| message.replace(name, plain))
+}
+
+/// The beginning of a line, for a message.
+fn excerpt(line: &str) -> String {
+    const LONGEST: usize = 60;
+    let printable = line.trim().chars().map(|char| if char.is_control() { '?' } else { char });
+    printable.take(LONGEST).collect()
 }
 
 fn require(
@@ -306,7 +333,7 @@ mod tests {
     #[test]
     fn an_unknown_key_is_named_with_its_line() {
         let error = error_of("[route]\npitch_m = 0.55\npitsch = 1\n");
-        assert!(error.starts_with("the description, line 3: unknown field `pitsch`, expected one of"), "{error}");
+        assert!(error.starts_with("line 3, `pitsch = 1`: unknown field `pitsch`, expected one of"), "{error}");
     }
 
     #[test]
@@ -321,9 +348,16 @@ mod tests {
             ("[dragon]\nwidth_m = inf", "[dragon] width_m is inf, must be"),
             ("[route]\npitch_m = 0.2", "pitch_m is 0.2, must be above width_m"),
             ("[route]\npitch_m = nan", "[route] pitch_m is NaN, must be"),
-            ("[route]\nkind = \"ring\"", "the description, line 2: unknown variant `ring`, expected `spiral`"),
-            ("[dragon]\nbenches = -3", "the description, line 2: "),
-            ("[dragon", "the description, line 1: "),
+            ("[route]\nkind = \"ring\"", "line 2, `kind = \"ring\"`: unknown variant `ring`, expected `spiral`"),
+            ("[dragon]\nbenches = -3", "line 2, `benches = -3`: "),
+            ("[dragon", "line 1, `[dragon`: "),
+            (
+                "[serve]\nrate_hz = 1e3",
+                "line 2, `rate_hz = 1e3`: invalid type: floating point `1000.0`, expected a whole number",
+            ),
+            ("[route]\npitch_m = \"x\"", "line 2, `pitch_m = \"x\"`: invalid type: string \"x\", expected a number"),
+            ("dragon = 3", "line 1, `dragon = 3`: invalid type: integer `3`, expected a table"),
+            ("[route]\npitch_m = 1e308", "[route] pitch_m is 1e308, must be"),
         ] {
             let error = error_of(text);
             assert!(error.starts_with(start) && !error.contains('\n'), "{text:?} gives {error:?}");

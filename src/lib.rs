@@ -9,13 +9,14 @@
 //! | [`route`] | the curves that the handles follow |
 //!
 //! Beside them: [`config`] (the validated TOML document), [`report`] (what the processes say), [`histogram`],
-//! [`clock`] and [`stop`]. The bus is the crate `bench_dragon_ipc`.
+//! [`clock`], [`stop`] and [`number`]. The bus is the crate `bench_dragon_ipc`.
 
 pub mod clock;
 pub mod config;
 pub mod dragon;
 pub mod histogram;
 pub mod monitor;
+pub mod number;
 pub mod record;
 pub mod report;
 pub mod route;

@@ -11,7 +11,7 @@ use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
 use iceoryx2::config::Config;
-use iceoryx2::prelude::{FileName, SemanticString};
+use iceoryx2::prelude::{FileName, FilePath, SemanticString};
 
 /// Longest root path in bytes: what iceoryx2 appends to it has to fit into a socket address.
 pub const MAX_ROOT_PATH_LEN: usize = 60;
@@ -119,6 +119,25 @@ impl Domain {
     /// `config/iceoryx2.toml` in their working folder.
     pub fn iceoryx2_toml(&self) -> String {
         format!("[global]\nroot-path = \"{}\"\nprefix = \"{}\"\n", self.root.display(), self.prefix())
+    }
+
+    /// Where the domain's iceoryx2 configuration lies while somebody is in it.
+    pub(crate) fn iceoryx2_toml_path(&self) -> PathBuf {
+        self.root.join("iceoryx2.toml")
+    }
+
+    /// Makes this domain's configuration the one that iceoryx2 falls back on in this process: it does so where the details
+    /// of a node that was killed cannot be read, and would look for its remains in another domain.
+    pub(crate) fn set_fallback_configuration(&self) -> io::Result<()> {
+        let path = self.iceoryx2_toml_path();
+        // By the prefix, so that one that a killed process leaves is swept away.
+        let draft = self.root.join(format!("{}{}.draft", self.prefix(), std::process::id()));
+        fs::write(&draft, self.iceoryx2_toml())?;
+        fs::rename(&draft, &path)?;
+        let path = FilePath::new(path.as_os_str().as_encoded_bytes()).expect("the root path is of limited length");
+        // Another domain's of this process may be there already.
+        let _ = Config::setup_global_config_from_file(&path);
+        Ok(())
     }
 
     /// Makes the directory, mode 0700, where it is missing, and checks it.

@@ -2,7 +2,7 @@
 
 use core::fmt::Debug;
 use core::time::Duration;
-use std::thread;
+use std::{fs, thread};
 
 use iceoryx2::node::NodeCreationFailure;
 use iceoryx2::prelude::{IceoryxSend, Node, NodeBuilder, NodeName, ServiceName, SignalHandlingMode, ZeroCopySend};
@@ -67,6 +67,9 @@ impl Member {
             }
         };
         require_shared_memory(domain, SMALL_PORTS)?;
+        domain
+            .set_fallback_configuration()
+            .map_err(|error| DomainError::Io { path: domain.iceoryx2_toml_path(), error })?;
         let name = NodeName::new(name).map_err(|error| BusError::failed("the node's name", error))?;
         let node = NodeBuilder::new()
             .name(&name)
@@ -244,9 +247,19 @@ where
 fn enter(domain: &Domain, role: Role) -> Result<Membership, DomainError> {
     match role {
         Role::Source { .. } => domain.create_directory()?,
-        Role::Client => domain.check_directory()?,
+        Role::Client => {
+            domain.check_directory()?;
+            require_services(domain)?;
+        }
     }
     Membership::join(domain)
+}
+
+/// Whether there is anything to open, without the cost of joining: a client that waits asks often.
+fn require_services(domain: &Domain) -> Result<(), DomainError> {
+    let path = domain.root().join("services");
+    let is_empty = fs::read_dir(&path).map_or(true, |mut services| services.next().is_none());
+    if is_empty { Err(DomainError::Missing { path }) } else { Ok(()) }
 }
 
 fn service_name(name: &'static str) -> ServiceName {

@@ -1,18 +1,24 @@
 //! Who is in a domain: every process of it holds a shared lock on one file of the domain's directory. The kernel drops
 //! the lock with the process, however that ends, so an exclusive lock proves that nobody else is there.
 //!
-//! The last one to leave takes away what iceoryx2 itself never removes: its counter of nodes in `/dev/shm` and the
-//! empty directories.
+//! Whoever is alone in a domain, the first to join and the last to leave, takes away what killed processes have left
+//! there, and what iceoryx2 itself never removes. Clients in other languages hold no lock of ours; their iceoryx2 nodes
+//! say that they are there.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind};
 use std::path::PathBuf;
 
+use iceoryx2::prelude::{CallbackProgression, Node, NodeState};
+
 use crate::domain::{Domain, DomainError};
 use crate::lock_file::lock_at;
+use crate::service::Service;
 
 /// Where shared memory lives in the file system.
 const SHARED_MEMORY: &str = "/dev/shm";
+/// The directories that iceoryx2 makes in a domain's root path.
+const DIRECTORIES: [&str; 2] = ["nodes", "services"];
 
 /// One membership; given up when it is dropped.
 #[derive(Debug)]
@@ -25,21 +31,26 @@ impl Membership {
     /// Joins a domain whose directory is there. Waits only while somebody else clears the domain up.
     pub(crate) fn join(domain: &Domain) -> Result<Self, DomainError> {
         let path = lock_path(domain);
-        let failed = |error: io::Error| match error.kind() {
-            ErrorKind::NotFound => DomainError::Missing { path: domain.root().to_owned() },
-            _ => DomainError::Io { path: path.clone(), error },
+        let join = |file: &mut File| {
+            file.lock_shared()?;
+            if is_alone(file, domain) {
+                sweep(domain)?;
+            }
+            file.lock_shared()
         };
-        let file = lock_at(&path, |file| file.lock_shared()).map_err(failed)?;
+        let file = lock_at(&path, join).map_err(|error| match error.kind() {
+            ErrorKind::NotFound => DomainError::Missing { path: domain.root().to_owned() },
+            _ => DomainError::Io { path, error },
+        })?;
         Ok(Self { domain: domain.clone(), file })
     }
 }
 
 impl Drop for Membership {
     fn drop(&mut self) {
-        let is_last = self.file.try_lock().is_ok();
-        if is_last && has_no_nodes(&self.domain) {
-            // Whatever stays is found and used again by the next one to join.
-            let _ = clear(&self.domain);
+        if is_alone(&self.file, &self.domain) {
+            // Whatever stays is swept away by the next one to join.
+            let _ = dissolve(&self.domain);
         }
     }
 }
@@ -48,25 +59,47 @@ fn lock_path(domain: &Domain) -> PathBuf {
     domain.root().join("members.lock")
 }
 
-/// Whether iceoryx2 knows no node: a client in another language holds no lock of ours, but a node.
-fn has_no_nodes(domain: &Domain) -> bool {
-    match fs::read_dir(domain.root().join("nodes")) {
-        Ok(mut nodes) => nodes.next().is_none(),
-        Err(error) => error.kind() == ErrorKind::NotFound,
-    }
+/// Whether nobody else is in the domain. Tries for the exclusive lock; where that fails, the shared one may be lost.
+fn is_alone(file: &File, domain: &Domain) -> bool {
+    file.try_lock().is_ok() && !has_live_node(domain)
 }
 
-fn clear(domain: &Domain) -> io::Result<()> {
+fn has_live_node(domain: &Domain) -> bool {
+    let mut found = false;
+    let listed = Node::<Service>::list(&domain.iceoryx2_config(), |state| match state {
+        NodeState::Alive(_) | NodeState::Inaccessible(_) => {
+            found = true;
+            CallbackProgression::Stop
+        }
+        NodeState::Dead(_) | NodeState::Undefined(_) => CallbackProgression::Continue,
+    });
+    found || listed.is_err()
+}
+
+/// Removes everything of iceoryx2's from a domain in which nobody is.
+fn sweep(domain: &Domain) -> io::Result<()> {
     let prefix = domain.prefix();
-    for entry in fs::read_dir(SHARED_MEMORY)? {
-        let entry = entry?;
-        if entry.file_name().to_str().is_some_and(|name| name.starts_with(&prefix)) {
-            fs::remove_file(entry.path())?;
+    for folder in [SHARED_MEMORY.as_ref(), domain.root()] {
+        for entry in fs::read_dir(folder)? {
+            let entry = entry?;
+            if entry.file_name().to_str().is_some_and(|name| name.starts_with(&prefix)) {
+                fs::remove_file(entry.path())?;
+            }
         }
     }
-    for directory in ["nodes", "services"] {
-        let _ = fs::remove_dir(domain.root().join(directory));
+    for directory in DIRECTORIES {
+        match fs::remove_dir_all(domain.root().join(directory)) {
+            Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
     }
+    Ok(())
+}
+
+/// Removes the whole domain.
+fn dissolve(domain: &Domain) -> io::Result<()> {
+    sweep(domain)?;
+    fs::remove_file(domain.iceoryx2_toml_path())?;
     fs::remove_file(lock_path(domain))?;
     fs::remove_dir(domain.root())
 }

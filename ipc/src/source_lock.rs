@@ -12,6 +12,7 @@ use crate::lock_file::lock_at;
 #[derive(Debug)]
 pub struct SourceLock {
     path: PathBuf,
+    cleared: Vec<PathBuf>,
     // Closing the file drops the lock.
     _file: File,
 }
@@ -31,18 +32,31 @@ impl From<io::Error> for Refused {
 impl SourceLock {
     /// Takes the lock of a domain, whose directory is made where it is missing.
     ///
+    /// A source that was killed while it made a service leaves a file at which every later one would fail. Only sources
+    /// make services and only the holder of this lock is one, so such a file is nobody's, and is removed.
+    ///
     /// # Errors
     /// [`BusError::SourceRunning`] where another process holds it, [`BusError::Domain`].
     pub fn take(domain: &Domain) -> Result<Self, BusError> {
         domain.create_directory()?;
         let path = domain.root().join("source.lock");
         match lock_at(&path, lock_exclusively).and_then(|file| write_pid(file).map_err(Refused::Io)) {
-            Ok(file) => Ok(Self { path, _file: file }),
+            Ok(file) => {
+                let cleared = clear_half_made(domain).map_err(|error| DomainError::Io { path: path.clone(), error })?;
+                Ok(Self { path, cleared, _file: file })
+            }
             Err(Refused::Taken { pid }) => {
                 Err(BusError::SourceRunning { instance: domain.instance().to_string(), pid })
             }
             Err(Refused::Io(error)) => Err(DomainError::Io { path, error }.into()),
         }
+    }
+}
+
+impl SourceLock {
+    /// The half-made services that were in the way and have been removed.
+    pub fn cleared(&self) -> &[PathBuf] {
+        &self.cleared
     }
 }
 
@@ -65,6 +79,24 @@ fn lock_exclusively(file: &mut File) -> Result<(), Refused> {
         }
         Err(TryLockError::Error(error)) => Err(Refused::Io(error)),
     }
+}
+
+/// Removes what iceoryx2 has begun to write and not finished: its finished service files are read-only.
+fn clear_half_made(domain: &Domain) -> io::Result<Vec<PathBuf>> {
+    let entries = match fs::read_dir(domain.root().join("services")) {
+        Ok(entries) => entries,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(error) => return Err(error),
+    };
+    let mut cleared = Vec::new();
+    for entry in entries {
+        let entry = entry?;
+        if !entry.metadata()?.permissions().readonly() {
+            fs::remove_file(entry.path())?;
+            cleared.push(entry.path());
+        }
+    }
+    Ok(cleared)
 }
 
 fn write_pid(mut file: File) -> io::Result<File> {

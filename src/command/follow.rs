@@ -9,7 +9,7 @@ use bench_dragon_ipc::{BusError, Instance};
 use crate::command::output::complain;
 
 /// How often a missing server is looked for.
-const LOOK_PERIOD: Duration = Duration::from_millis(10);
+const LOOK_PERIOD: Duration = Duration::from_millis(20);
 /// How long a reader waits for a frame before it looks at the stop flag again.
 pub(crate) const WAIT_PERIOD: Duration = Duration::from_millis(100);
 

@@ -2,7 +2,10 @@
 
 use std::process::ExitCode;
 
-use crate::cli::Command;
+use anyhow::Context as _;
+use bench_dragon::config::{Config, Overrides};
+
+use crate::cli::{Command, ConfigArgs};
 
 mod ctl;
 mod description;
@@ -26,6 +29,16 @@ const CONTACT: u8 = 3;
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub(crate) struct BadInput(pub(crate) String);
+
+/// Reads the configuration that the arguments name, with the flags over it. An error names the file.
+fn load_config(args: &ConfigArgs, overrides: Overrides) -> anyhow::Result<Config> {
+    let path = args.config.as_deref();
+    let loaded = Config::load(path, overrides);
+    match path {
+        Some(path) => loaded.with_context(|| path.display().to_string()),
+        None => Ok(loaded?),
+    }
+}
 
 /// Runs a command. The result is the process's exit status.
 pub(crate) fn run(command: Command) -> anyhow::Result<ExitCode> {

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use anyhow::Context as _;
 use bench_dragon::clock::monotonic_ns;
 use bench_dragon::config::Config;
 use bench_dragon::dragon::PairClearance;
@@ -135,7 +136,7 @@ impl<'a> Session<'a> {
         let Some(description) = description_of(&ports.descriptions, header.run_id, self.stop)? else {
             return Ok(None);
         };
-        let config = Config::from_toml(&description.toml)?;
+        let config = Config::from_toml(&description.toml).context("the description on the bus")?;
         let monitor = Monitor::new(&config);
         let from_m = header.head_travel_m;
         let forecaster = Forecaster::start(Arc::clone(monitor.dragon()), from_m);

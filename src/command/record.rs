@@ -11,6 +11,7 @@ use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{AlertSubscriber, BusError, DescriptionReader, Domain, Frame, FrameSubscriber};
 
 use crate::cli::{Format, RecordArgs};
+use crate::command::BadInput;
 use crate::command::description::description_of;
 use crate::command::follow::{WAIT_PERIOD, open_when_there};
 use crate::command::output::{complain, print_json, print_line};
@@ -27,6 +28,7 @@ pub(crate) fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
         return repair_one(args);
     }
     follow_parent(args.child)?;
+    check_sizes(args)?;
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
     repair_around(&args.file);
@@ -44,6 +46,15 @@ pub(crate) fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
     }
     session.finish()?;
     Ok(ExitCode::SUCCESS)
+}
+
+fn check_sizes(args: &RecordArgs) -> Result<(), BadInput> {
+    match (args.rotate_mb, args.max_total_mb) {
+        (Some(rotate), Some(total)) if total < rotate => {
+            Err(BadInput(format!("--max-total-mb is {total}, must be at least --rotate-mb, which is {rotate}")))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn repair_one(args: &RecordArgs) -> anyhow::Result<ExitCode> {

@@ -3,16 +3,16 @@
 use std::process::ExitCode;
 
 use bench_dragon::config::{Config, Overrides};
+use bench_dragon::number::Number;
 use bench_dragon::report::ServeLine;
 use bench_dragon::server::{Server, ServerSettings, ServerSummary};
 use bench_dragon::stop::StopFlag;
-use bench_dragon_ipc::service::MAX_READERS;
 use bench_dragon_ipc::{Domain, Request};
 
 use crate::cli::{ConfigArgs, Format, PaceArgs, ServeArgs};
-use crate::command::BadInput;
 use crate::command::output::{complain, print_json, print_line};
 use crate::command::parent::follow_parent;
+use crate::command::{BadInput, load_config};
 
 pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
     follow_parent(args.child)?;
@@ -29,7 +29,7 @@ pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
 /// The configuration with the flags over it.
 pub(crate) fn configure(args: &ConfigArgs, pace: &PaceArgs) -> anyhow::Result<Config> {
     let overrides = Overrides { rate_hz: pace.rate, time_scale: pace.time_scale };
-    Ok(Config::load(args.config.as_deref(), overrides)?)
+    load_config(args, overrides)
 }
 
 /// Checks the start and the end of a show that walks at the planned speed.
@@ -49,7 +49,6 @@ fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
     if let Some(speed_mps) = args.start_speed {
         require("--start-speed", speed_mps, 0.0, Request::MAX_SPEED_MPS)?;
     }
-    require("--readers", args.readers as f64, 0.0, MAX_READERS as f64)?;
     Ok(ServerSettings {
         config,
         start_s: args.pace.start_at,
@@ -65,7 +64,7 @@ fn require(flag: &str, value: f64, lowest: f64, highest: f64) -> Result<(), BadI
     if (lowest..=highest).contains(&value) {
         return Ok(());
     }
-    Err(BadInput(format!("{flag} is {value}, must be from {lowest} to {highest}")))
+    Err(BadInput(format!("{flag} is {}, must be from {lowest} to {highest}", Number(value))))
 }
 
 fn announce(args: &ServeArgs, server: &Server) -> anyhow::Result<()> {

@@ -5,11 +5,12 @@ use std::process::ExitCode;
 
 use bench_dragon::config::{Config, Overrides};
 use bench_dragon::dragon::{ChainSolver, first_contact};
+use bench_dragon::number::Number;
 use serde::Serialize;
 
-use crate::cli::{ConfigArgs, Format, Question};
-use crate::command::BadInput;
+use crate::cli::{Format, Question};
 use crate::command::output::{print_json, print_line};
+use crate::command::{BadInput, load_config};
 
 #[derive(Serialize)]
 struct PosesAnswer {
@@ -39,20 +40,22 @@ struct ContactAnswer {
 
 pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
     match question {
-        Question::Poses { at, config, format } => poses(&at, &load(&config)?, format.format)?,
-        Question::Contact { config, format } => contact(&load(&config)?, format.format)?,
+        Question::Poses { at, config, format } => {
+            poses(&at, &load_config(&config, Overrides::default())?, format.format)?;
+        }
+        Question::Contact { config, format } => {
+            contact(&load_config(&config, Overrides::default())?, format.format)?;
+        }
     }
     Ok(ExitCode::SUCCESS)
-}
-
-fn load(args: &ConfigArgs) -> anyhow::Result<Config> {
-    Ok(Config::load(args.config.as_deref(), Overrides::default())?)
 }
 
 fn poses(at_s: &[f64], config: &Config, format: Format) -> anyhow::Result<()> {
     let end_s = config.end_s();
     if let Some(time_s) = at_s.iter().find(|time_s| !(0.0..=end_s).contains(*time_s)) {
-        return Err(BadInput(format!("--at is {time_s}, must be from 0 to {end_s}, where the run ends")).into());
+        return Err(
+            BadInput(format!("--at is {}, must be from 0 to {end_s}, where the run ends", Number(*time_s))).into()
+        );
     }
     let mut chain = ChainSolver::new(config.dragon());
     let answer = PosesAnswer { poses: at_s.iter().map(|&time_s| pose(time_s, config, &mut chain)).collect() };

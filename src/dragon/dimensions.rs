@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::number::Number;
+
 const MAX_BENCHES: usize = 100_000;
 
 /// Why dimensions cannot be those of a dragon.
@@ -11,7 +13,7 @@ pub enum DimensionsError {
     #[error("benches is {0}, must be from 1 to {MAX_BENCHES}")]
     Benches(usize),
     /// Not a length.
-    #[error("{key} is {value}, must be above 0 and finite")]
+    #[error("{key} is {}, must be above 0 and finite", Number(*value))]
     Length {
         /// The configuration's name of the value.
         key: &'static str,
@@ -19,7 +21,11 @@ pub enum DimensionsError {
         value: f64,
     },
     /// Not a place for a hole.
-    #[error("hole_offset_m is {value}, must be at least 0 and under {limit}, half of the shortest bench")]
+    #[error(
+        "hole_offset_m is {}, must be at least 0 and under {}, half of the shortest bench",
+        Number(*value),
+        Number(*limit)
+    )]
     HoleOffset {
         /// Metres.
         value: f64,

@@ -21,6 +21,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
+use crate::number::Number;
 use crate::route::Route;
 
 pub use board::{Approach, Board};
@@ -37,7 +38,7 @@ use run::Run;
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum DragonError {
     /// Boards overlap from one turn of the route to the next.
-    #[error("pitch_m is {pitch_m}, must be above width_m {width_m}")]
+    #[error("pitch_m is {}, must be above width_m {}", Number(*pitch_m), Number(*width_m))]
     PitchUnderWidth {
         /// Metres between neighbouring turns.
         pitch_m: f64,

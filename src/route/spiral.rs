@@ -6,6 +6,7 @@ use glam::DVec2;
 use thiserror::Error;
 
 use super::{Route, RoutePoint};
+use crate::number::Number;
 
 const MAX_PITCH_M: f64 = 1_000.0;
 const MAX_START_TURNS: f64 = 10_000.0;
@@ -14,10 +15,10 @@ const MAX_START_TURNS: f64 = 10_000.0;
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum RouteError {
     /// Not a distance between neighbouring turns.
-    #[error("pitch_m is {0}, must be above 0 and at most {MAX_PITCH_M}")]
+    #[error("pitch_m is {}, must be above 0 and at most {MAX_PITCH_M}", Number(*.0))]
     Pitch(f64),
     /// Not a number of turns from the centre.
-    #[error("start_turns is {0}, must be above 0 and at most {MAX_START_TURNS}")]
+    #[error("start_turns is {}, must be above 0 and at most {MAX_START_TURNS}", Number(*.0))]
     StartTurns(f64),
 }
 

@@ -97,6 +97,9 @@ impl Server {
     /// [`Member::frames`].
     pub fn create(domain: &Domain, settings: ServerSettings) -> Result<Self, BusError> {
         let lock = SourceLock::take(domain)?;
+        for path in lock.cleared() {
+            tracing::warn!("removed {}, which a killed server had left half made", path.display());
+        }
         let bench_count = settings.config.dragon().dimensions().benches();
         let member = Member::join(domain, "serve", Role::Source { bench_count })?;
         let run_id = random_run_id();

@@ -1,0 +1,150 @@
+//! Bad input: one line on stderr that names it and says what is allowed, exit status 2, and no trace on the bus.
+
+use std::fs;
+
+use crate::process::Ended;
+use crate::stage::Stage;
+
+/// Fails unless there is exactly one line of error, with everything that it is to name in it, each thing once.
+fn assert_told(ended: &Ended, code: i32, named: &[&str]) {
+    let Ended { stdout, stderr, .. } = ended;
+    assert_eq!((ended.code(), stdout.as_str()), (Some(code), ""), "{named:?}: {stderr}");
+    assert!(stderr.starts_with("error: ") && stderr.ends_with('\n') && stderr.lines().count() == 1, "{stderr:?}");
+    for name in named {
+        assert_eq!(stderr.matches(name).count(), 1, "{name:?} in {stderr}");
+    }
+    assert!(!stderr.contains("panick") && !stderr.contains("RUST_BACKTRACE"), "{stderr}");
+}
+
+#[test]
+fn bad_arguments_are_named_with_what_is_allowed() {
+    let stage = Stage::new();
+    fs::write(stage.path("file"), "no folder").expect("a file");
+    let cases: &[(&[&str], &[&str])] = &[
+        (&["dance"], &["unrecognized subcommand 'dance'"]),
+        (&["serve", "--quick"], &["unexpected argument '--quick'"]),
+        (&["serve", "--rate", "0"], &["--rate", "'0'", "from 1 to 100000"]),
+        (&["serve", "--rate", "10000000"], &["--rate", "'10000000'", "from 1 to 100000"]),
+        (&["serve", "--rate", "fast"], &["--rate", "'fast'"]),
+        (&["serve", "--time-scale", "nan"], &["--time-scale", "'nan'", "from 0.001 to 1000"]),
+        (&["serve", "--time-scale", "0"], &["--time-scale", "'0'", "from 0.001 to 1000"]),
+        (&["serve", "--start-at", "inf"], &["--start-at", "'inf'", "a finite number"]),
+        (&["serve", "--start-at", "432.76"], &["--start-at is 432.76, must be from 0 to 432.758"]),
+        (&["serve", "--start-at", "-1"], &["--start-at is -1, must be from 0 to 432.758"]),
+        (&["serve", "--start-at", "9", "--until", "8"], &["--until is 8, must be from 9 to 432.758"]),
+        (&["serve", "--readers", "33"], &["--readers is 33, must be from 0 to 32"]),
+        (&["serve", "--parent", "1"], &["--parent is 1, must be the parent process"]),
+        (&["show", "--start-at", "500"], &["--start-at is 500, must be from 0 to 432.758"]),
+        (&["show", "--out", "file"], &["--out is file, must be a folder that can be made"]),
+        (&["monitor", "--progress", "0"], &["--progress", "'0'", "from 0.01 to 3600"]),
+        (&["record"], &["<FILE>"]),
+        (&["record", "a.mcap", "--rotate-mb", "0"], &["--rotate-mb", "'0'", "from 1 to 1000000"]),
+        (&["record", "--repair", "a.mcap", "--rotate-mb", "5"], &["--repair", "--rotate-mb"]),
+        (&["ctl", "speed"], &["<MPS>"]),
+        (&["ctl", "speed", "quick"], &["<MPS>", "'quick'"]),
+        (&["ctl", "dance"], &["unrecognized subcommand 'dance'"]),
+        (&["echo", "--count", "-1"], &["-1"]),
+        (&["echo", "--format", "yaml"], &["--format", "'yaml'", "text, json"]),
+        (&["hz", "--seconds", "x"], &["--seconds", "'x'"]),
+    ];
+    for (args, named) in cases {
+        assert_told(&stage.run(args), 2, named);
+    }
+}
+
+#[test]
+fn bad_questions_to_the_planner_are_named_with_what_is_allowed() {
+    let cases: &[(&[&str], &[&str])] = &[
+        (&["solve", "poses"], &["--at"]),
+        (&["solve", "poses", "--at", "0,432.76"], &["--at is 432.76, must be from 0 to 432.758"]),
+        (&["solve", "poses", "--at", "-1"], &["--at is -1, must be from 0 to 432.758"]),
+        (&["solve", "poses", "--at", "nan"], &["--at", "'nan'", "a finite number"]),
+        (&["solve", "why"], &["unrecognized subcommand 'why'"]),
+    ];
+    for (args, named) in cases {
+        assert_told(&crate::process::Process::start(crate::stage::program(args)).end(), 2, named);
+    }
+}
+
+#[test]
+fn bad_names_of_instances_are_named_with_what_is_allowed() {
+    for name in ["", "Dragon", "a_b", "a/b", "..", "aaaaaaaaaaaaaaaaaaaaaaaaa"] {
+        let command = crate::stage::program(&["ctl", "pause", "--instance", name]);
+        let ended = crate::process::Process::start(command).end();
+        assert_told(&ended, 2, &["--instance", &format!("'{name}'"), "1 to 24 of a-z, 0-9 and -"]);
+    }
+}
+
+#[test]
+fn bad_configurations_are_named_by_key_value_and_what_is_allowed() {
+    let stage = Stage::new();
+    let cases: &[(&str, &[&str])] = &[
+        ("[dragon]\nbenches = 0", &["[dragon] benches is 0, must be from 1 to"]),
+        ("[dragon]\nbenches = 99999999999", &["[dragon] benches is 99999999999, must be from 1 to"]),
+        ("[dragon]\nhole_offset_m = 1.1", &["[dragon] hole_offset_m is 1.1, must be at least 0 and under 1.1"]),
+        ("[dragon]\nhole_offset_m = -0.1", &["[dragon] hole_offset_m is -0.1, must be at least 0"]),
+        ("[dragon]\nwidth_m = nan", &["[dragon] width_m is NaN, must be above 0"]),
+        ("[dragon]\nbody_length_m = 0", &["[dragon] body_length_m is 0, must be above 0"]),
+        ("[dragon]\nhead_length_m = inf", &["[dragon] head_length_m is inf, must be"]),
+        ("[dragon]\nlegs = 4", &["line 2: unknown field `legs`, expected one of `benches`"]),
+        ("[route]\npitch_m = 0.2", &["pitch_m is 0.2, must be above width_m 0.3"]),
+        ("[route]\npitch_m = nan", &["[route] pitch_m is NaN, must be"]),
+        ("[route]\nstart_turns = -1.0", &["[route] start_turns is -1, must be"]),
+        ("[route]\nkind = \"ring\"", &["line 2: unknown variant `ring`, expected `spiral`"]),
+        ("[head]\nspeed_mps = 0.0", &["[head] speed_mps is 0, must be from 0.001 to 10"]),
+        ("[serve]\nrate_hz = 0", &["[serve] rate_hz is 0, must be from 1 to 100000"]),
+        ("[serve]\nrate_hz = 10000000", &["[serve] rate_hz is 10000000, must be from 1 to 100000"]),
+        ("[serve]\nrate_hz = \"fast\"", &["line 2: invalid type: string \"fast\", expected"]),
+        ("[serve]\ntime_scale = nan", &["[serve] time_scale is NaN, must be from 0.001 to 1000"]),
+        ("[monitor]\nnear_m = -1.0", &["[monitor] near_m is -1, must be from 0 to 10"]),
+        ("[lights]\n", &["line 1: unknown field `lights`, expected one of"]),
+        ("benches", &["line 1: "]),
+    ];
+    for (text, named) in cases {
+        fs::write(stage.path("stage.toml"), text).expect("a file");
+        assert_told(&stage.run(&["serve", "--config", "stage.toml"]), 2, named);
+    }
+}
+
+#[test]
+fn files_that_are_missing_or_of_another_kind_are_named() {
+    let stage = Stage::new();
+    fs::write(stage.path("letter"), "not a recording").expect("a file");
+    let cases: &[(&[&str], i32, &[&str])] = &[
+        (&["serve", "--config", "none.toml"], 2, &["cannot read the configuration none.toml: No such file"]),
+        (&["show", "--config", "none.toml"], 2, &["cannot read the configuration none.toml: No such file"]),
+        (&["record", "--repair", "none.mcap"], 1, &["cannot read none.mcap: No such file"]),
+        (&["record", "--repair", "letter"], 1, &["letter is not a recording of a bench dragon"]),
+        (&["record", "none/a.mcap"], 1, &["cannot make none/a.mcap: No such file"]),
+        (&["record", "letter"], 1, &["letter exists already and is not overwritten"]),
+    ];
+    for (args, code, named) in cases {
+        assert_told(&stage.run(args), *code, named);
+    }
+    assert_eq!(fs::read(stage.path("letter")).expect("it is still there"), b"not a recording");
+}
+
+#[test]
+fn a_command_without_a_server_says_how_to_start_one() {
+    let stage = Stage::new();
+    let expected =
+        format!("no server runs on instance \"{}\": start one with `bench-dragon serve`", stage.domain().instance());
+    for order in [&["pause"][..], &["resume"], &["speed", "1"], &["seek", "0"], &["hold"], &["release"], &["stop"]] {
+        assert_told(&stage.run(&[&["ctl"], order].concat()), 1, &[&expected]);
+    }
+}
+
+#[test]
+fn no_command_at_all_gets_the_help() {
+    let ended = crate::process::Process::start(crate::stage::program::<&str>(&[])).end();
+    assert_eq!((ended.code(), ended.stdout.as_str()), (Some(2), ""));
+    assert!(ended.stderr.contains("Usage: bench-dragon <COMMAND>"), "{}", ended.stderr);
+}
+
+#[test]
+fn every_command_has_help_with_an_example() {
+    for command in ["show", "serve", "monitor", "record", "ctl", "echo", "hz", "solve", "iox2-config"] {
+        let help = crate::process::Process::start(crate::stage::program(&[command, "--help"])).end().expect_clean();
+        assert!(help.stdout.contains("Example"), "{command}");
+    }
+}

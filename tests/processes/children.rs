@@ -1,0 +1,34 @@
+//! The processes that a show has started, found in `/proc`.
+
+use std::fs;
+
+use rustix::process::{Pid, Signal, kill_process};
+
+use crate::eventually::eventually;
+
+/// Waits for the show's child that runs a command, and which is not the one before. Returns its process id.
+pub(crate) fn await_child(show: u32, command: &str, before: Option<u32>) -> u32 {
+    eventually(|| children(show).into_iter().find(|(pid, name)| name == command && Some(*pid) != before)).0
+}
+
+/// The show's running children and the commands that they run.
+pub(crate) fn children(show: u32) -> Vec<(u32, String)> {
+    let processes = fs::read_dir("/proc").expect("Linux has it").flatten();
+    processes
+        .filter_map(|process| {
+            let pid = process.file_name().to_str()?.parse().ok()?;
+            // A process that has ended meanwhile has nothing to read.
+            let line = fs::read(process.path().join("cmdline")).ok()?;
+            let args: Vec<String> =
+                line.split(|&byte| byte == 0).map(|arg| String::from_utf8_lossy(arg).into()).collect();
+            let is_ours = args.windows(2).any(|pair| pair[0] == "--parent" && pair[1] == show.to_string());
+            is_ours.then(|| (pid, args[1].clone()))
+        })
+        .collect()
+}
+
+/// Ends a child of a show as a crash does.
+pub(crate) fn kill(child: u32) {
+    let pid = Pid::from_raw(child.cast_signed()).expect("a process id is not 0");
+    kill_process(pid, Signal::KILL).expect("it is running");
+}

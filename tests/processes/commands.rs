@@ -1,0 +1,252 @@
+//! Every command of `ctl`, its reply, and the frames around the tick from which it holds.
+
+use std::time::Duration;
+
+use bench_dragon::config::Config;
+use bench_dragon_ipc::{CommandClient, Request, ShowState};
+use serde_json::{Value, json};
+
+use crate::process::Ended;
+use crate::reader::{Reader, Shot, assert_whole};
+use crate::stage::{Server, Stage};
+
+/// Slow, so that what the reader's buffer holds is half a minute.
+const RATE_HZ: i64 = 10;
+const TICK_NS: i64 = 1_000_000_000 / RATE_HZ;
+
+/// A server with somebody who writes down every frame.
+struct Rehearsal {
+    server: Server,
+    reader: Reader,
+    shots: Vec<Shot>,
+    // Dropped last.
+    stage: Stage,
+}
+
+impl Rehearsal {
+    fn start(args: &[&str]) -> Self {
+        let stage = Stage::new();
+        let server = stage.serve(&[&["--rate", &RATE_HZ.to_string(), "--readers", "1"], args].concat());
+        let reader = Reader::join(&stage);
+        Self { server, reader, shots: Vec::new(), stage }
+    }
+
+    fn ctl(&self, order: &[&str]) -> Ended {
+        self.stage.run(&[&["ctl", "--format", "json"], order].concat())
+    }
+
+    /// Sends a command that is accepted; returns the last frame without and the first with it.
+    fn accept(&mut self, order: &[&str]) -> [Shot; 2] {
+        let ended = self.ctl(order).expect_clean();
+        let reply = ended.last_json();
+        let tick = reply["tick"].as_u64().expect("a tick");
+        assert_eq!(reply, json!({ "accepted": true, "run_id": self.server.run_id, "tick": tick }));
+        self.around(tick)
+    }
+
+    /// Sends a command that is refused; returns why.
+    fn refuse(&mut self, order: &[&str]) -> String {
+        let ended = self.ctl(order);
+        let mut reply = ended.last_json();
+        assert_eq!((ended.code(), &reply["accepted"]), (Some(1), &Value::Bool(false)), "{reply}");
+        let [before, after] = self.around(reply["tick"].as_u64().expect("a tick"));
+        assert_eq!(before.state(), after.state(), "a refused command changes nothing");
+        match reply["reason"].take() {
+            Value::String(reason) => reason,
+            other => panic!("no reason: {other}"),
+        }
+    }
+
+    /// The frame before a tick and the one of that tick.
+    fn around(&mut self, tick: u64) -> [Shot; 2] {
+        if self.shots.last().is_none_or(|shot| shot.header.tick < tick) {
+            self.shots.extend(self.reader.read_to_tick(tick));
+        }
+        assert_whole(&self.shots, self.server.run_id);
+        [self.shots[tick as usize - 1].clone(), self.shots[tick as usize].clone()]
+    }
+
+    /// The frame after the last one that was read.
+    fn next(&mut self) -> Shot {
+        self.shots.push(self.reader.next());
+        self.shots.last().expect("just pushed").clone()
+    }
+
+    /// Ends the server and checks what holds for every frame of any show.
+    fn end(self) {
+        let Self { stage: _stage, server, mut reader, mut shots } = self;
+        let run_id = server.run_id;
+        let published = server.stop()["frames"].clone();
+        shots.extend(reader.read_unread());
+        assert_whole(&shots, run_id);
+        assert_eq!(published, shots.len());
+        for pair in shots.windows(2) {
+            assert_stands_unless_running(&pair[0], &pair[1]);
+        }
+    }
+}
+
+fn assert_stands_unless_running(before: &Shot, after: &Shot) {
+    let (last, next) = (&before.header, &after.header);
+    if after.state() != ShowState::Running {
+        assert_eq!(next.head_speed_mps, 0.0, "tick {}", next.tick);
+        assert!(after.handles.iter().all(|handle| handle.velocity_mps == [0.0; 3]), "tick {}", next.tick);
+        if before.state() == after.state() && last.sim_time_ns == next.sim_time_ns {
+            assert_eq!(last.head_travel_m, next.head_travel_m, "tick {}", next.tick);
+        }
+    }
+}
+
+/// Fails unless the second frame is one whole step of a running show after the first.
+fn assert_walked(before: &Shot, after: &Shot, speed_mps: f64) {
+    let (last, next) = (&before.header, &after.header);
+    assert_eq!(after.state(), ShowState::Running);
+    assert_eq!(next.sim_time_ns - last.sim_time_ns, TICK_NS, "tick {}", next.tick);
+    let expected_m = last.head_travel_m + speed_mps / RATE_HZ as f64;
+    assert!((next.head_travel_m - expected_m).abs() < 1e-12, "tick {}: {}", next.tick, next.head_travel_m);
+    assert_eq!(next.head_speed_mps, speed_mps);
+}
+
+fn assert_stands(before: &Shot, after: &Shot, state: ShowState) {
+    assert_eq!(after.state(), state);
+    assert_eq!(after.header.sim_time_ns, before.header.sim_time_ns);
+    assert_eq!(after.header.head_travel_m, before.header.head_travel_m);
+}
+
+#[test]
+fn a_pause_holds_from_its_tick_to_that_of_the_resume() {
+    let mut rehearsal = Rehearsal::start(&[]);
+    let [running, paused] = rehearsal.accept(&["pause"]);
+    assert_eq!(running.state(), ShowState::Running);
+    assert_stands(&running, &paused, ShowState::Paused);
+    let [still_paused, resumed] = rehearsal.accept(&["resume"]);
+    assert_stands(&paused, &still_paused, ShowState::Paused);
+    assert_walked(&still_paused, &resumed, 1.0);
+    rehearsal.end();
+}
+
+#[test]
+fn a_hold_holds_from_its_tick_to_that_of_the_release() {
+    let mut rehearsal = Rehearsal::start(&[]);
+    let [running, held] = rehearsal.accept(&["hold"]);
+    assert_eq!(running.state(), ShowState::Running);
+    assert_stands(&running, &held, ShowState::Held);
+    assert_eq!(rehearsal.refuse(&["resume"]), "the show is held: release it first");
+    let [still_held, released] = rehearsal.accept(&["release"]);
+    assert_stands(&held, &still_held, ShowState::Held);
+    assert_walked(&still_held, &released, 1.0);
+    assert_eq!(rehearsal.refuse(&["release"]), "the show is not held");
+    rehearsal.end();
+}
+
+#[test]
+fn a_server_started_held_walks_from_the_release_on() {
+    let mut rehearsal = Rehearsal::start(&["--held", "--start-at", "100"]);
+    let [held, released] = rehearsal.accept(&["release"]);
+    assert_eq!((held.state(), held.header.sim_time_ns), (ShowState::Held, 100_000_000_000));
+    assert_walked(&held, &released, 1.0);
+    rehearsal.end();
+}
+
+#[test]
+fn a_new_speed_changes_the_travel_of_its_tick_and_not_the_show_time() {
+    let mut rehearsal = Rehearsal::start(&[]);
+    let [before, at] = rehearsal.accept(&["speed", "2.5"]);
+    assert_eq!(before.header.head_speed_mps, 1.0);
+    assert_walked(&before, &at, 2.5);
+    let [before, at] = rehearsal.accept(&["speed", "0"]);
+    assert_walked(&before, &at, 0.0);
+    let after = rehearsal.next();
+    assert_walked(&at, &after, 0.0);
+    rehearsal.end();
+}
+
+#[test]
+fn a_seek_shows_its_target_at_its_tick_and_goes_on_from_there() {
+    let mut rehearsal = Rehearsal::start(&[]);
+    let [before, at] = rehearsal.accept(&["seek", "300"]);
+    assert!(before.header.sim_time_ns < 300_000_000_000, "{}", before.header.sim_time_ns);
+    assert_eq!(
+        (at.state(), at.header.sim_time_ns, at.header.head_travel_m),
+        (ShowState::Running, 300_000_000_000, 300.0)
+    );
+    let after = rehearsal.next();
+    assert_walked(&at, &after, 1.0);
+    rehearsal.accept(&["pause"]);
+    let [_, at] = rehearsal.accept(&["seek", "12.5"]);
+    assert_eq!((at.state(), at.header.sim_time_ns, at.header.head_travel_m), (ShowState::Paused, 12_500_000_000, 12.5));
+    rehearsal.end();
+}
+
+#[test]
+fn what_is_out_of_range_is_refused_with_the_range() {
+    let end_s = Config::from_toml("").expect("the paper's dragon").end_s();
+    let speeds = "the value must be from 0 to 10";
+    let times = format!("the value must be from 0 to {end_s}");
+    let mut rehearsal = Rehearsal::start(&[]);
+    for speed in ["11", "-0.1", "nan", "inf"] {
+        assert_eq!(rehearsal.refuse(&["speed", speed]), speeds, "{speed}");
+    }
+    for time in ["432.76", "-1", "nan", "inf"] {
+        assert_eq!(rehearsal.refuse(&["seek", time]), times, "{time}");
+    }
+    rehearsal.end();
+}
+
+#[test]
+fn a_refusal_in_text_is_one_line_on_stderr_and_an_acceptance_one_on_stdout() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--held"]);
+    let refused = stage.run(&["ctl", "resume"]);
+    let expected = "refused: the show is held: release it first\n";
+    assert_eq!((refused.code(), refused.stdout.as_str(), refused.stderr.as_str()), (Some(1), "", expected));
+    let accepted = stage.run(&["ctl", "release"]).expect_clean();
+    assert!(accepted.stdout.starts_with("accepted, from tick ") && accepted.stdout.ends_with(" on\n"));
+    server.stop();
+}
+
+#[test]
+fn a_stop_ends_the_server_after_the_tick_of_its_reply() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "10", "--readers", "1"]);
+    let mut reader = Reader::join(&stage);
+    let reply = stage.run(&["ctl", "stop", "--format", "json"]).expect_clean().last_json();
+    let tick = reply["tick"].as_u64().expect("a tick");
+    let run_id = server.run_id;
+    assert_eq!(server.summary()["frames"], tick + 1);
+    let shots = reader.read_unread();
+    assert_whole(&shots, run_id);
+    assert_eq!(shots.len() as u64, tick + 1);
+}
+
+#[test]
+fn commands_of_several_clients_are_each_answered_once() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "1000"]);
+    let clients: Vec<_> =
+        (0..8).map(|_| CommandClient::open(stage.domain(), "test").expect("a server has made the services")).collect();
+    let mut last_tick = 0;
+    for client in clients.iter().cycle().take(80) {
+        let request = Request::Speed { speed_mps: 1.5 };
+        let reply = client.call(request, Duration::MAX / 4).expect("an answer");
+        let tick = reply.outcome().expect("1.5 m/s is allowed");
+        assert!(tick > last_tick && reply.run_id == server.run_id, "each answer comes at a later tick");
+        last_tick = tick;
+    }
+    drop(clients);
+    server.stop();
+}
+
+#[test]
+fn a_finished_show_refuses_to_resume_and_is_started_again_by_a_seek() {
+    let mut rehearsal = Rehearsal::start(&["--start-at", "432.7"]);
+    let finished = rehearsal.reader.read_to_end();
+    rehearsal.shots.extend(finished);
+    let end = rehearsal.shots.last().expect("the last frame").header;
+    let end_m = Config::from_toml("").expect("the paper's dragon").dragon().end_travel_m();
+    assert_eq!(end.head_travel_m, end_m, "the show ends exactly where the run does");
+    assert_eq!(rehearsal.refuse(&["resume"]), "the show is finished: seek to start it again");
+    let [_, at] = rehearsal.accept(&["seek", "0"]);
+    assert_eq!((at.state(), at.header.sim_time_ns), (ShowState::Running, 0));
+    rehearsal.end();
+}

@@ -1,0 +1,117 @@
+//! The directory of the bus: the user's own, or refused. Only these processes are given another one.
+
+use std::fs::{self, Permissions};
+use std::os::unix::fs::{MetadataExt, PermissionsExt, chown};
+use std::path::Path;
+
+use tempfile::TempDir;
+
+use crate::process::{Ended, Process};
+use crate::stage::program;
+
+fn run_in(runtime_dir: &Path, args: &[&str]) -> Ended {
+    let mut command = program(args);
+    command.env("XDG_RUNTIME_DIR", runtime_dir);
+    Process::start(command).end()
+}
+
+/// A runtime directory with the directory of the bus in it.
+fn runtime_dir() -> TempDir {
+    let runtime_dir = tempfile::Builder::new().prefix("bd").tempdir_in("/tmp").expect("a folder");
+    fs::create_dir(runtime_dir.path().join("bench-dragon")).expect("a folder");
+    runtime_dir
+}
+
+fn assert_refused(runtime_dir: &Path, why: &str) {
+    for args in [&["serve"][..], &["ctl", "pause"], &["echo"], &["record", "/dev/null/a.mcap"]] {
+        let Ended { status, stdout, stderr } = run_in(runtime_dir, args);
+        assert_eq!((status.code(), stdout.as_str(), stderr.lines().count()), (Some(1), "", 1), "{args:?}: {stderr}");
+        let is_recorder = args[0] == "record";
+        assert!(is_recorder || stderr.contains(why), "{args:?}: {stderr}");
+    }
+}
+
+#[test]
+fn a_directory_that_others_may_write_is_refused() {
+    let runtime_dir = runtime_dir();
+    let bus = runtime_dir.path().join("bench-dragon");
+    for mode in [0o777, 0o770, 0o702] {
+        fs::set_permissions(&bus, Permissions::from_mode(mode)).expect("it is ours");
+        let why = format!("{} has mode {mode:04o}, must not be writable by others: chmod 0700 it", bus.display());
+        assert_refused(runtime_dir.path(), &why);
+    }
+    assert_eq!(fs::read_dir(&bus).expect("a folder").count(), 0, "nothing is made in it");
+}
+
+#[test]
+fn a_directory_of_another_user_is_refused() {
+    const ANOTHER_USER: u32 = 12_345;
+    let runtime_dir = runtime_dir();
+    let bus = runtime_dir.path().join("bench-dragon");
+    if chown(&bus, Some(ANOTHER_USER), None).is_err() {
+        // Only root may give a directory away; there is another way to find one that is not ours.
+        return assert_not_usable_for_us();
+    }
+    fs::set_permissions(&bus, Permissions::from_mode(0o700)).expect("root may");
+    assert_refused(
+        runtime_dir.path(),
+        &format!("{} belongs to user {ANOTHER_USER}, must belong to user 0", bus.display()),
+    );
+}
+
+/// `/proc/1` holds nothing of ours, and nothing can be made in it.
+fn assert_not_usable_for_us() {
+    let ended = run_in(Path::new("/proc/1"), &["serve"]);
+    assert_eq!((ended.code(), ended.stderr.lines().count()), (Some(1), 1), "{}", ended.stderr);
+}
+
+#[test]
+fn a_link_in_place_of_the_directory_is_refused() {
+    let runtime_dir = tempfile::Builder::new().prefix("bd").tempdir_in("/tmp").expect("a folder");
+    let elsewhere = runtime_dir.path().join("elsewhere");
+    fs::create_dir(&elsewhere).expect("a folder");
+    std::os::unix::fs::symlink(&elsewhere, runtime_dir.path().join("bench-dragon")).expect("a link");
+    assert_refused(runtime_dir.path(), "is not a directory: remove it");
+}
+
+#[test]
+fn a_directory_with_a_relative_or_long_path_is_refused() {
+    let long = format!("/tmp/{}", "d".repeat(60));
+    for path in ["relative", &long] {
+        assert_refused(
+            Path::new(path),
+            "must be absolute, UTF-8 and under 60 bytes: set XDG_RUNTIME_DIR to a shorter path or unset it",
+        );
+    }
+}
+
+#[test]
+fn the_directory_is_made_for_its_user_alone_and_taken_away_again() {
+    let runtime_dir = runtime_dir();
+    let bus = runtime_dir.path().join("bench-dragon");
+    fs::remove_dir(&bus).expect("an empty folder");
+    let mut command = program(&["serve", "--format", "json", "--instance", "directory-test"]);
+    command.env("XDG_RUNTIME_DIR", runtime_dir.path());
+    let mut server = Process::start(command);
+    server.json();
+    for made in [bus.clone(), bus.join("directory-test")] {
+        assert_eq!(fs::metadata(&made).expect("a folder").mode() & 0o7777, 0o700, "{}", made.display());
+    }
+    let shared = fs::read_dir("/dev/shm").expect("a folder").flatten();
+    let is_of_frames = |name: &str| name.contains("_directory-test_") && name.contains(".data");
+    let segments: Vec<_> = shared.filter(|entry| is_of_frames(&entry.file_name().to_string_lossy())).collect();
+    assert!(!segments.is_empty(), "the frames lie in shared memory");
+    for segment in segments {
+        let mode = segment.metadata().expect("the server is there").mode();
+        assert_eq!(mode & 0o077, 0, "{:?} is open to others", segment.path());
+    }
+    server.terminate().expect_clean();
+    assert!(!bus.join("directory-test").exists());
+}
+
+#[test]
+fn iox2_config_prints_the_root_path_and_the_prefix_of_the_instance() {
+    let stage = crate::stage::Stage::new();
+    let printed = stage.run(&["iox2-config"]).expect_clean().stdout;
+    assert_eq!(printed, stage.domain().iceoryx2_toml());
+}

@@ -1,0 +1,90 @@
+//! `echo` and `hz`: what people and scripts see of the frames.
+
+use serde_json::Value;
+
+use crate::reader::{Reader, assert_whole};
+use crate::stage::Stage;
+
+#[test]
+fn echo_prints_as_many_frames_as_it_was_asked_for_with_every_number_of_the_bus() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "1000", "--until", "0.1", "--readers", "2"]);
+    let mut echo = stage.start(&["echo", "--count", "101", "--format", "json"]);
+    let mut reader = Reader::join(&stage);
+    let mut lines = vec![echo.json()];
+    lines.extend(echo.end().expect_clean().json_lines());
+    let shots = reader.read_to_end();
+    assert_whole(&shots, server.run_id);
+    assert_eq!(lines.len(), shots.len());
+    for (line, shot) in lines.iter().zip(&shots) {
+        let header = &shot.header;
+        let handle = |handle: &bench_dragon_ipc::HandleState| serde_json::json!({ "position_m": handle.position_m, "velocity_mps": handle.velocity_mps });
+        let expected = serde_json::json!({
+            "run_id": header.run_id,
+            "tick": header.tick,
+            "sim_time_ns": header.sim_time_ns,
+            "scheduled_ns": header.scheduled_ns,
+            "published_ns": header.published_ns,
+            "head_travel_m": header.head_travel_m,
+            "head_speed_mps": header.head_speed_mps,
+            "time_scale": header.time_scale,
+            "bench_count": header.bench_count,
+            "state": header.state,
+            "handles": shot.handles.iter().map(handle).collect::<Vec<_>>(),
+        });
+        assert_eq!(*line, expected, "tick {}", header.tick);
+    }
+    server.summary();
+}
+
+#[test]
+fn echo_in_text_is_a_line_a_frame() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--held"]);
+    let text = stage.run(&["echo", "--count", "2"]).expect_clean().stdout;
+    for line in text.lines() {
+        assert!(line.starts_with("tick ") && line.contains("0.000000 s  held"), "{line}");
+        assert!(
+            line.contains("head (   8.800000,   -0.000000) m") || line.contains("head (   8.800000,    0.000000) m"),
+            "{line}"
+        );
+    }
+    assert_eq!(text.lines().count(), 2);
+    server.stop();
+}
+
+#[test]
+fn hz_prints_as_many_lines_as_it_was_asked_for_and_ends() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100"]);
+    let lines = stage.run(&["hz", "--seconds", "2", "--format", "json"]).expect_clean().json_lines();
+    assert_eq!(lines.len(), 2);
+    for line in &lines {
+        let mut fields: Vec<&String> = line.as_object().expect("an object").keys().collect();
+        fields.sort();
+        assert_eq!(fields, ["frames", "latency_us", "lost", "rate_hz", "restarts"]);
+        assert_eq!(line["restarts"], 0);
+        assert!(line["frames"].as_u64() > Some(0) && line["rate_hz"].as_f64() > Some(0.0), "{line}");
+        let latency = &line["latency_us"];
+        let percentiles: Vec<f64> =
+            ["p50", "p99", "p999", "max"].iter().filter_map(|name| latency[name].as_f64()).collect();
+        assert!(percentiles.len() == 4 && percentiles.is_sorted() && percentiles[0] > 0.0, "{line}");
+    }
+    server.stop();
+}
+
+#[test]
+fn hz_tells_of_a_restart_and_in_text_too() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100", "--readers", "1"]);
+    let mut hz = stage.start(&["hz", "--format", "json"]);
+    hz.json_until(|line| line["frames"].as_u64() > Some(0));
+    server.stop();
+    let server = stage.serve(&["--rate", "100"]);
+    let lines = hz.json_until(|line| line["restarts"] != 0);
+    assert_eq!(lines.last().map(|line| &line["restarts"]), Some(&Value::from(1)));
+    hz.terminate().expect_clean();
+    let text = stage.run(&["hz", "--seconds", "1"]).expect_clean().stdout;
+    assert!(text.contains(" Hz  lost ") && text.contains("restarts 0  latency p50 "), "{text}");
+    server.stop();
+}

@@ -1,0 +1,67 @@
+//! Whoever joins in the middle of a show gets what the others get from then on, and is told what it is about.
+
+use bench_dragon::config::Config;
+use bench_dragon_ipc::{DescriptionReader, ShowState, StatusReader};
+
+use crate::eventually::eventually;
+use crate::reader::{Reader, assert_accounted_for};
+use crate::stage::Stage;
+
+#[test]
+fn a_late_subscriber_receives_the_frames_from_then_on() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100"]);
+    let seen = Reader::join(&stage).read_to_tick(5);
+    let last_seen = seen.last().expect("the frame of some tick").header.tick;
+
+    let mut late = Reader::join(&stage);
+    let shots = late.read_to_tick(last_seen + 20);
+    assert!(shots[0].header.tick > last_seen, "what was published before it joined is not for it");
+    assert_eq!(shots[0].header.run_id, server.run_id);
+    assert_accounted_for(&shots, late.lost());
+    drop(late);
+    server.stop();
+}
+
+#[test]
+fn a_late_subscriber_is_given_the_description_of_the_run() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "250", "--time-scale", "0.5"]);
+    Reader::join(&stage).read_to_tick(5);
+
+    let reader = DescriptionReader::open(stage.domain(), "test").expect("a server has made the services");
+    let description = eventually(|| reader.poll().expect("the bus is readable"));
+    assert_eq!(description.run_id, server.run_id);
+    let config = Config::from_toml(&description.toml).expect("the description is a whole configuration");
+    assert_eq!((config.rate_hz(), config.time_scale()), (250, 0.5));
+    assert_eq!(config.to_toml(), description.toml, "every key is written out");
+    drop(reader);
+    server.stop();
+}
+
+#[test]
+fn a_late_subscriber_is_given_the_status_of_the_run() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "250", "--held"]);
+    Reader::join(&stage).read_to_tick(5);
+
+    let reader = StatusReader::open(stage.domain(), "test").expect("a server has made the services");
+    let status = eventually(|| reader.poll().expect("the bus is readable"));
+    assert_eq!((status.run_id, status.rate_hz, status.pid), (server.run_id, 250, server.process.pid()));
+    let later = eventually(|| reader.poll().expect("the bus is readable").filter(|later| later.tick > status.tick));
+    assert_eq!((later.show_state(), later.sim_time_ns), (Some(ShowState::Held), 0));
+    assert!(later.overruns >= status.overruns && later.lateness_max_ns >= status.lateness_max_ns);
+    drop(reader);
+    server.stop();
+}
+
+#[test]
+fn a_reader_that_comes_before_the_server_waits_for_it() {
+    let stage = Stage::new();
+    let echo = stage.start(&["echo", "--count", "3", "--format", "json"]);
+    let server = stage.serve(&["--rate", "100", "--readers", "1"]);
+    let echoed = echo.end();
+    let ticks: Vec<_> = echoed.json_lines().iter().map(|frame| frame["tick"].clone()).collect();
+    assert_eq!((echoed.code(), ticks), (Some(0), vec![0.into(), 1.into(), 2.into()]));
+    server.stop();
+}

@@ -1,0 +1,26 @@
+//! The program as people run it: every test starts real processes on an instance of its own and talks to them over
+//! the bus, stdin and stdout, signals and files.
+//!
+//! No test knows how long anything takes. It waits for what it is about (a line, a frame, an end), and where frames are
+//! counted one by one the show is short enough for a reader's buffer to hold all of it.
+
+mod bad_input;
+mod children;
+mod commands;
+mod directory;
+mod echo;
+mod eventually;
+mod late_join;
+mod monitor;
+mod overflow;
+mod poses;
+mod process;
+mod python;
+mod reader;
+mod readers_end;
+mod record;
+mod restart;
+mod second_server;
+mod show;
+mod signals;
+mod stage;

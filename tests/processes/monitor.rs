@@ -1,0 +1,207 @@
+//! The monitor's process: what it says on stdout and on the bus, at any time scale, across seeks and restarts.
+
+use std::time::Duration;
+
+use bench_dragon_ipc::{Alert, AlertKind, AlertSubscriber};
+use serde_json::{Value, json};
+
+use crate::process::Process;
+use crate::reader::Reader;
+use crate::stage::{Server, Stage};
+
+const CONTACT_S: f64 = 412.473_838;
+const CONTACT_BENCHES: [u32; 2] = [0, 8];
+
+/// A server that waits for a monitor and for nobody else, and the monitor; before both, somebody who hears its alerts.
+fn watch(stage: &Stage, args: &[&str]) -> (Server, AlertSubscriber, Process) {
+    let server = stage.serve(&[&["--readers", "1"], args].concat());
+    let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has made the services");
+    let monitor = stage.start(&["monitor", "--format", "json"]);
+    (server, alerts, monitor)
+}
+
+/// The alerts among a monitor's lines.
+fn alerts_in(lines: &[Value]) -> Vec<Value> {
+    lines.iter().filter(|line| line["type"] == "alert").cloned().collect()
+}
+
+fn of_kind(alerts: &[Value], kind: &str) -> Vec<Value> {
+    alerts.iter().filter(|alert| alert["kind"] == kind).cloned().collect()
+}
+
+/// An alert of the bus as the line that a monitor prints.
+fn line_of(alert: &Alert) -> Value {
+    let pair = alert.pair();
+    json!({
+        "type": "alert",
+        "kind": alert.alert_kind().expect("a kind that this version knows").name(),
+        "time_s": alert.sim_time_ns as f64 * 1e-9,
+        "tick": alert.tick,
+        "run_id": alert.run_id,
+        "benches": pair,
+        "clearance_m": pair.map(|_| alert.clearance_m),
+        "point_m": pair.map(|_| alert.point_m),
+        "forecast_s": alert.forecast(),
+    })
+}
+
+fn all_of(alerts: &AlertSubscriber) -> Vec<Value> {
+    std::iter::from_fn(|| alerts.receive().expect("the bus is readable")).map(|alert| line_of(&alert)).collect()
+}
+
+/// Waits until a monitor has told of a kind of alert, then ends it. Returns its lines, and the alerts among them, which
+/// are those on the bus.
+fn hear(mut monitor: Process, alerts: &AlertSubscriber, kind: &str) -> (Vec<Value>, Vec<Value>) {
+    let mut lines = monitor.json_until(|line| line["kind"] == kind);
+    // A subscriber finds a publisher when it reads, so it has to read once while the monitor is there.
+    let mut heard = all_of(alerts);
+    lines.extend(monitor.terminate().expect_clean().json_lines());
+    heard.extend(all_of(alerts));
+    let told = alerts_in(&lines);
+    assert_eq!(heard, told, "stdout and the bus agree");
+    (lines, told)
+}
+
+fn assert_is_the_contact(alert: &Value) {
+    let time_s = alert["time_s"].as_f64().expect("a time");
+    assert!((time_s - CONTACT_S).abs() < 1e-6, "{alert}");
+    assert_eq!(alert["benches"], json!(CONTACT_BENCHES));
+    assert_eq!((&alert["clearance_m"], &alert["forecast_s"]), (&json!(0.0), &alert["time_s"]));
+}
+
+#[test]
+fn a_monitor_tells_of_near_benches_and_of_their_contact_on_stdout_and_on_the_bus() {
+    let stage = Stage::new();
+    let (server, alerts, monitor) = watch(&stage, &["--start-at", "411", "--time-scale", "20", "--until", "413"]);
+    let run_id = server.run_id;
+    assert_eq!(server.summary()["frames"], 101);
+    let (lines, told) = hear(monitor, &alerts, "contact");
+
+    let near = of_kind(&told, "near");
+    let [contact] = &of_kind(&told, "contact")[..] else { panic!("one contact: {told:?}") };
+    assert_is_the_contact(contact);
+    assert!(near.iter().any(|alert| alert["benches"] == contact["benches"]), "near before they touch: {near:?}");
+    assert!(near.iter().all(|alert| alert["clearance_m"].as_f64() <= Some(0.02)), "{near:?}");
+    assert!(told.iter().all(|alert| alert["run_id"] == run_id));
+
+    let summary = lines.last().expect("a summary");
+    assert_eq!((&summary["frames"], &summary["lost"]), (&json!(101), &json!(0)));
+    assert_eq!(summary["contact"], json!({ "time_s": contact["time_s"], "benches": CONTACT_BENCHES }));
+    assert!(summary["least_clearance"]["clearance_m"].as_f64() < Some(0.0), "the benches overlap after it: {summary}");
+}
+
+#[test]
+fn the_contact_is_found_at_the_same_instant_at_any_time_scale() {
+    for (time_scale, rate, frames) in [("400", "1000", 36), ("1000", "200", 4), ("50", "50", 15)] {
+        let stage = Stage::new();
+        let pace = ["--start-at", "400", "--time-scale", time_scale, "--rate", rate, "--until", "414"];
+        let (server, alerts, monitor) = watch(&stage, &pace);
+        assert_eq!(server.summary()["frames"], frames, "at {time_scale} times");
+        let (_, told) = hear(monitor, &alerts, "contact");
+        assert_is_the_contact(&of_kind(&told, "contact")[0]);
+    }
+}
+
+#[test]
+fn fail_on_contact_ends_the_monitor_at_the_first_contact_with_status_3() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--readers", "1", "--start-at", "411", "--time-scale", "20"]);
+    let ended = stage.run(&["monitor", "--format", "json", "--fail-on-contact"]);
+    assert_eq!((ended.code(), ended.stderr.as_str()), (Some(3), ""));
+    let lines = ended.json_lines();
+    let contacts = of_kind(&alerts_in(&lines), "contact");
+    assert_is_the_contact(&contacts[0]);
+    assert_eq!(lines.last().map(|line| &line["contact"]["time_s"]), Some(&contacts[0]["time_s"]));
+    server.stop();
+}
+
+#[test]
+fn in_text_a_monitor_says_the_same_in_a_line_each() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--readers", "1", "--start-at", "411", "--time-scale", "20", "--until", "413"]);
+    let monitor = stage.start(&["monitor"]);
+    server.summary();
+    let text = monitor.terminate().expect_clean().stdout;
+    assert!(text.contains("  412.473838 s  contact    benches 0 and 8, clearance 0.000000 m at ("), "{text}");
+    assert!(text.ends_with("first contact at 412.473838 s, benches 0 and 8\n"), "{text}");
+}
+
+#[test]
+fn nothing_is_swept_across_a_seek() {
+    let stage = Stage::new();
+    let (server, alerts, monitor) = watch(&stage, &["--start-at", "411", "--rate", "50", "--held"]);
+    for time in ["415", "411", "410"] {
+        stage.run(&["ctl", "seek", time]).expect_clean();
+    }
+    server.stop();
+    let (_, told) = hear(monitor, &alerts, "contact");
+    for contact in of_kind(&told, "contact") {
+        assert_eq!(contact["time_s"], 415.0, "measured where the show was put, not found on the way");
+        assert!(contact["clearance_m"].as_f64() < Some(0.0), "{contact}");
+    }
+    assert!(of_kind(&told, "parted").is_empty(), "{told:?}");
+}
+
+#[test]
+fn a_seek_back_over_a_stretch_with_near_benches_tells_of_none_of_them() {
+    let stage = Stage::new();
+    let (server, alerts, mut monitor) = watch(&stage, &["--start-at", "411", "--rate", "50", "--held"]);
+    monitor.json_until(|line| line["kind"] == "near");
+    all_of(&alerts);
+    stage.run(&["ctl", "seek", "300"]).expect_clean();
+    stage.run(&["ctl", "release"]).expect_clean();
+    server.stop();
+    let lines = monitor.terminate().expect_clean().json_lines();
+    assert!(alerts_in(&lines).iter().all(|alert| alert["time_s"] == 411.0), "{lines:?}");
+    assert_eq!(all_of(&alerts), alerts_in(&lines));
+}
+
+#[test]
+fn a_restart_of_the_server_is_told_with_the_new_runs_number() {
+    let stage = Stage::new();
+    let (server, alerts, mut monitor) = watch(&stage, &["--start-at", "411", "--rate", "50"]);
+    monitor.json_until(|line| line["kind"] == "near");
+    server.process.kill();
+    let server = stage.serve(&["--rate", "50"]);
+    let told = monitor.json_until(|line| line["kind"] == "restarted");
+    let restarted = told.last().expect("the line that was waited for");
+    assert_eq!((&restarted["run_id"], &restarted["benches"]), (&json!(server.run_id), &Value::Null));
+    let heard = loop {
+        let alert = alerts.wait(Duration::from_secs(1)).expect("the bus is readable");
+        if let Some(alert) = alert.filter(|alert| alert.alert_kind() == Some(AlertKind::Restarted)) {
+            break line_of(&alert);
+        }
+    };
+    assert_eq!(heard, *restarted);
+    monitor.terminate().expect_clean();
+    drop(alerts);
+    server.stop();
+}
+
+#[test]
+fn a_hold_is_told_once() {
+    let stage = Stage::new();
+    let (server, alerts, monitor) = watch(&stage, &["--rate", "50"]);
+    let reply = stage.run(&["ctl", "hold", "--format", "json"]).expect_clean().last_json();
+    let tick = reply["tick"].as_u64().expect("a tick");
+    Reader::join(&stage).read_to_tick(tick + 5);
+    server.stop();
+    let (_, told) = hear(monitor, &alerts, "held");
+    let [held] = &of_kind(&told, "held")[..] else { panic!("one hold: {told:?}") };
+    assert_eq!((&held["tick"], &held["benches"]), (&reply["tick"], &Value::Null));
+}
+
+#[test]
+fn a_monitor_is_a_witness_only_and_two_of_them_agree() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--readers", "2", "--start-at", "411", "--time-scale", "20", "--until", "413"]);
+    let monitors = [(); 2].map(|()| stage.start(&["monitor", "--format", "json"]));
+    server.summary();
+    let [first, second] = monitors.map(|monitor| alerts_in(&monitor.terminate().expect_clean().json_lines()));
+    let without_forecast = |alerts: &[Value]| {
+        let strip =
+            |alert: &Value| [&alert["kind"], &alert["time_s"], &alert["benches"], &alert["tick"]].map(Value::clone);
+        alerts.iter().map(strip).collect::<Vec<_>>()
+    };
+    assert_eq!(without_forecast(&first), without_forecast(&second));
+}

@@ -1,0 +1,43 @@
+//! A reader that does not keep up loses its own oldest frames, and knows exactly how many.
+
+use bench_dragon_ipc::service::frame_buffer;
+
+use crate::reader::{Reader, assert_accounted_for};
+use crate::stage::Stage;
+
+#[test]
+fn a_reader_that_sleeps_loses_its_oldest_frames_and_counts_them() {
+    const BEYOND: u64 = 100;
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "2000"]);
+    let (mut slow, mut diligent) = (Reader::join(&stage), Reader::join(&stage));
+    let first = slow.next();
+    let buffer = frame_buffer(first.header.bench_count as usize) as u64;
+
+    let watched = diligent.read_to_tick(first.header.tick + buffer + BEYOND);
+    let mut shots = vec![first];
+    shots.extend(slow.read_to_tick(watched.last().expect("the frames of many ticks").header.tick));
+
+    assert_accounted_for(&shots, slow.lost());
+    assert!(slow.lost() >= BEYOND, "{} lost", slow.lost());
+    let oldest_kept = shots[1].header.tick;
+    assert!(oldest_kept > shots[0].header.tick + BEYOND, "the oldest are lost, not the newest: {oldest_kept}");
+    assert_accounted_for(&watched, diligent.lost());
+    drop((slow, diligent));
+    server.stop();
+}
+
+#[test]
+fn a_show_that_fits_into_the_buffer_loses_nothing_however_late_it_is_read() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "1000", "--until", "0.25", "--readers", "2"]);
+    let (mut first, mut second) = (Reader::join(&stage), Reader::join(&stage));
+    let run_id = server.run_id;
+    let summary = server.summary();
+    for reader in [&mut first, &mut second] {
+        let shots = reader.read_to_end();
+        crate::reader::assert_whole(&shots, run_id);
+        assert_eq!((shots.len(), reader.lost()), (251, 0));
+        assert_eq!(summary["frames"], 251);
+    }
+}

@@ -1,0 +1,100 @@
+//! What is live on the bus is what the planner computes, bit for bit.
+
+use bench_dragon::config::Config;
+use bench_dragon::dragon::ChainSolver;
+use bench_dragon_ipc::ShowState;
+use serde_json::Value;
+
+use crate::process::Process;
+use crate::reader::{Reader, Shot, assert_whole};
+use crate::stage::{Stage, program};
+
+/// All frames of a short show.
+fn play(stage: &Stage, args: &[&str]) -> Vec<Shot> {
+    let server = stage.serve(&[&["--readers", "1"], args].concat());
+    let shots = Reader::join(stage).read_to_end();
+    assert_whole(&shots, server.run_id);
+    assert_eq!(server.summary()["frames"], shots.len());
+    shots
+}
+
+#[test]
+fn every_handle_of_every_frame_is_the_solvers() {
+    let stage = Stage::new();
+    let shots = play(&stage, &["--start-at", "123.4", "--time-scale", "700", "--until", "300"]);
+    assert_eq!(shots.len(), 254);
+    let dragon = Config::from_toml("").expect("the paper's dragon").dragon().clone();
+    let mut solver = ChainSolver::new(&dragon);
+    for Shot { header, handles, .. } in &shots {
+        let chain = solver.solve(&dragon, header.head_travel_m).expect("the travel is in the run");
+        assert_eq!(handles.len(), chain.len());
+        for (index, (live, solved)) in handles.iter().zip(chain).enumerate() {
+            let velocity = solved.tangent * (solved.speed_ratio * header.head_speed_mps);
+            assert_eq!(live.position_m, [solved.position.x, solved.position.y, 0.0], "{index} at {header:?}");
+            assert_eq!(live.velocity_mps, [velocity.x, velocity.y, 0.0], "{index} at {header:?}");
+        }
+    }
+}
+
+#[test]
+fn the_planner_prints_the_very_numbers_that_are_live() {
+    let stage = Stage::new();
+    let shots = play(&stage, &["--start-at", "17.3", "--rate", "7", "--time-scale", "100", "--until", "400"]);
+    let times: Vec<String> = shots.iter().map(|shot| shot.header.head_travel_m.to_string()).collect();
+    let solve = program(&["solve", "poses", "--format", "json", "--at", &times.join(",")]);
+    let answer = Process::start(solve).end().expect_clean().last_json();
+    let poses = answer["poses"].as_array().expect("an array of poses");
+    assert_eq!(poses.len(), shots.len());
+    for (Shot { header, handles, .. }, pose) in shots.iter().zip(poses) {
+        assert_eq!(pose["time_s"], header.head_travel_m, "at 1 m/s the travel is the time");
+        let solved: Vec<[&Value; 2]> = pose["handles"]
+            .as_array()
+            .expect("an array")
+            .iter()
+            .map(|handle| [&handle["x_m"], &handle["y_m"]])
+            .collect();
+        assert_eq!(solved.len(), handles.len());
+        for (live, [x, y]) in handles.iter().zip(solved) {
+            assert_eq!((x.as_f64(), y.as_f64()), (Some(live.position_m[0]), Some(live.position_m[1])));
+        }
+    }
+}
+
+#[test]
+fn show_time_is_counted_in_whole_steps_from_the_start() {
+    let stage = Stage::new();
+    let shots = play(&stage, &["--rate", "7", "--time-scale", "60", "--until", "432"]);
+    let (last, walked) = shots.split_last().expect("the frames of a show");
+    for shot in walked {
+        assert_eq!(shot.state(), ShowState::Running);
+        let sim_time_s = shot.header.tick as f64 * (60.0 / 7.0);
+        assert_eq!(shot.header.sim_time_ns, (sim_time_s * 1e9).round() as i64, "tick {}", shot.header.tick);
+        assert_eq!(shot.header.head_travel_m, sim_time_s);
+    }
+    assert_eq!((last.state(), last.header.sim_time_ns), (ShowState::Finished, 432_000_000_000));
+}
+
+#[test]
+fn every_frame_is_due_a_whole_number_of_periods_after_the_first() {
+    let stage = Stage::new();
+    let shots = play(&stage, &["--rate", "300", "--until", "0.5"]);
+    let epoch_ns = shots[0].header.scheduled_ns;
+    let mut last_release = None;
+    for Shot { header, .. } in &shots {
+        let release = ((header.scheduled_ns - epoch_ns) * 300).div_ceil(1_000_000_000);
+        assert_eq!(header.scheduled_ns, epoch_ns + release * 1_000_000_000 / 300, "tick {}", header.tick);
+        assert!(header.published_ns >= header.scheduled_ns, "no frame is sent before it is due");
+        assert!(last_release < Some(release), "releases are skipped, never repeated");
+        last_release = Some(release);
+    }
+}
+
+#[test]
+fn the_releases_that_were_skipped_are_the_overruns_of_the_summary() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "1000", "--until", "0.2", "--readers", "1"]);
+    let shots = Reader::join(&stage).read_to_end();
+    let (first, last) = (shots[0].header, shots[shots.len() - 1].header);
+    let releases = (last.scheduled_ns - first.scheduled_ns) / 1_000_000;
+    assert_eq!(server.summary()["overruns"], releases - last.tick);
+}

@@ -1,0 +1,43 @@
+//! What the stock Python packages read, live and from a recording, with no code of ours. What they must find is in
+//! `tests/python`.
+
+use std::env;
+use std::ffi::OsStr;
+use std::process::Command;
+
+use crate::stage::Stage;
+
+const PYTHON: &str = "BENCH_DRAGON_PYTHON";
+
+/// Runs the tests of a Python file.
+pub(crate) fn run(file: &str, variables: &[(&str, &OsStr)]) {
+    let python = env::var_os(PYTHON).unwrap_or_else(|| {
+        panic!("{PYTHON} is not set: run the tests with tests/run, which installs tests/requirements.txt and sets it")
+    });
+    let output = Command::new(python)
+        .args(["-m", "pytest", "-q", "-p", "no:cacheprovider"])
+        .arg(format!("tests/python/{file}"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .envs(variables.iter().copied())
+        .output()
+        .expect("a Python interpreter");
+    assert!(
+        output.status.success(),
+        "{}{}",
+        String::from_utf8_lossy(&output.stdout),
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+#[test]
+fn the_stock_iceoryx2_package_reads_the_bus_live() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "20", "--time-scale", "10"]);
+    let variables = [
+        ("BENCH_DRAGON", OsStr::new(env!("CARGO_BIN_EXE_bench-dragon"))),
+        ("BENCH_DRAGON_INSTANCE", OsStr::new(stage.domain().instance().as_str())),
+    ];
+    run("test_live.py", &variables);
+    server.stop();
+}

@@ -1,0 +1,116 @@
+//! A reader of frames inside the test, which copies what it reads.
+
+use std::time::Duration;
+
+use bench_dragon_ipc::{Continuity, Frame, FrameHeader, FrameSubscriber, HandleState, ShowState};
+
+use crate::stage::Stage;
+
+/// How long one wait lasts; another one follows.
+const WAIT: Duration = Duration::from_secs(1);
+
+/// A frame, copied out of shared memory.
+#[derive(Clone, Debug)]
+pub(crate) struct Shot {
+    pub(crate) header: FrameHeader,
+    pub(crate) handles: Vec<HandleState>,
+    pub(crate) continuity: Continuity,
+}
+
+/// A subscriber that waits for as long as it takes.
+#[derive(Debug)]
+pub(crate) struct Reader(FrameSubscriber);
+
+impl Reader {
+    /// Joins a stage on which a server is.
+    pub(crate) fn join(stage: &Stage) -> Self {
+        Self(FrameSubscriber::open(stage.domain(), "test").expect("a server has made the services"))
+    }
+
+    /// The next frame.
+    pub(crate) fn next(&mut self) -> Shot {
+        loop {
+            if let Some(frame) = self.0.wait(WAIT).expect("the bus is readable") {
+                return Shot::of(&frame);
+            }
+        }
+    }
+
+    /// The frames that are there already: all that follow, where the server has ended.
+    pub(crate) fn read_unread(&mut self) -> Vec<Shot> {
+        let mut receive = || self.0.receive().expect("the bus is readable").map(|frame| Shot::of(&frame));
+        std::iter::from_fn(&mut receive).collect()
+    }
+
+    /// Frames up to the first one that is wanted, which comes last.
+    pub(crate) fn read_until(&mut self, is_wanted: impl Fn(&FrameHeader) -> bool) -> Vec<Shot> {
+        let mut shots = vec![self.next()];
+        while !shots.last().is_some_and(|shot| is_wanted(&shot.header)) {
+            shots.push(self.next());
+        }
+        shots
+    }
+
+    /// Frames up to a tick, which comes last unless it was lost.
+    pub(crate) fn read_to_tick(&mut self, tick: u64) -> Vec<Shot> {
+        self.read_until(|header| header.tick >= tick)
+    }
+
+    /// Frames up to the one that ends the show.
+    pub(crate) fn read_to_end(&mut self) -> Vec<Shot> {
+        self.read_until(|header| header.show_state() == Some(ShowState::Finished))
+    }
+
+    pub(crate) fn lost(&self) -> u64 {
+        self.0.lost()
+    }
+}
+
+impl Shot {
+    fn of(frame: &Frame) -> Self {
+        Self { header: *frame.header(), handles: frame.handles().to_vec(), continuity: frame.continuity() }
+    }
+
+    pub(crate) fn state(&self) -> ShowState {
+        self.header.show_state().expect("a state that this version knows")
+    }
+
+    /// The frame as the bytes it has in shared memory.
+    pub(crate) fn wire_bytes(&self) -> Vec<u8> {
+        let header = &self.header;
+        let words = [
+            header.run_id,
+            header.tick,
+            header.sim_time_ns as u64,
+            header.scheduled_ns,
+            header.published_ns,
+            header.head_travel_m.to_bits(),
+            header.head_speed_mps.to_bits(),
+            header.time_scale.to_bits(),
+            u64::from(header.state) << 32 | u64::from(header.bench_count),
+        ];
+        let values = self.handles.iter().flat_map(|handle| [handle.position_m, handle.velocity_mps]).flatten();
+        words.into_iter().chain(values.map(f64::to_bits)).flat_map(u64::to_le_bytes).collect()
+    }
+}
+
+/// Fails unless every frame's continuity is what its tick says, all of one run, the first one being the reader's first.
+pub(crate) fn assert_accounted_for(shots: &[Shot], lost: u64) {
+    let [first, .., last] = shots else { panic!("two frames at least") };
+    assert_eq!(first.continuity, Continuity::First);
+    for pair in shots.windows(2) {
+        let [before, after] = pair else { unreachable!("windows of two") };
+        assert_eq!(after.header.run_id, before.header.run_id);
+        let gap = after.header.tick - before.header.tick - 1;
+        let expected = if gap == 0 { Continuity::Next } else { Continuity::Lost(gap) };
+        assert_eq!(after.continuity, expected, "tick {} after {}", after.header.tick, before.header.tick);
+    }
+    assert_eq!(shots.len() as u64 + lost, last.header.tick - first.header.tick + 1, "received and lost");
+}
+
+/// Fails unless these are all the frames of a run, from tick 0 on.
+pub(crate) fn assert_whole(shots: &[Shot], run_id: u64) {
+    for (tick, shot) in shots.iter().enumerate() {
+        assert_eq!((shot.header.run_id, shot.header.tick), (run_id, tick as u64));
+    }
+}

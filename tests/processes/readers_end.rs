@@ -1,0 +1,57 @@
+//! Readers that end, however they end, are nobody else's affair.
+
+use crate::reader::Reader;
+use crate::stage::Stage;
+
+#[test]
+fn a_killed_reader_neither_stops_the_server_nor_the_other_readers() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100"]);
+    let mut witness = Reader::join(&stage);
+    let mut killed = stage.start(&["echo", "--format", "json"]);
+    let last_tick = killed.json()["tick"].as_u64().expect("a tick");
+    killed.kill();
+
+    let shots = witness.read_to_tick(last_tick + 10);
+    crate::reader::assert_accounted_for(&shots, witness.lost());
+    let joined = stage.run(&["echo", "--count", "2", "--format", "json"]).expect_clean();
+    assert!(joined.last_json()["tick"].as_u64() > Some(last_tick));
+    drop(witness);
+    server.stop();
+}
+
+#[test]
+fn the_server_takes_away_what_a_killed_reader_has_left() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100"]);
+    let mut killed = stage.start(&["echo", "--format", "json"]);
+    killed.json();
+    killed.kill();
+    server.stop();
+    assert!(stage.remains().is_empty(), "{:?}", stage.remains());
+}
+
+#[test]
+fn the_last_reader_to_leave_takes_away_what_its_server_has_left() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100"]);
+    let mut reader = Reader::join(&stage);
+    reader.next();
+    server.stop();
+    assert!(!stage.remains().is_empty(), "a reader is still there");
+    drop(reader);
+    assert!(stage.remains().is_empty(), "{:?}", stage.remains());
+}
+
+#[test]
+fn a_reader_whose_output_nobody_reads_any_more_ends_cleanly() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "1000"]);
+    for format in ["text", "json"] {
+        let mut echo = stage.start(&["echo", "--format", format]);
+        echo.next_line().expect("a frame");
+        echo.close_stdout();
+        echo.end().expect_clean();
+    }
+    server.stop();
+}

@@ -1,0 +1,154 @@
+//! The recorder's process: every frame, bit for bit, whatever happens to it.
+
+use std::fs;
+use std::path::Path;
+
+use bench_dragon::record::FrameReader;
+use bench_dragon_ipc::{DescriptionReader, FrameHeader};
+use serde_json::{Value, json};
+
+use crate::eventually::eventually;
+use crate::python;
+use crate::reader::{Reader, Shot, assert_whole};
+use crate::stage::Stage;
+
+/// The frames of a recording, and whether its end is missing.
+pub(crate) fn read(path: &Path) -> (Vec<FrameHeader>, bool) {
+    let mut reader = FrameReader::open(path).expect("a recording");
+    let headers = reader.by_ref().map(|frame| frame.expect("a readable frame").header).collect();
+    (headers, reader.was_cut())
+}
+
+/// Waits until a recording that is being written has frames that would survive its recorder.
+fn await_frames(path: &Path) {
+    eventually(|| FrameReader::open(path).ok().filter(|reader| reader.configuration().is_some() || path.exists()));
+    eventually(|| (!read(path).0.is_empty()).then_some(()));
+}
+
+#[test]
+fn a_recording_of_a_show_has_every_frame_its_contact_and_its_configuration_for_stock_readers() {
+    let stage = Stage::new();
+    let pace = ["--start-at", "411", "--time-scale", "20", "--until", "413", "--readers", "3"];
+    let server = stage.serve(&pace);
+    let mut record = stage.start(&["record", "show.mcap", "--format", "json"]);
+    assert_eq!(record.json(), json!({ "type": "started", "file": "show.mcap" }));
+    let descriptions = DescriptionReader::open(stage.domain(), "test").expect("a server has made the services");
+    // The recorder opens its alerts before its frames, so it hears the monitor from the first one on.
+    let monitor = stage.start(&["monitor", "--format", "json"]);
+    let mut reader = Reader::join(&stage);
+    let description = eventually(|| descriptions.poll().expect("the bus is readable"));
+
+    let run_id = server.run_id;
+    server.summary();
+    let alerts = monitor.terminate().expect_clean().json_lines().len() - 1;
+    let summary = record.terminate().expect_clean().last_json();
+    let shots = reader.read_to_end();
+    assert_whole(&shots, run_id);
+    assert_eq!((&summary["frames"], &summary["lost"]), (&json!(shots.len()), &json!(0)));
+    assert_eq!((&summary["alerts"], &summary["files"]), (&json!(alerts), &json!(["show.mcap"])));
+    assert_eq!(summary["bytes"], fs::metadata(stage.path("show.mcap")).expect("the recording").len());
+
+    let received: Vec<u8> = shots.iter().flat_map(Shot::wire_bytes).collect();
+    fs::write(stage.path("frames.bin"), received).expect("a file");
+    fs::write(stage.path("description.toml"), description.toml).expect("a file");
+    python::run("test_live_recording.py", &[("RECORDING_FOLDER", stage.path("").as_os_str())]);
+}
+
+#[test]
+fn a_killed_recorder_leaves_a_file_that_repair_finishes() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "200"]);
+    let recorder = stage.start(&["record", "a.mcap"]);
+    await_frames(&stage.path("a.mcap"));
+    recorder.kill();
+    let (frames, was_cut) = read(&stage.path("a.mcap"));
+    assert!(was_cut && frames.iter().all(|header| header.run_id == server.run_id));
+
+    let repair = ["record", "--repair", "a.mcap", "--format", "json"];
+    let finished = |repaired: bool| json!({ "file": "a.mcap", "frames": frames.len(), "repaired": repaired });
+    assert_eq!(stage.run(&repair).expect_clean().last_json(), finished(true));
+    assert_eq!(read(&stage.path("a.mcap")), (frames.clone(), false));
+    assert_eq!(stage.run(&repair).expect_clean().last_json(), finished(false), "a second repair changes nothing");
+    server.stop();
+}
+
+#[test]
+fn the_next_recorder_in_a_folder_finishes_what_a_killed_one_left() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "200"]);
+    let killed = stage.start(&["record", "a.mcap"]);
+    await_frames(&stage.path("a.mcap"));
+    killed.kill();
+    let frames = read(&stage.path("a.mcap")).0.len();
+
+    let recorder = stage.start(&["record", "./b.mcap"]);
+    assert_eq!(recorder.complaint(), format!("finished ./a.mcap, which a killed recorder left: {frames} frames"));
+    await_frames(&stage.path("b.mcap"));
+    recorder.terminate().expect_clean();
+    for name in ["a.mcap", "b.mcap"] {
+        assert!(!read(&stage.path(name)).1, "{name} is whole");
+    }
+    assert_eq!(read(&stage.path("a.mcap")).0.len(), frames);
+    server.stop();
+}
+
+#[test]
+fn the_file_of_a_running_recorder_is_left_alone() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "200"]);
+    let first = stage.start(&["record", "a.mcap"]);
+    await_frames(&stage.path("a.mcap"));
+    let repair = stage.run(&["record", "--repair", "a.mcap"]);
+    assert_eq!(repair.code(), Some(1));
+    assert_eq!(repair.stderr, "error: a.mcap is being recorded or repaired by another process\n");
+    let second = stage.run(&["record", "a.mcap"]);
+    assert_eq!(second.code(), Some(1));
+    assert!(second.stderr.starts_with("error: a.mcap exists already and is not overwritten"), "{}", second.stderr);
+    first.terminate().expect_clean();
+    assert!(!read(&stage.path("a.mcap")).1);
+    server.stop();
+}
+
+#[test]
+fn a_recording_goes_on_over_a_restart_of_the_server() {
+    let stage = Stage::new();
+    let run = ["--rate", "1000", "--until", "0.1", "--readers", "1"];
+    let recorder = stage.start(&["record", "a.mcap", "--format", "json"]);
+    let runs: [u64; 2] = [(); 2].map(|()| {
+        let server = stage.serve(&run);
+        let run_id = server.run_id;
+        server.summary();
+        run_id
+    });
+    let summary = recorder.terminate().last_json();
+    assert_eq!((&summary["frames"], &summary["lost"]), (&json!(202), &json!(0)));
+    let (frames, _) = read(&stage.path("a.mcap"));
+    let ticks: Vec<(u64, u64)> = frames.iter().map(|header| (header.run_id, header.tick)).collect();
+    let expected = runs.iter().flat_map(|&run_id| (0..=100).map(move |tick| (run_id, tick)));
+    assert_eq!(ticks, expected.collect::<Vec<_>>());
+}
+
+#[test]
+fn in_text_a_recorder_says_what_it_wrote_in_one_line() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "1000", "--until", "0.1", "--readers", "1"]);
+    let recorder = stage.start(&["record", "a.mcap"]);
+    server.summary();
+    let text = recorder.terminate().expect_clean().stdout;
+    assert!(text.starts_with("101 frames, 0 alerts, 0 lost, ") && text.ends_with(" in a.mcap\n"), "{text}");
+    let repair = stage.run(&["record", "--repair", "a.mcap"]).expect_clean().stdout;
+    assert_eq!(repair, "a.mcap was finished already: 101 frames\n");
+}
+
+#[test]
+fn a_rotated_recording_has_every_frame_once() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "1000", "--until", "0.25", "--readers", "1"]);
+    let recorder = stage.start(&["record", "a.mcap", "--rotate-mb", "1", "--format", "json"]);
+    server.summary();
+    let summary = recorder.terminate().expect_clean().last_json();
+    let files: Vec<&str> = summary["files"].as_array().expect("an array").iter().filter_map(Value::as_str).collect();
+    assert!(files.len() > 1, "{summary}");
+    let ticks: Vec<u64> = files.iter().flat_map(|file| read(&stage.path(file)).0).map(|header| header.tick).collect();
+    assert_eq!(ticks, (0..=250).collect::<Vec<_>>());
+}

@@ -1,0 +1,68 @@
+//! A server that is started again, seen by a reader that stays.
+
+use bench_dragon_ipc::Continuity;
+
+use crate::reader::{Reader, Shot, assert_whole};
+use crate::stage::{Server, Stage};
+
+/// A run of 101 frames, which a reader's buffer holds as a whole.
+const SHORT_RUN: [&str; 6] = ["--rate", "1000", "--until", "0.1", "--readers", "1"];
+
+/// Reads the whole of a second run with a reader that has seen the first one.
+fn read_next_run(stage: &Stage, reader: &mut Reader, first_run_id: u64) -> Vec<Shot> {
+    let server = stage.serve(&SHORT_RUN);
+    assert_ne!(server.run_id, first_run_id);
+    let mut shots = reader.read_until(|header| header.run_id != first_run_id);
+    let first_of_run = shots.pop().expect("the frame that ended the reading");
+    assert_eq!(first_of_run.continuity, Continuity::Restarted);
+    assert_eq!((first_of_run.header.run_id, first_of_run.header.tick), (server.run_id, 0));
+    let rest = reader.read_to_end();
+    assert!(rest.iter().all(|shot| shot.continuity == Continuity::Next));
+    server.summary();
+    [vec![first_of_run], rest].concat()
+}
+
+/// A server and a reader that has seen its first frames.
+fn begin(stage: &Stage) -> (Server, Reader, Vec<Shot>) {
+    let server = stage.serve(&["--rate", "100", "--readers", "1"]);
+    let mut reader = Reader::join(stage);
+    let shots = reader.read_to_tick(3);
+    (server, reader, shots)
+}
+
+#[test]
+fn the_subscriber_of_a_killed_server_goes_on_with_the_next_one_from_tick_0() {
+    let stage = Stage::new();
+    let (server, mut reader, _) = begin(&stage);
+    let run_id = server.run_id;
+    server.process.kill();
+    let shots = read_next_run(&stage, &mut reader, run_id);
+    assert_eq!((shots.len(), reader.lost()), (101, 0));
+}
+
+#[test]
+fn the_subscriber_of_a_stopped_server_goes_on_with_the_next_one_from_tick_0() {
+    let stage = Stage::new();
+    let (server, mut reader, mut shots) = begin(&stage);
+    let run_id = server.run_id;
+    let published = server.stop()["frames"].clone();
+    shots.extend(reader.read_unread());
+    assert_whole(&shots, run_id);
+    assert_eq!(published, shots.len(), "what is unread outlives the server");
+    let shots = read_next_run(&stage, &mut reader, run_id);
+    assert_eq!((shots.len(), reader.lost()), (101, 0));
+}
+
+#[test]
+fn ten_servers_killed_in_a_row_leave_nothing_that_stops_the_eleventh() {
+    let stage = Stage::new();
+    for _ in 0..10 {
+        let server = stage.serve(&["--rate", "1000"]);
+        Reader::join(&stage).next();
+        server.process.kill();
+    }
+    let server = stage.serve(&SHORT_RUN);
+    let shots = Reader::join(&stage).read_to_end();
+    assert_eq!(shots.len(), 101);
+    server.summary();
+}

@@ -1,0 +1,288 @@
+//! A whole show: a server, a monitor and a recorder as children, looked after, and a report at the end.
+
+use std::fs;
+
+use bench_dragon_ipc::{Continuity, FrameHeader, ShowState, Status, StatusReader};
+use rustix::process::Signal;
+use serde_json::{Value, json};
+
+use crate::children::{await_child, children, kill};
+use crate::eventually::eventually;
+use crate::process::{Ended, Process};
+use crate::reader::{Reader, Shot};
+use crate::record;
+use crate::stage::Stage;
+
+/// Slow enough for a reader's buffer to hold five seconds.
+const CALM: [&str; 8] = ["show", "--out", "out", "--rate", "50", "--start-at", "100", "--format"];
+
+/// A show that walks: all three children have seen a frame or will.
+struct Playing {
+    show: Process,
+    stage: Stage,
+}
+
+impl Playing {
+    fn start(args: &[&str]) -> Self {
+        let stage = Stage::new();
+        let show = stage.start(&[&CALM[..], &["json"], args].concat());
+        let playing = Self { show, stage };
+        playing.await_status(|status| status.tick >= 1);
+        playing
+    }
+
+    /// Waits for a state of the server, first of all for the server.
+    fn await_status(&self, is_wanted: impl Fn(&Status) -> bool) -> Status {
+        let status = eventually(|| StatusReader::open(self.stage.domain(), "test").ok());
+        eventually(|| status.poll().expect("the bus is readable").filter(&is_wanted))
+    }
+
+    /// Interrupts the show, as Ctrl-C does, and returns its summary.
+    fn interrupt(self) -> (Value, Ended) {
+        let (summary, ended, _) = self.interrupt_and_read();
+        (summary, ended)
+    }
+
+    /// Interrupts the show and returns what its first recording has, too.
+    fn interrupt_and_read(self) -> (Value, Ended, Vec<FrameHeader>) {
+        self.end_by(Signal::INT)
+    }
+
+    /// Ends the show and returns its summary, which is the one in the folder, too, and its first recording.
+    fn end_by(self, signal: Signal) -> (Value, Ended, Vec<FrameHeader>) {
+        let Self { show, stage } = self;
+        let pid = show.pid();
+        show.signal(signal);
+        let ended = show.end();
+        assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
+        assert_eq!(children(pid), []);
+        let summary = ended.last_json();
+        let written = fs::read_to_string(stage.path("out/summary.json")).expect("a summary");
+        assert_eq!(serde_json::from_str::<Value>(&written).expect("JSON"), summary);
+        assert_books_balance(&stage, &summary);
+        (summary, ended, record::read(&stage.path("out/recording.mcap")).0)
+    }
+}
+
+/// Fails unless what was published is what was read and what was missed, and every recording is whole and together they
+/// have as many frames as were recorded.
+fn assert_books_balance(stage: &Stage, summary: &Value) {
+    let count = |name: &str| summary["frames"][name].as_u64().unwrap_or_else(|| panic!("{name} in {summary}"));
+    assert_eq!(count("published"), count("monitored") + count("missed_by_monitor"), "{summary}");
+    assert_eq!(count("published"), count("recorded") + count("missed_by_recorder"), "{summary}");
+    let files = fs::read_dir(stage.path("out")).expect("the show's folder").flatten().map(|entry| entry.path());
+    let recordings = files.filter(|path| path.extension().is_some_and(|extension| extension == "mcap"));
+    let recorded: usize = recordings
+        .map(|recording| {
+            let (frames, was_cut) = record::read(&recording);
+            assert!(!was_cut, "{} is whole", recording.display());
+            frames.len()
+        })
+        .sum();
+    assert_eq!(recorded as u64, count("recorded"), "{summary}");
+    assert_eq!(summary["recording"], "out/recording.mcap");
+}
+
+#[test]
+fn a_show_plays_to_its_first_contact_and_reports_it() {
+    let stage = Stage::new();
+    let show = ["show", "--start-at", "405", "--time-scale", "20", "--rate", "100", "--out", "out", "--format", "json"];
+    let ended = stage.run(&show);
+    assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
+    let summary = ended.last_json();
+    let time_s = summary["contact"]["time_s"].as_f64().expect("a contact");
+    assert!((time_s - 412.473_838).abs() < 1e-6, "{time_s}");
+    assert_eq!(summary["contact"]["benches"], json!([0, 8]));
+    assert_eq!(summary["frames"]["missed_by_monitor"], 0);
+    assert_eq!(summary["frames"]["missed_by_recorder"], 0);
+    assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 0, "record": 0 }));
+    assert!(ended.stderr.ends_with("412.473838 s: contact, benches 0 and 8\n"), "{}", ended.stderr);
+    let written = fs::read_to_string(stage.path("out/summary.json")).expect("a summary");
+    assert_eq!(serde_json::from_str::<Value>(&written).expect("JSON"), summary);
+    assert_books_balance(&stage, &summary);
+
+    let (frames, _) = record::read(&stage.path("out/recording.mcap"));
+    assert_eq!(summary["run_id"], frames[0].run_id);
+    assert_eq!((frames[0].tick, frames[0].sim_time_ns), (0, 405_000_000_000), "the first tick reaches the recorder");
+    assert!(frames.iter().enumerate().all(|(tick, header)| header.tick == tick as u64));
+}
+
+#[test]
+fn a_show_at_full_rate_accounts_for_every_frame() {
+    let stage = Stage::new();
+    let ended = stage.run(&["show", "--start-at", "405", "--time-scale", "20", "--out", "out", "--fail-on-contact"]);
+    assert_eq!(ended.code(), Some(3), "{}", ended.stderr);
+    assert!(ended.stdout.starts_with("first contact   412.473838 s, benches 0 and 8\n"), "{}", ended.stdout);
+    let written = fs::read_to_string(stage.path("out/summary.json")).expect("a summary");
+    assert_books_balance(&stage, &serde_json::from_str(&written).expect("JSON"));
+}
+
+#[test]
+fn a_show_ends_at_the_time_asked_for() {
+    let stage = Stage::new();
+    let ended = stage.run(&[&CALM[..], &["json", "--until", "102", "--fail-on-contact"]].concat());
+    assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
+    let summary = ended.last_json();
+    assert_eq!((&summary["contact"], &summary["frames"]["published"]), (&Value::Null, &json!(101)));
+    assert_eq!((&summary["frames"]["monitored"], &summary["frames"]["recorded"]), (&json!(101), &json!(101)));
+    assert_books_balance(&stage, &summary);
+}
+
+#[test]
+fn a_configuration_is_played_and_kept_in_the_shows_folder() {
+    let stage = Stage::new();
+    let text = "[dragon]\nbenches = 20\n[serve]\nrate_hz = 50\ntime_scale = 2.0\n";
+    fs::write(stage.path("stage.toml"), text).expect("a file");
+    let ended = stage.run(&["show", "--config", "stage.toml", "--until", "1", "--out", "out", "--format", "json"]);
+    assert_eq!((ended.code(), &ended.last_json()["frames"]["recorded"]), (Some(0), &json!(26)), "{}", ended.stderr);
+    let kept = fs::read_to_string(stage.path("out/config.toml")).expect("a configuration");
+    let config = bench_dragon::config::Config::from_toml(&kept).expect("a whole configuration");
+    assert_eq!((config.rate_hz(), config.time_scale(), config.dragon().dimensions().benches()), (50, 2.0, 20));
+    assert_eq!(record::read(&stage.path("out/recording.mcap")).0[0].bench_count, 20);
+}
+
+#[test]
+fn an_interrupted_show_ends_its_children_and_reports() {
+    for signal in [Signal::INT, Signal::TERM] {
+        let playing = Playing::start(&[]);
+        let (summary, ..) = playing.end_by(signal);
+        assert_eq!(summary["frames"]["missed_by_monitor"], 0);
+        assert_eq!(summary["frames"]["missed_by_recorder"], 0);
+    }
+}
+
+#[test]
+fn a_show_ends_when_its_server_is_asked_to_stop() {
+    let Playing { show, stage } = Playing::start(&[]);
+    stage.run(&["ctl", "stop"]).expect_clean();
+    let ended = show.end();
+    assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
+    let summary = ended.last_json();
+    assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 0, "record": 0 }));
+    assert_books_balance(&stage, &summary);
+}
+
+#[test]
+fn a_killed_monitor_is_started_again() {
+    let playing = Playing::start(&[]);
+    let first = await_child(playing.show.pid(), "monitor", None);
+    kill(first);
+    await_child(playing.show.pid(), "monitor", Some(first));
+    let complaint = playing.show.complaint();
+    assert_eq!(complaint, "monitor ended with signal: 9 (SIGKILL): starting it again");
+    let (summary, _) = playing.interrupt();
+    assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 1, "record": 0 }));
+    assert_eq!(summary["frames"]["missed_by_recorder"], 0, "the recorder is not concerned");
+}
+
+#[test]
+fn a_killed_recorder_is_started_again_beside_its_repaired_file() {
+    let playing = Playing::start(&[]);
+    let first = await_child(playing.show.pid(), "record", None);
+    kill(first);
+    await_child(playing.show.pid(), "record", Some(first));
+    eventually(|| playing.stage.path("out/recording-2.mcap").exists().then_some(()));
+    let (summary, _) = playing.interrupt();
+    assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 0, "record": 1 }));
+    assert_eq!(summary["frames"]["missed_by_monitor"], 0, "the monitor is not concerned");
+}
+
+#[test]
+fn a_killed_server_is_started_again_and_the_dragon_stands_held_where_it_was() {
+    let playing = Playing::start(&[]);
+    let mut reader = Reader::join(&playing.stage);
+    let before = reader.next().header;
+    kill(await_child(playing.show.pid(), "serve", None));
+
+    let mut walked = reader.read_until(|header| header.run_id != before.run_id);
+    let first = walked.pop().expect("the frame that ended the reading");
+    assert_eq!((first.continuity, first.header.tick), (Continuity::Restarted, 0));
+    let last_seen = walked.last().map_or(before, |shot| shot.header);
+    assert!(first.header.head_travel_m >= last_seen.head_travel_m, "the dragon is not put back: {last_seen:?}");
+    let mut held = vec![first];
+    held.extend(reader.read_to_tick(20));
+
+    let released = playing.stage.run(&["ctl", "release", "--format", "json"]).expect_clean().last_json();
+    let tick = released["tick"].as_u64().expect("a tick");
+    held.extend(reader.read_to_tick(tick));
+    let first_step = held.pop().expect("the frame of the release");
+    assert_stand_held(&held);
+    let stood = &held[0].header;
+    assert_eq!((first_step.state(), first_step.header.tick), (ShowState::Running, tick));
+    assert_eq!(first_step.header.sim_time_ns - stood.sim_time_ns, 20_000_000);
+    assert!((first_step.header.head_travel_m - stood.head_travel_m - 0.02).abs() < 1e-9, "{first_step:?}");
+
+    drop(reader);
+    let (summary, ended, recorded) = playing.interrupt_and_read();
+    let mut walked_m =
+        recorded.iter().filter(|header| header.run_id == before.run_id).map(|header| header.head_travel_m);
+    assert_eq!(
+        walked_m.next_back(),
+        Some(held[0].header.head_travel_m),
+        "where the last frame showed it, and nowhere else"
+    );
+    assert_eq!(summary["restarts"], json!({ "serve": 1, "monitor": 0, "record": 0 }));
+    assert_eq!(summary["run_id"], first_step.header.run_id);
+    assert!(ended.stderr.contains("serve ended with signal: 9 (SIGKILL): starting it again"), "{}", ended.stderr);
+    assert!(ended.stderr.contains("`bench-dragon ctl release` lets it walk"), "{}", ended.stderr);
+}
+
+/// Fails unless all frames stand, held, at one place.
+fn assert_stand_held(shots: &[Shot]) {
+    let stood = &shots[0];
+    for shot in shots {
+        assert_eq!((shot.state(), shot.header.head_travel_m), (ShowState::Held, stood.header.head_travel_m));
+        assert_eq!((shot.header.sim_time_ns, shot.header.head_speed_mps), (stood.header.sim_time_ns, 0.0));
+        assert_eq!(shot.handles, stood.handles);
+    }
+}
+
+#[test]
+fn with_auto_resume_a_restarted_server_walks_on_at_once() {
+    let playing = Playing::start(&["--auto-resume"]);
+    let mut reader = Reader::join(&playing.stage);
+    let before = reader.next().header;
+    kill(await_child(playing.show.pid(), "serve", None));
+    let mut shots = reader.read_until(|header| header.run_id != before.run_id);
+    let first = shots.pop().expect("the frame that ended the reading");
+    assert_eq!((first.state(), first.header.tick), (ShowState::Running, 0));
+    assert!(first.header.head_travel_m >= before.head_travel_m, "{first:?}");
+    drop(reader);
+    let (summary, _) = playing.interrupt();
+    assert_eq!(summary["restarts"]["serve"], 1);
+}
+
+#[test]
+fn the_children_of_a_killed_show_end_and_finish_the_recording() {
+    let Playing { show, stage } = Playing::start(&[]);
+    let pid = show.pid();
+    assert_eq!(children(pid).len(), 3);
+    show.kill();
+    eventually(|| children(pid).is_empty().then_some(()));
+    let (frames, was_cut) = record::read(&stage.path("out/recording.mcap"));
+    assert!(!was_cut, "the recorder was asked to end, and had the time to");
+    assert!(frames.iter().enumerate().all(|(tick, header)| header.tick == tick as u64) && !frames.is_empty());
+    // What the killed show itself has left, the next server takes away.
+    stage.serve(&["--until", "0"]).summary();
+}
+
+#[test]
+fn a_second_show_on_an_instance_is_refused_and_the_first_goes_on() {
+    let playing = Playing::start(&[]);
+    let second = playing.stage.run(&["show", "--out", "second"]);
+    assert_eq!(second.code(), Some(1), "{}", second.stdout);
+    assert!(second.stderr.contains("a server already runs on instance"), "{}", second.stderr);
+    let (summary, _) = playing.interrupt();
+    assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 0, "record": 0 }));
+}
+
+#[test]
+fn a_show_interrupted_while_it_starts_a_child_again_still_balances() {
+    for command in ["monitor", "record"] {
+        let playing = Playing::start(&[]);
+        kill(await_child(playing.show.pid(), command, None));
+        assert_eq!(playing.show.complaint(), format!("{command} ended with signal: 9 (SIGKILL): starting it again"));
+        let (summary, _) = playing.interrupt();
+        assert_eq!(summary["restarts"][command], 1);
+    }
+}

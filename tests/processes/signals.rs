@@ -1,0 +1,74 @@
+//! SIGINT and SIGTERM end every long-running command cleanly.
+
+use rustix::process::Signal;
+use serde_json::json;
+
+use crate::reader::{Reader, assert_whole};
+use crate::stage::Stage;
+
+const SIGNALS: [Signal; 2] = [Signal::INT, Signal::TERM];
+
+#[test]
+fn a_signal_ends_a_server_with_its_summary() {
+    for signal in SIGNALS {
+        let stage = Stage::new();
+        let server = stage.serve(&["--rate", "100", "--readers", "1"]);
+        let mut reader = Reader::join(&stage);
+        let mut shots = reader.read_to_tick(3);
+        server.process.signal(signal);
+        let run_id = server.run_id;
+        let summary = server.summary();
+        shots.extend(reader.read_unread());
+        assert_whole(&shots, run_id);
+        let last = shots.last().expect("some frames").header;
+        let expected = json!([run_id, last.tick + 1, last.sim_time_s()]);
+        assert_eq!(json!([summary["run_id"], summary["frames"], summary["sim_time_s"]]), expected, "{signal:?}");
+    }
+}
+
+#[test]
+fn a_signal_ends_a_server_that_waits_for_its_readers() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--readers", "3"]);
+    assert_eq!(server.stop()["frames"], 0);
+}
+
+#[test]
+fn a_signal_ends_a_monitor_with_its_summary() {
+    for signal in SIGNALS {
+        let stage = Stage::new();
+        let server = stage.serve(&["--rate", "100"]);
+        let mut monitor = stage.start(&["monitor", "--format", "json", "--progress", "0.01"]);
+        monitor.json_until(|line| line["type"] == "progress" && line["frames"].as_u64() >= Some(1));
+        monitor.signal(signal);
+        let summary = monitor.end().expect_clean().last_json();
+        assert_eq!((&summary["type"], &summary["contact"]), (&"summary".into(), &().into()), "{signal:?}");
+        server.stop();
+    }
+}
+
+#[test]
+fn a_signal_ends_a_recorder_with_a_finished_file() {
+    for signal in SIGNALS {
+        let stage = Stage::new();
+        let server = stage.serve(&["--rate", "1000", "--until", "0.1", "--readers", "1"]);
+        let mut record = stage.start(&["record", "a.mcap", "--format", "json"]);
+        assert_eq!(record.json()["type"], "started");
+        server.summary();
+        record.signal(signal);
+        let summary = record.end().expect_clean().last_json();
+        assert_eq!((&summary["frames"], &summary["lost"]), (&101.into(), &0.into()), "{signal:?}");
+        let repair = stage.run(&["record", "--repair", "a.mcap", "--format", "json"]).expect_clean().last_json();
+        assert_eq!((&repair["repaired"], &repair["frames"]), (&false.into(), &101.into()));
+    }
+}
+
+#[test]
+fn a_signal_ends_a_reader_that_waits_for_a_server() {
+    for command in [&["echo"][..], &["hz"], &["monitor"], &["record", "a.mcap"]] {
+        let stage = Stage::new();
+        let waiting = stage.start_waiting(command);
+        let ended = waiting.terminate();
+        assert_eq!((ended.code(), ended.stderr.as_str()), (Some(0), ""), "{command:?}");
+    }
+}

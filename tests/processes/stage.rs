@@ -1,0 +1,133 @@
+//! An instance of the bus for one test alone, and a folder for its files. When the test is over, nothing of either may
+//! be left.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::thread;
+
+use bench_dragon_ipc::{Domain, Instance};
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::process::{Ended, Process};
+
+/// Declared first in a test, so that it is dropped last, when every process and reader is gone.
+#[derive(Debug)]
+pub(crate) struct Stage {
+    domain: Domain,
+    folder: TempDir,
+}
+
+/// A server that has made its services and, where it was told to expect readers, waits for them.
+#[derive(Debug)]
+pub(crate) struct Server {
+    pub(crate) process: Process,
+    pub(crate) run_id: u64,
+}
+
+impl Stage {
+    pub(crate) fn new() -> Self {
+        static STAGES: AtomicU32 = AtomicU32::new(0);
+        let name = format!("test-{}-{}", std::process::id(), STAGES.fetch_add(1, Ordering::Relaxed));
+        let instance = Instance::new(&name).expect("the name has only allowed characters");
+        let domain = Domain::new(instance).expect("XDG_RUNTIME_DIR is short, or unset");
+        Self { domain, folder: tempfile::tempdir().expect("a folder") }
+    }
+
+    pub(crate) fn domain(&self) -> &Domain {
+        &self.domain
+    }
+
+    /// A path in the test's folder.
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// The program with a command on this instance.
+    pub(crate) fn command<Arg: AsRef<OsStr>>(&self, args: &[Arg]) -> Command {
+        let mut command = program(args);
+        command.arg("--instance").arg(self.domain.instance().as_str()).current_dir(self.folder.path());
+        command
+    }
+
+    /// Starts a command on this instance.
+    pub(crate) fn start<Arg: AsRef<OsStr>>(&self, args: &[Arg]) -> Process {
+        Process::start(self.command(args))
+    }
+
+    /// Starts a reader where there is no server, and returns when it has said that it waits for one.
+    pub(crate) fn start_waiting<Arg: AsRef<OsStr>>(&self, args: &[Arg]) -> Process {
+        let process = self.start(args);
+        assert_eq!(process.complaint(), format!("waiting for a server on instance {}", self.domain.instance()));
+        process
+    }
+
+    /// Runs a command on this instance to its end.
+    pub(crate) fn run<Arg: AsRef<OsStr>>(&self, args: &[Arg]) -> Ended {
+        self.start(args).end()
+    }
+
+    /// Starts a server and waits until its services are there.
+    pub(crate) fn serve(&self, args: &[&str]) -> Server {
+        let mut process = self.start(&[&["serve", "--format", "json"], args].concat());
+        let started = process.json();
+        assert_eq!(started["type"], "started", "{started}");
+        Server { run_id: started["run_id"].as_u64().expect("a run has a number"), process }
+    }
+
+    /// Everything of this instance that is on the machine.
+    pub(crate) fn remains(&self) -> Vec<PathBuf> {
+        let prefix = self.domain.prefix();
+        let is_ours =
+            |path: &PathBuf| path.file_name().and_then(OsStr::to_str).is_some_and(|name| name.starts_with(&prefix));
+        let mut remains: Vec<PathBuf> = entries(Path::new("/dev/shm")).into_iter().filter(is_ours).collect();
+        if self.domain.root().exists() {
+            remains.push(self.domain.root().to_owned());
+            remains.extend(entries(self.domain.root()));
+        }
+        remains
+    }
+
+    fn remove_remains(&self) {
+        for path in self.remains() {
+            // A failing test has told enough already.
+            let _ = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
+        }
+    }
+}
+
+impl Drop for Stage {
+    fn drop(&mut self) {
+        let remains = self.remains();
+        self.remove_remains();
+        if !thread::panicking() {
+            assert!(remains.is_empty(), "left behind: {remains:#?}");
+        }
+    }
+}
+
+impl Server {
+    /// Ends it by a signal and returns its summary.
+    pub(crate) fn stop(self) -> Value {
+        self.process.terminate().expect_clean().last_json()
+    }
+
+    /// Waits for its own end and returns its summary.
+    pub(crate) fn summary(self) -> Value {
+        self.process.end().expect_clean().last_json()
+    }
+}
+
+/// The program with arguments and no instance.
+pub(crate) fn program<Arg: AsRef<OsStr>>(args: &[Arg]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_bench-dragon"));
+    command.args(args).env_remove("RUST_LOG");
+    command
+}
+
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    fs::read_dir(folder).map(|entries| entries.flatten().map(|entry| entry.path()).collect()).unwrap_or_default()
+}
