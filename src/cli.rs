@@ -163,6 +163,9 @@ pub(crate) struct ServeArgs {
     /// Stand held at the start, until `ctl release`.
     #[arg(long)]
     pub(crate) held: bool,
+    /// Stand paused at the start, or once the hold is lifted.
+    #[arg(long, hide = true)]
+    pub(crate) paused: bool,
     /// Begin once this many readers are connected, after ten seconds at the latest.
     #[arg(long, value_name = "COUNT", default_value_t = 0, allow_negative_numbers = true, value_parser = readers)]
     pub(crate) readers: usize,

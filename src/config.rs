@@ -30,7 +30,7 @@ pub const NEAR_M: RangeInclusive<f64> = 0.0..=10.0;
 
 /// The document as it is written, all keys present.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, expecting = "expected a table")]
+#[serde(default, deny_unknown_fields, expecting = "a table")]
 struct Document {
     dragon: DragonTable,
     route: RouteTable,
@@ -40,7 +40,7 @@ struct Document {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, expecting = "expected a table")]
+#[serde(default, deny_unknown_fields, expecting = "a table")]
 struct DragonTable {
     benches: u64,
     head_length_m: f64,
@@ -50,7 +50,7 @@ struct DragonTable {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, expecting = "expected a table")]
+#[serde(default, deny_unknown_fields, expecting = "a table")]
 struct RouteTable {
     kind: RouteKind,
     pitch_m: f64,
@@ -65,20 +65,20 @@ enum RouteKind {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, expecting = "expected a table")]
+#[serde(default, deny_unknown_fields, expecting = "a table")]
 struct HeadTable {
     speed_mps: f64,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, expecting = "expected a table")]
+#[serde(default, deny_unknown_fields, expecting = "a table")]
 struct ServeTable {
     rate_hz: u32,
     time_scale: f64,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, expecting = "expected a table")]
+#[serde(default, deny_unknown_fields, expecting = "a table")]
 struct MonitorTable {
     near_m: f64,
 }

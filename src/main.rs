@@ -4,6 +4,7 @@ use std::io::{self, ErrorKind, IsTerminal as _};
 use std::process::ExitCode;
 
 use bench_dragon::config::ConfigError;
+use bench_dragon::record::{RecordError, RepairError};
 use clap::Parser as _;
 use clap::error::ErrorKind as ClapErrorKind;
 use tracing_subscriber::EnvFilter;
@@ -75,7 +76,12 @@ fn report_usage(error: &clap::Error) -> ExitCode {
 }
 
 fn is_bad_input(error: &anyhow::Error) -> bool {
-    error.chain().any(|cause| cause.is::<BadInput>() || cause.is::<ConfigError>())
+    error.chain().any(|cause| {
+        cause.is::<BadInput>()
+            || cause.is::<ConfigError>()
+            || matches!(cause.downcast_ref(), Some(RecordError::Exists { .. } | RecordError::Create { .. }))
+            || matches!(cause.downcast_ref(), Some(RepairError::Read { .. } | RepairError::Foreign { .. }))
+    })
 }
 
 /// Whether whoever read our output has had enough, as `head` does.

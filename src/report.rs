@@ -149,7 +149,9 @@ pub struct RecordSummary {
     pub alerts: u64,
     /// Bytes written.
     pub bytes: u64,
-    /// The files, oldest first.
+    /// Files that were removed to stay under the allowed total.
+    pub removed: u64,
+    /// The files that are there, oldest first.
     pub files: Vec<PathBuf>,
 }
 

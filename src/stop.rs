@@ -1,16 +1,21 @@
-//! Ctrl-C and SIGTERM as a flag that loops look at. A second signal ends the process at once.
+//! Ctrl-C and SIGTERM as a flag that loops look at.
 
 use std::io;
+use std::process;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use signal_hook::consts::{SIGINT, SIGTERM};
-use signal_hook::flag;
+use signal_hook::iterator::Signals;
 
 /// Exit status of a process that a second signal ends, as shells number it.
 const FORCED_EXIT_STATUS: i32 = 130;
+/// A signal this soon after the first is the same wish: some tools signal a process and its group.
+const GRACE: Duration = Duration::from_secs(1);
 
-/// Set by the first signal.
+/// Set by the first signal; one that comes over a second later ends the process at once.
 #[derive(Clone, Debug)]
 pub struct StopFlag(Arc<AtomicBool>);
 
@@ -20,13 +25,19 @@ impl StopFlag {
     /// # Errors
     /// The operating system's reason.
     pub fn on_signals() -> io::Result<Self> {
-        let stop = Arc::new(AtomicBool::new(false));
-        for signal in [SIGINT, SIGTERM] {
-            // In this order: the first signal finds the flag unset, so only the second one ends the process.
-            flag::register_conditional_shutdown(signal, FORCED_EXIT_STATUS, Arc::clone(&stop))?;
-            flag::register(signal, Arc::clone(&stop))?;
-        }
-        Ok(Self(stop))
+        let stop = Self(Arc::new(AtomicBool::new(false)));
+        let mut signals = Signals::new([SIGINT, SIGTERM])?;
+        let flag = Arc::clone(&stop.0);
+        thread::Builder::new().name("signals".to_owned()).spawn(move || {
+            let mut first = None;
+            for _ in signals.forever() {
+                flag.store(true, Ordering::Relaxed);
+                if first.get_or_insert_with(Instant::now).elapsed() > GRACE {
+                    process::exit(FORCED_EXIT_STATUS);
+                }
+            }
+        })?;
+        Ok(stop)
     }
 
     /// Whether a signal has come.

@@ -32,6 +32,7 @@ impl Rehearsal {
             end_travel_m: config.dragon().end_travel_m(),
             until_s: None,
             held: false,
+            paused: false,
         };
         Self {
             simulation: Simulation::new(config.dragon().clone(), plan),

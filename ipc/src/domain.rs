@@ -140,7 +140,7 @@ impl Domain {
         Ok(())
     }
 
-    /// Makes the directory, mode 0700, where it is missing, and checks it.
+    /// Makes the directory, mode 0700, where it is missing, and checks it; nothing is made in one that is not ours alone.
     ///
     /// # Errors
     /// As [`Domain::check_directory`], and [`DomainError::Io`] where it cannot be made.
@@ -150,10 +150,10 @@ impl Domain {
                 Err(error) if error.kind() != ErrorKind::AlreadyExists => {
                     return Err(DomainError::Io { path: directory.to_owned(), error });
                 }
-                _ => {}
+                _ => self.check(directory)?,
             }
         }
-        self.check_directory()
+        Ok(())
     }
 
     /// Checks that the directory is ours alone.
@@ -162,14 +162,15 @@ impl Domain {
     /// [`DomainError::Missing`], [`DomainError::NotADirectory`], [`DomainError::ForeignOwner`] or
     /// [`DomainError::WritableByOthers`], each with the path that is wrong.
     pub fn check_directory(&self) -> Result<(), DomainError> {
-        for path in self.directories() {
-            let metadata = fs::symlink_metadata(path).map_err(|error| match error.kind() {
-                ErrorKind::NotFound => DomainError::Missing { path: path.to_owned() },
-                _ => DomainError::Io { path: path.to_owned(), error },
-            })?;
-            check_metadata(path, &metadata, self.uid)?;
-        }
-        Ok(())
+        self.directories().into_iter().try_for_each(|path| self.check(path))
+    }
+
+    fn check(&self, path: &Path) -> Result<(), DomainError> {
+        let metadata = fs::symlink_metadata(path).map_err(|error| match error.kind() {
+            ErrorKind::NotFound => DomainError::Missing { path: path.to_owned() },
+            _ => DomainError::Io { path: path.to_owned(), error },
+        })?;
+        check_metadata(path, &metadata, self.uid)
     }
 
     /// The directories that have to be ours, the outer one first.

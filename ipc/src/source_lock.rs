@@ -38,9 +38,16 @@ impl SourceLock {
     /// # Errors
     /// [`BusError::SourceRunning`] where another process holds it, [`BusError::Domain`].
     pub fn take(domain: &Domain) -> Result<Self, BusError> {
-        domain.create_directory()?;
         let path = domain.root().join("source.lock");
-        match lock_at(&path, lock_exclusively).and_then(|file| write_pid(file).map_err(Refused::Io)) {
+        let locked = loop {
+            domain.create_directory()?;
+            match lock_at(&path, lock_exclusively) {
+                // The last one to leave has just removed the directory.
+                Err(Refused::Io(error)) if error.kind() == io::ErrorKind::NotFound => {}
+                locked => break locked,
+            }
+        };
+        match locked.and_then(|file| write_pid(file).map_err(Refused::Io)) {
             Ok(file) => {
                 let cleared = clear_half_made(domain).map_err(|error| DomainError::Io { path: path.clone(), error })?;
                 Ok(Self { path, cleared, _file: file })

@@ -167,21 +167,24 @@ impl Session {
     }
 
     fn finish(self) -> anyhow::Result<()> {
+        let begun = self.recorder.progress().files;
         let summary = self.recorder.finish()?;
         let summary = RecordSummary {
             frames: summary.frames,
             lost: self.lost,
             alerts: summary.alerts,
             bytes: summary.bytes,
+            removed: begun.saturating_sub(summary.files.len() as u64),
             files: summary.files,
         };
         if self.format == Format::Json {
             return print_json(&RecordLine::Summary(summary));
         }
-        let RecordSummary { frames, lost, alerts, bytes, files } = summary;
+        let RecordSummary { frames, lost, alerts, bytes, removed, files } = summary;
         let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+        let removed = if removed > 0 { format!(", {removed} older files removed") } else { String::new() };
         print_line(format_args!(
-            "{frames} frames, {alerts} alerts, {lost} lost, {} in {}",
+            "{frames} frames, {alerts} alerts, {lost} lost, {} in {}{removed}",
             Size(bytes),
             files.join(", ")
         ))?;

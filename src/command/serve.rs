@@ -56,6 +56,7 @@ fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
         start_speed_mps: args.start_speed,
         until_s: args.pace.until,
         held: args.held,
+        paused: args.paused,
         readers: args.readers,
     })
 }

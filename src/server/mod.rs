@@ -52,6 +52,8 @@ pub struct ServerSettings {
     pub until_s: Option<f64>,
     /// Whether tick 0 is held.
     pub held: bool,
+    /// Whether tick 0 is paused, or will be once the hold is lifted.
+    pub paused: bool,
     /// Readers to wait for before tick 0, for ten seconds at most.
     pub readers: usize,
 }
@@ -221,6 +223,7 @@ fn plan(settings: &ServerSettings) -> MotionPlan {
         end_travel_m: config.dragon().end_travel_m(),
         until_s: settings.until_s,
         held: settings.held,
+        paused: settings.paused,
     }
 }
 

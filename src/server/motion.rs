@@ -26,6 +26,8 @@ pub struct MotionPlan {
     pub until_s: Option<f64>,
     /// Whether tick 0 is held.
     pub held: bool,
+    /// Whether tick 0 is paused, or will be once the hold is lifted.
+    pub paused: bool,
 }
 
 /// The head at one tick.
@@ -76,7 +78,7 @@ impl Motion {
     pub fn new(plan: MotionPlan) -> Self {
         let leg = Leg { start_s: plan.start_s, ticks: 0, shown: false };
         let pace = Pace { start_travel_m: plan.start_travel_m, start_ticks: 0, speed_mps: plan.start_speed_mps };
-        let mut motion = Self { plan, leg, pace, paused: false, held: plan.held, end: None };
+        let mut motion = Self { plan, leg, pace, paused: plan.paused, held: plan.held, end: None };
         motion.stop_at_end(motion.sim_s(), motion.travel_m());
         motion
     }
@@ -204,6 +206,7 @@ mod tests {
             end_travel_m: 400.0,
             until_s: None,
             held: false,
+            paused: false,
         }
     }
 

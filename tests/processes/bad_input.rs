@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use crate::process::Ended;
-use crate::stage::Stage;
+use crate::process::{Ended, Process};
+use crate::stage::{Stage, program};
 
 /// Fails unless there is exactly one line of error, with everything that it is to name in it, each thing once.
 fn assert_told(ended: &Ended, code: i32, named: &[&str]) {
@@ -32,7 +32,7 @@ fn bad_arguments_are_named_with_what_is_allowed() {
         (&["serve", "--start-at", "432.76"], &["--start-at is 432.76, must be from 0 to 432.758"]),
         (&["serve", "--start-at", "-1"], &["--start-at is -1, must be from 0 to 432.758"]),
         (&["serve", "--start-at", "9", "--until", "8"], &["--until is 8, must be from 9 to 432.758"]),
-        (&["serve", "--readers", "33"], &["--readers is 33, must be from 0 to 32"]),
+        (&["serve", "--readers", "1000"], &["--readers is 1000, must be from 0 to"]),
         (&["serve", "--parent", "1"], &["--parent is 1, must be the parent process"]),
         (&["show", "--start-at", "500"], &["--start-at is 500, must be from 0 to 432.758"]),
         (&["show", "--out", "file"], &["--out is file, must be a folder that can be made"]),
@@ -43,7 +43,13 @@ fn bad_arguments_are_named_with_what_is_allowed() {
         (&["ctl", "speed"], &["<MPS>"]),
         (&["ctl", "speed", "quick"], &["<MPS>", "'quick'"]),
         (&["ctl", "dance"], &["unrecognized subcommand 'dance'"]),
-        (&["echo", "--count", "-1"], &["-1"]),
+        (&["echo", "--count", "-1"], &["--count", "'-1'", "must be from 1 to"]),
+        (&["echo", "--count", "0"], &["--count", "'0'", "must be from 1 to"]),
+        (&["ctl", "speed", "11"], &["<MPS>", "'11'", "must be from 0 to 10"]),
+        (
+            &["record", "a.mcap", "--rotate-mb", "100", "--max-total-mb", "50"],
+            &["--max-total-mb is 50", "--rotate-mb, which is 100"],
+        ),
         (&["echo", "--format", "yaml"], &["--format", "'yaml'", "text, json"]),
         (&["hz", "--seconds", "x"], &["--seconds", "'x'"]),
     ];
@@ -62,15 +68,15 @@ fn bad_questions_to_the_planner_are_named_with_what_is_allowed() {
         (&["solve", "why"], &["unrecognized subcommand 'why'"]),
     ];
     for (args, named) in cases {
-        assert_told(&crate::process::Process::start(crate::stage::program(args)).end(), 2, named);
+        assert_told(&Process::start(program(args)).end(), 2, named);
     }
 }
 
 #[test]
 fn bad_names_of_instances_are_named_with_what_is_allowed() {
     for name in ["", "Dragon", "a_b", "a/b", "..", "aaaaaaaaaaaaaaaaaaaaaaaaa"] {
-        let command = crate::stage::program(&["ctl", "pause", "--instance", name]);
-        let ended = crate::process::Process::start(command).end();
+        let command = program(&["ctl", "pause", "--instance", name]);
+        let ended = Process::start(command).end();
         assert_told(&ended, 2, &["--instance", &format!("'{name}'"), "1 to 24 of a-z, 0-9 and -"]);
     }
 }
@@ -86,19 +92,19 @@ fn bad_configurations_are_named_by_key_value_and_what_is_allowed() {
         ("[dragon]\nwidth_m = nan", &["[dragon] width_m is NaN, must be above 0"]),
         ("[dragon]\nbody_length_m = 0", &["[dragon] body_length_m is 0, must be above 0"]),
         ("[dragon]\nhead_length_m = inf", &["[dragon] head_length_m is inf, must be"]),
-        ("[dragon]\nlegs = 4", &["line 2: unknown field `legs`, expected one of `benches`"]),
+        ("[dragon]\nlegs = 4", &["line 2, `legs = 4`: unknown field, expected one of `benches`"]),
         ("[route]\npitch_m = 0.2", &["pitch_m is 0.2, must be above width_m 0.3"]),
         ("[route]\npitch_m = nan", &["[route] pitch_m is NaN, must be"]),
         ("[route]\nstart_turns = -1.0", &["[route] start_turns is -1, must be"]),
-        ("[route]\nkind = \"ring\"", &["line 2: unknown variant `ring`, expected `spiral`"]),
+        ("[route]\nkind = \"ring\"", &["line 2, `kind = \"ring\"`: unknown variant, expected `spiral`"]),
         ("[head]\nspeed_mps = 0.0", &["[head] speed_mps is 0, must be from 0.001 to 10"]),
         ("[serve]\nrate_hz = 0", &["[serve] rate_hz is 0, must be from 1 to 100000"]),
         ("[serve]\nrate_hz = 10000000", &["[serve] rate_hz is 10000000, must be from 1 to 100000"]),
-        ("[serve]\nrate_hz = \"fast\"", &["line 2: invalid type: string \"fast\", expected"]),
+        ("[serve]\nrate_hz = \"fast\"", &["invalid type: string \"fast\", expected a whole number"]),
         ("[serve]\ntime_scale = nan", &["[serve] time_scale is NaN, must be from 0.001 to 1000"]),
         ("[monitor]\nnear_m = -1.0", &["[monitor] near_m is -1, must be from 0 to 10"]),
-        ("[lights]\n", &["line 1: unknown field `lights`, expected one of"]),
-        ("benches", &["line 1: "]),
+        ("[lights]\n", &["line 1, `[lights]`: unknown field, expected one of"]),
+        ("benches", &["line 1, `benches`: "]),
     ];
     for (text, named) in cases {
         fs::write(stage.path("stage.toml"), text).expect("a file");
@@ -111,12 +117,12 @@ fn files_that_are_missing_or_of_another_kind_are_named() {
     let stage = Stage::new();
     fs::write(stage.path("letter"), "not a recording").expect("a file");
     let cases: &[(&[&str], i32, &[&str])] = &[
-        (&["serve", "--config", "none.toml"], 2, &["cannot read the configuration none.toml: No such file"]),
-        (&["show", "--config", "none.toml"], 2, &["cannot read the configuration none.toml: No such file"]),
-        (&["record", "--repair", "none.mcap"], 1, &["cannot read none.mcap: No such file"]),
-        (&["record", "--repair", "letter"], 1, &["letter is not a recording of a bench dragon"]),
-        (&["record", "none/a.mcap"], 1, &["cannot make none/a.mcap: No such file"]),
-        (&["record", "letter"], 1, &["letter exists already and is not overwritten"]),
+        (&["serve", "--config", "none.toml"], 2, &["none.toml: cannot be read: No such file"]),
+        (&["show", "--config", "none.toml"], 2, &["none.toml: cannot be read: No such file"]),
+        (&["record", "--repair", "none.mcap"], 2, &["cannot read none.mcap: No such file"]),
+        (&["record", "--repair", "letter"], 2, &["letter is not a recording of a bench dragon"]),
+        (&["record", "none/a.mcap"], 2, &["cannot make none/a.mcap: No such file"]),
+        (&["record", "letter"], 2, &["letter exists already and is not overwritten"]),
     ];
     for (args, code, named) in cases {
         assert_told(&stage.run(args), *code, named);
@@ -136,7 +142,7 @@ fn a_command_without_a_server_says_how_to_start_one() {
 
 #[test]
 fn no_command_at_all_gets_the_help() {
-    let ended = crate::process::Process::start(crate::stage::program::<&str>(&[])).end();
+    let ended = Process::start(program::<&str>(&[])).end();
     assert_eq!((ended.code(), ended.stdout.as_str()), (Some(2), ""));
     assert!(ended.stderr.contains("Usage: bench-dragon <COMMAND>"), "{}", ended.stderr);
 }
@@ -144,7 +150,7 @@ fn no_command_at_all_gets_the_help() {
 #[test]
 fn every_command_has_help_with_an_example() {
     for command in ["show", "serve", "monitor", "record", "ctl", "echo", "hz", "solve", "iox2-config"] {
-        let help = crate::process::Process::start(crate::stage::program(&[command, "--help"])).end().expect_clean();
+        let help = Process::start(program(&[command, "--help"])).end().expect_clean();
         assert!(help.stdout.contains("Example"), "{command}");
     }
 }

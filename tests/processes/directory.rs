@@ -7,7 +7,7 @@ use std::path::Path;
 use tempfile::TempDir;
 
 use crate::process::{Ended, Process};
-use crate::stage::program;
+use crate::stage::{Stage, program};
 
 fn run_in(runtime_dir: &Path, args: &[&str]) -> Ended {
     let mut command = program(args);
@@ -111,7 +111,7 @@ fn the_directory_is_made_for_its_user_alone_and_taken_away_again() {
 
 #[test]
 fn iox2_config_prints_the_root_path_and_the_prefix_of_the_instance() {
-    let stage = crate::stage::Stage::new();
+    let stage = Stage::new();
     let printed = stage.run(&["iox2-config"]).expect_clean().stdout;
     assert_eq!(printed, stage.domain().iceoryx2_toml());
 }

@@ -1,6 +1,7 @@
 //! `echo` and `hz`: what people and scripts see of the frames.
 
-use serde_json::Value;
+use bench_dragon_ipc::HandleState;
+use serde_json::{Value, json};
 
 use crate::reader::{Reader, assert_whole};
 use crate::stage::Stage;
@@ -18,8 +19,9 @@ fn echo_prints_as_many_frames_as_it_was_asked_for_with_every_number_of_the_bus()
     assert_eq!(lines.len(), shots.len());
     for (line, shot) in lines.iter().zip(&shots) {
         let header = &shot.header;
-        let handle = |handle: &bench_dragon_ipc::HandleState| serde_json::json!({ "position_m": handle.position_m, "velocity_mps": handle.velocity_mps });
-        let expected = serde_json::json!({
+        let handle =
+            |handle: &HandleState| json!({ "position_m": handle.position_m, "velocity_mps": handle.velocity_mps });
+        let expected = json!({
             "run_id": header.run_id,
             "tick": header.tick,
             "sim_time_ns": header.sim_time_ns,
@@ -44,10 +46,7 @@ fn echo_in_text_is_a_line_a_frame() {
     let text = stage.run(&["echo", "--count", "2"]).expect_clean().stdout;
     for line in text.lines() {
         assert!(line.starts_with("tick ") && line.contains("0.000000 s  held"), "{line}");
-        assert!(
-            line.contains("head (   8.800000,   -0.000000) m") || line.contains("head (   8.800000,    0.000000) m"),
-            "{line}"
-        );
+        assert!(line.contains("head (   8.800000, ") && line.contains("tail ("), "{line}");
     }
     assert_eq!(text.lines().count(), 2);
     server.stop();

@@ -2,8 +2,10 @@
 
 use bench_dragon_ipc::service::frame_buffer;
 
-use crate::reader::{Reader, assert_accounted_for};
+use crate::reader::{Reader, assert_accounted_for, assert_whole};
 use crate::stage::Stage;
+
+const PAPER_BENCHES: usize = 223;
 
 #[test]
 fn a_reader_that_sleeps_loses_its_oldest_frames_and_counts_them() {
@@ -12,7 +14,7 @@ fn a_reader_that_sleeps_loses_its_oldest_frames_and_counts_them() {
     let server = stage.serve(&["--rate", "2000"]);
     let (mut slow, mut diligent) = (Reader::join(&stage), Reader::join(&stage));
     let first = slow.next();
-    let buffer = frame_buffer(first.header.bench_count as usize) as u64;
+    let buffer = frame_buffer(PAPER_BENCHES) as u64;
 
     let watched = diligent.read_to_tick(first.header.tick + buffer + BEYOND);
     let mut shots = vec![first];
@@ -30,14 +32,15 @@ fn a_reader_that_sleeps_loses_its_oldest_frames_and_counts_them() {
 #[test]
 fn a_show_that_fits_into_the_buffer_loses_nothing_however_late_it_is_read() {
     let stage = Stage::new();
-    let server = stage.serve(&["--rate", "1000", "--until", "0.25", "--readers", "2"]);
+    let frames = frame_buffer(PAPER_BENCHES);
+    let until_s = (frames - 1) as f64 / 1000.0;
+    let server = stage.serve(&["--rate", "1000", "--until", &until_s.to_string(), "--readers", "2"]);
     let (mut first, mut second) = (Reader::join(&stage), Reader::join(&stage));
     let run_id = server.run_id;
-    let summary = server.summary();
+    assert_eq!(server.summary()["frames"], frames);
     for reader in [&mut first, &mut second] {
-        let shots = reader.read_to_end();
-        crate::reader::assert_whole(&shots, run_id);
-        assert_eq!((shots.len(), reader.lost()), (251, 0));
-        assert_eq!(summary["frames"], 251);
+        let shots = reader.read_unread();
+        assert_whole(&shots, run_id);
+        assert_eq!((shots.len(), reader.lost()), (frames, 0));
     }
 }

@@ -21,8 +21,8 @@ fn play(stage: &Stage, args: &[&str]) -> Vec<Shot> {
 #[test]
 fn every_handle_of_every_frame_is_the_solvers() {
     let stage = Stage::new();
-    let shots = play(&stage, &["--start-at", "123.4", "--time-scale", "700", "--until", "300"]);
-    assert_eq!(shots.len(), 254);
+    let shots = play(&stage, &["--start-at", "123.4", "--time-scale", "900", "--until", "300"]);
+    assert_eq!(shots.len(), 198);
     let dragon = Config::from_toml("").expect("the paper's dragon").dragon().clone();
     let mut solver = ChainSolver::new(&dragon);
     for Shot { header, handles, .. } in &shots {

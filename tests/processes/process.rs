@@ -1,5 +1,4 @@
-//! A process of the program: started, read line by line, signalled, waited for. One that a failing test leaves behind is
-//! killed.
+//! A process of the program: started, read line by line, signalled, waited for. One that a failing test leaves is killed.
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};

@@ -1,6 +1,6 @@
 //! Readers that end, however they end, are nobody else's affair.
 
-use crate::reader::Reader;
+use crate::reader::{Reader, assert_accounted_for};
 use crate::stage::Stage;
 
 #[test]
@@ -13,7 +13,7 @@ fn a_killed_reader_neither_stops_the_server_nor_the_other_readers() {
     killed.kill();
 
     let shots = witness.read_to_tick(last_tick + 10);
-    crate::reader::assert_accounted_for(&shots, witness.lost());
+    assert_accounted_for(&shots, witness.lost());
     let joined = stage.run(&["echo", "--count", "2", "--format", "json"]).expect_clean();
     assert!(joined.last_json()["tick"].as_u64() > Some(last_tick));
     drop(witness);

@@ -21,12 +21,11 @@ pub(crate) fn read(path: &Path) -> (Vec<FrameHeader>, bool) {
 
 /// Waits until a recording that is being written has frames that would survive its recorder.
 fn await_frames(path: &Path) {
-    eventually(|| FrameReader::open(path).ok().filter(|reader| reader.configuration().is_some() || path.exists()));
-    eventually(|| (!read(path).0.is_empty()).then_some(()));
+    eventually(|| FrameReader::open(path).ok()?.next()?.ok().map(drop));
 }
 
 #[test]
-fn a_recording_of_a_show_has_every_frame_its_contact_and_its_configuration_for_stock_readers() {
+fn stock_readers_find_every_frame_the_contact_and_the_configuration() {
     let stage = Stage::new();
     let pace = ["--start-at", "411", "--time-scale", "20", "--until", "413", "--readers", "3"];
     let server = stage.serve(&pace);
@@ -143,12 +142,12 @@ fn in_text_a_recorder_says_what_it_wrote_in_one_line() {
 #[test]
 fn a_rotated_recording_has_every_frame_once() {
     let stage = Stage::new();
-    let server = stage.serve(&["--rate", "1000", "--until", "0.25", "--readers", "1"]);
+    let server = stage.serve(&["--rate", "1000", "--until", "0.2", "--readers", "1"]);
     let recorder = stage.start(&["record", "a.mcap", "--rotate-mb", "1", "--format", "json"]);
     server.summary();
     let summary = recorder.terminate().expect_clean().last_json();
     let files: Vec<&str> = summary["files"].as_array().expect("an array").iter().filter_map(Value::as_str).collect();
     assert!(files.len() > 1, "{summary}");
     let ticks: Vec<u64> = files.iter().flat_map(|file| read(&stage.path(file)).0).map(|header| header.tick).collect();
-    assert_eq!(ticks, (0..=250).collect::<Vec<_>>());
+    assert_eq!(ticks, (0..=200).collect::<Vec<_>>());
 }

@@ -80,5 +80,6 @@ HEADER_FIELDS = [name for name, _ in FrameHeader._fields_]
 def frame_bytes(header, handles):
     """A frame from the header's values by name and pairs of position and velocity."""
     header = FrameHeader(*(header[name] for name in HEADER_FIELDS))
-    states = (HandleState((ctypes.c_double * 3)(*position), (ctypes.c_double * 3)(*velocity)) for position, velocity in handles)
+    vector = ctypes.c_double * 3
+    states = (HandleState(vector(*position), vector(*velocity)) for position, velocity in handles)
     return bytes(header) + b"".join(map(bytes, states))

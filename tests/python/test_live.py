@@ -49,8 +49,8 @@ def open_frames(node):
 
 
 def copied(sample):
-    """A frame as its header and its bytes. The package takes the bytes of a slice of structures for its elements, so the
-    header says how many there are."""
+    """A frame as its header and its bytes. The header says how many handles there are: the package's own `len` counts
+    bytes where it means elements."""
     header = FrameHeader.from_buffer_copy(sample.user_header().contents)
     size = (header.bench_count + 1) * ctypes.sizeof(HandleState)
     return header, bytes(header) + ctypes.string_at(sample.payload_ptr, size)

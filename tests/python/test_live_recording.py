@@ -1,7 +1,7 @@
 """The stock MCAP readers find in a recording of a real show what a subscriber beside the recorder received.
 
-Run by the Rust test `record::a_recording_of_a_show_has_every_frame_its_contact_and_its_configuration_for_stock_readers`,
-which makes the recording and says in the environment where it is.
+Run by the Rust test `record::stock_readers_find_every_frame_the_contact_and_the_configuration`, which makes the recording
+and says in the environment where it is.
 """
 
 import os

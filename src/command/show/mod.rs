@@ -7,7 +7,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, bail};
 use bench_dragon::config::Config;
@@ -39,9 +39,13 @@ const READERS: usize = 3;
 const LOOK_PERIOD: Duration = Duration::from_millis(50);
 /// How often the monitor says how it stands, in seconds.
 const PROGRESS_PERIOD_S: &str = "0.2";
-/// How often one child is started again before the show gives up.
+/// How often one child is started again before the show goes on without it, or without a server ends.
 const MAX_RESTARTS: u32 = 5;
+/// How long the show waits before it starts a child again for the first time; twice as long each further time.
+const FIRST_BACKOFF: Duration = Duration::from_millis(50);
 
+/// What is told when a restarted server stands held.
+const HELD: &str = "the dragon stands where it was, held: `bench-dragon ctl release` lets it walk";
 /// How the name of a show's folder begins that was not given one.
 const FOLDER_PREFIX: &str = "show-";
 
@@ -57,8 +61,11 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let outcome = show.follow(&stop);
     let summary = show.finish(outcome)?;
     print_report(args.format.format, &summary, &show.folder)?;
-    let failed = args.fail_on_contact && summary.contact.is_some();
-    Ok(if failed { ExitCode::from(CONTACT) } else { ExitCode::SUCCESS })
+    Ok(match () {
+        () if args.fail_on_contact && summary.contact.is_some() => ExitCode::from(CONTACT),
+        () if show.given_up => ExitCode::FAILURE,
+        () => ExitCode::SUCCESS,
+    })
 }
 
 /// Finishes what killed shows left in the current folder. The show's own folder is its recorder's affair.
@@ -94,8 +101,15 @@ struct Show<'a> {
     frames: Option<FrameSubscriber>,
     status: Option<StatusReader>,
     last: Option<FrameHeader>,
+    /// Speed at which the head last walked.
     walking_speed_mps: Option<f64>,
+    /// Whether the show was paused when it was last not held.
+    paused: bool,
     account: Account,
+    /// Which children are to be started again, and when.
+    restarts: Vec<(Role, Instant)>,
+    /// Whether a child ended so often that the show went on without it.
+    given_up: bool,
 }
 
 impl<'a> Show<'a> {
@@ -111,7 +125,10 @@ impl<'a> Show<'a> {
             status: None,
             last: None,
             walking_speed_mps: None,
+            paused: false,
             account: Account::new(end_s),
+            restarts: Vec::new(),
+            given_up: false,
         };
         show.start_server()?;
         show.await_server()?;
@@ -125,9 +142,10 @@ impl<'a> Show<'a> {
         while !stop.is_set() && self.account.tally.contact.is_none() {
             match self.children.next_event(LOOK_PERIOD) {
                 Some(Event::Line(role, line)) => self.account.take_line(role, &line)?,
-                Some(Event::Closed(role)) => self.restart(role)?,
+                Some(Event::Closed(role)) => self.take_end(role)?,
                 None => {}
             }
+            self.restart_due()?;
             self.look_at_bus()?;
             if self.last.is_some_and(|header| header.show_state() == Some(ShowState::Finished)) {
                 break;
@@ -165,8 +183,12 @@ impl<'a> Show<'a> {
             let header = *frame.header();
             self.account.tally.see_frame(&header);
             self.account.line.update(&header, &self.account.progress);
-            if header.show_state() == Some(ShowState::Running) {
-                self.walking_speed_mps = Some(header.head_speed_mps);
+            match header.show_state() {
+                Some(ShowState::Running) => {
+                    (self.walking_speed_mps, self.paused) = (Some(header.head_speed_mps), false);
+                }
+                Some(ShowState::Paused) => self.paused = true,
+                _ => {}
             }
             self.last = Some(header);
         }
@@ -176,35 +198,47 @@ impl<'a> Show<'a> {
         Ok(())
     }
 
-    /// Starts a child again that has ended before the show.
-    fn restart(&mut self, role: Role) -> anyhow::Result<()> {
+    /// Takes note of a child that has ended before the show, and plans when to start it again.
+    fn take_end(&mut self, role: Role) -> anyhow::Result<()> {
         let Some(status) = self.children.reap(role)? else { return Ok(()) };
         self.look_at_bus()?;
         if role == Role::Serve && status.success() {
             // Somebody asked the server to stop, or it has reached the time asked for.
             return self.end_with_server();
         }
-        let restarts = match role {
-            Role::Serve => &mut self.account.tally.restarts.serve,
-            Role::Monitor => &mut self.account.tally.restarts.monitor,
-            Role::Record => &mut self.account.tally.restarts.record,
-        };
-        *restarts += 1;
-        if *restarts > MAX_RESTARTS {
-            bail!("{} has ended {restarts} times, the last time with {status}: giving up", role.name());
-        }
-        self.account.line.say(&format!("{} ended with {status}: starting it again", role.name()));
         match role {
-            Role::Serve => self.start_server(),
-            Role::Monitor => {
-                self.account.close_monitor();
-                self.start_monitor()
-            }
-            Role::Record => {
-                self.recover_recording()?;
-                self.start_recorder()
+            Role::Serve => {}
+            Role::Monitor => self.account.close_monitor(),
+            Role::Record => self.recover_recording(),
+        }
+        let restarts = self.account.tally.count_restart(role);
+        let what = match (restarts <= MAX_RESTARTS, role) {
+            (true, _) => "starting it again",
+            (false, Role::Serve) => bail!("serve has ended {restarts} times, the last time with {status}: giving up"),
+            (false, Role::Monitor | Role::Record) => "the show goes on without it",
+        };
+        self.account.line.say(&format!("{} ended with {status}: {what}", role.name()));
+        if restarts <= MAX_RESTARTS {
+            self.restarts.push((role, Instant::now() + FIRST_BACKOFF * 2_u32.pow(restarts - 1)));
+        } else {
+            self.given_up = true;
+        }
+        Ok(())
+    }
+
+    /// Starts the children again whose time has come.
+    fn restart_due(&mut self) -> anyhow::Result<()> {
+        let now = Instant::now();
+        let due: Vec<Role> = self.restarts.iter().filter(|(_, at)| *at <= now).map(|(role, _)| *role).collect();
+        self.restarts.retain(|(_, at)| *at > now);
+        for role in due {
+            match role {
+                Role::Serve => self.start_server()?,
+                Role::Monitor => self.start_monitor()?,
+                Role::Record => self.start_recorder()?,
             }
         }
+        Ok(())
     }
 
     fn start_server(&mut self) -> anyhow::Result<()> {
@@ -220,12 +254,12 @@ impl<'a> Show<'a> {
                 args.push(format!("--start-at={}", header.sim_time_s()));
                 args.push(format!("--start-travel={}", header.head_travel_m));
                 args.extend(self.walking_speed_mps.map(|speed_mps| format!("--start-speed={speed_mps}")));
-                let walked = header.show_state() == Some(ShowState::Running);
-                if !(self.args.auto_resume && walked) {
+                if self.paused {
+                    args.push("--paused".to_owned());
+                }
+                if !self.args.auto_resume || header.show_state() == Some(ShowState::Held) {
                     args.push("--held".to_owned());
-                    self.account
-                        .line
-                        .say("the dragon stands where it was, held: `bench-dragon ctl release` lets it walk");
+                    self.account.line.say(HELD);
                 }
             }
         }
@@ -259,12 +293,13 @@ impl<'a> Show<'a> {
         self.children.start(Role::Record, &args)
     }
 
-    /// Finishes the file of a recorder that was killed, and counts the frames in it.
-    fn recover_recording(&mut self) -> anyhow::Result<()> {
-        let Some(recording) = self.recordings.last().filter(|recording| recording.exists()) else { return Ok(()) };
-        let repaired = repair(recording)?;
-        self.account.tally.add_recorded(repaired.frames);
-        Ok(())
+    /// Finishes the file of a recorder that has ended too early, and counts the frames in it.
+    fn recover_recording(&mut self) {
+        let Some(recording) = self.recordings.last().filter(|recording| recording.exists()) else { return };
+        match repair(recording) {
+            Ok(repaired) => self.account.tally.add_recorded(repaired.frames),
+            Err(error) => self.account.line.say(&format!("warning: {:#}", anyhow::Error::from(error))),
+        }
     }
 
     fn end_with_server(&mut self) -> anyhow::Result<()> {

@@ -8,6 +8,8 @@ use bench_dragon::report::{ContactReport, FrameCounts, MonitorSummary, Restarts,
 use bench_dragon::server::ServerSummary;
 use bench_dragon_ipc::{FrameHeader, Status};
 
+use super::child::Role;
+
 /// The show's books.
 #[derive(Debug, Default)]
 pub(super) struct Tally {
@@ -20,7 +22,7 @@ pub(super) struct Tally {
     latency_us: Percentiles,
     last_run_id: u64,
     pub(super) contact: Option<ContactReport>,
-    pub(super) restarts: Restarts,
+    restarts: Restarts,
 }
 
 impl Tally {
@@ -65,6 +67,17 @@ impl Tally {
     /// Adds frames that are in a recording.
     pub(super) fn add_recorded(&mut self, frames: u64) {
         self.recorded += frames;
+    }
+
+    /// Counts an end of a child before the show's. Returns how many its role has had.
+    pub(super) fn count_restart(&mut self, role: Role) -> u32 {
+        let restarts = match role {
+            Role::Serve => &mut self.restarts.serve,
+            Role::Monitor => &mut self.restarts.monitor,
+            Role::Record => &mut self.restarts.record,
+        };
+        *restarts += 1;
+        *restarts
     }
 
     /// The whole show.
