@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use bench_dragon::config::Config;
-use bench_dragon_ipc::{CommandClient, Request, ShowState};
+use bench_dragon_ipc::{CommandClient, Refusal, Request, ShowState};
 use serde_json::{Value, json};
 
 use crate::process::Ended;
@@ -55,6 +55,15 @@ impl Rehearsal {
             Value::String(reason) => reason,
             other => panic!("no reason: {other}"),
         }
+    }
+
+    /// Sends a request past the command line, which would not let it through; returns why it is refused.
+    fn refuse_request(&mut self, request: Request) -> Refusal {
+        let client = CommandClient::open(self.stage.domain(), "test").expect("the server is there");
+        let reply = client.call(request, Duration::from_mins(1)).expect("the server answers");
+        let [before, after] = self.around(reply.tick);
+        assert_eq!(before.state(), after.state(), "a refused command changes nothing");
+        reply.outcome().expect_err("the value is out of range")
     }
 
     /// The frame before a tick and the one of that tick.
@@ -181,15 +190,16 @@ fn a_seek_shows_its_target_at_its_tick_and_goes_on_from_there() {
 #[test]
 fn what_is_out_of_range_is_refused_with_the_range() {
     let end_s = Config::from_toml("").expect("the paper's dragon").end_s();
-    let speeds = "the value must be from 0 to 10";
-    let times = format!("the value must be from 0 to {end_s}");
     let mut rehearsal = Rehearsal::start(&[]);
-    for speed in ["11", "-0.1", "nan", "inf"] {
-        assert_eq!(rehearsal.refuse(&["speed", speed]), speeds, "{speed}");
+    for speed_mps in [11.0, -0.1, f64::NAN, f64::INFINITY] {
+        let refusal = rehearsal.refuse_request(Request::Speed { speed_mps });
+        assert_eq!(refusal, Refusal::OutOfRange { lowest: 0.0, highest: 10.0 }, "{speed_mps}");
     }
-    for time in ["432.76", "-1", "nan", "inf"] {
-        assert_eq!(rehearsal.refuse(&["seek", time]), times, "{time}");
+    for sim_time_s in [432.76, -1.0, f64::NAN, f64::INFINITY] {
+        let refusal = rehearsal.refuse_request(Request::Seek { sim_time_s });
+        assert_eq!(refusal, Refusal::OutOfRange { lowest: 0.0, highest: end_s }, "{sim_time_s}");
     }
+    assert_eq!(rehearsal.refuse(&["seek", "432.76"]), format!("the value must be from 0 to {end_s}"));
     rehearsal.end();
 }
 

@@ -101,7 +101,7 @@ fn the_file_of_a_running_recorder_is_left_alone() {
     assert_eq!(repair.code(), Some(1));
     assert_eq!(repair.stderr, "error: a.mcap is being recorded or repaired by another process\n");
     let second = stage.run(&["record", "a.mcap"]);
-    assert_eq!(second.code(), Some(1));
+    assert_eq!(second.code(), Some(2));
     assert!(second.stderr.starts_with("error: a.mcap exists already and is not overwritten"), "{}", second.stderr);
     first.terminate().expect_clean();
     assert!(!read(&stage.path("a.mcap")).1);
