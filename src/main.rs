@@ -7,8 +7,11 @@ use bench_dragon::config::ConfigError;
 use bench_dragon::record::{RecordError, RepairError};
 use clap::Parser as _;
 use clap::error::ErrorKind as ClapErrorKind;
-use tracing_subscriber::EnvFilter;
+use iceoryx2::prelude::{LogLevel, set_log_level};
+use tracing::Level;
+use tracing_subscriber::filter::Targets;
 use tracing_subscriber::fmt::format;
+use tracing_subscriber::prelude::*;
 
 mod cli;
 mod command;
@@ -39,21 +42,21 @@ fn main() -> ExitCode {
 /// Warnings and worse, or what `RUST_LOG` says; iceoryx2's own among them, without the dump of the object that each of
 /// them comes with.
 fn log_to_stderr() {
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
+    let asked: Option<Targets> = std::env::var("RUST_LOG").ok().and_then(|filter| filter.parse().ok());
+    set_log_level(if asked.is_some() { LogLevel::Trace } else { LogLevel::Warn });
+    let filter = asked.unwrap_or_else(|| Targets::new().with_default(Level::WARN));
     let fields = format::debug_fn(|writer, field, value| match field.name() {
         "message" => write!(writer, "{value:?}"),
         "origin" => Ok(()),
         name => write!(writer, "{name}={value:?}"),
     });
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
+    let lines = tracing_subscriber::fmt::layer()
         .fmt_fields(fields)
         .with_target(false)
         .with_ansi(io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()))
         .with_writer(io::stderr)
-        .without_time()
-        .init();
-    iceoryx2::prelude::set_log_level(iceoryx2::prelude::LogLevel::Warn);
+        .without_time();
+    tracing_subscriber::registry().with(lines.with_filter(filter)).init();
 }
 
 /// Prints help and version as clap does, an error in one line.
