@@ -211,18 +211,20 @@ impl<'a> Show<'a> {
             Role::Monitor => self.account.close_monitor(),
             Role::Record => self.recover_recording(),
         }
-        let restarts = self.account.tally.count_restart(role);
-        let what = match (restarts <= MAX_RESTARTS, role) {
-            (true, _) => "starting it again",
-            (false, Role::Serve) => bail!("serve has ended {restarts} times, the last time with {status}: giving up"),
-            (false, Role::Monitor | Role::Record) => "the show goes on without it",
+        let restarts = self.account.tally.restarts(role);
+        let what = match role {
+            _ if *restarts < MAX_RESTARTS => {
+                self.restarts.push((role, Instant::now() + FIRST_BACKOFF * 2_u32.pow(*restarts)));
+                *restarts += 1;
+                "starting it again"
+            }
+            Role::Serve => bail!("serve has ended {MAX_RESTARTS} times again, the last time with {status}: giving up"),
+            Role::Monitor | Role::Record => {
+                self.given_up = true;
+                "the show goes on without it"
+            }
         };
         self.account.line.say(&format!("{} ended with {status}: {what}", role.name()));
-        if restarts <= MAX_RESTARTS {
-            self.restarts.push((role, Instant::now() + FIRST_BACKOFF * 2_u32.pow(restarts - 1)));
-        } else {
-            self.given_up = true;
-        }
         Ok(())
     }
 

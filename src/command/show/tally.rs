@@ -69,15 +69,13 @@ impl Tally {
         self.recorded += frames;
     }
 
-    /// Counts an end of a child before the show's. Returns how many its role has had.
-    pub(super) fn count_restart(&mut self, role: Role) -> u32 {
-        let restarts = match role {
+    /// How often each child of a role has been started again.
+    pub(super) fn restarts(&mut self, role: Role) -> &mut u32 {
+        match role {
             Role::Serve => &mut self.restarts.serve,
             Role::Monitor => &mut self.restarts.monitor,
             Role::Record => &mut self.restarts.record,
-        };
-        *restarts += 1;
-        *restarts
+        }
     }
 
     /// The whole show.
