@@ -172,8 +172,10 @@ pub struct ShowSummary {
     pub overruns: u64,
     /// Processes that were started again.
     pub restarts: Restarts,
-    /// The recording; where it is in several files, the first one.
+    /// The recording; where the recorder was started again, the first one.
     pub recording: PathBuf,
+    /// All recordings, oldest first.
+    pub recordings: Vec<PathBuf>,
 }
 
 /// Frames over the whole show.

@@ -13,6 +13,8 @@ use std::path::{Path, PathBuf};
 use iceoryx2::config::Config;
 use iceoryx2::prelude::{FileName, FilePath, SemanticString};
 
+use crate::domain_error::DomainError;
+
 /// Longest root path in bytes: what iceoryx2 appends to it has to fit into a socket address.
 pub const MAX_ROOT_PATH_LEN: usize = 60;
 
@@ -145,6 +147,7 @@ impl Domain {
     /// # Errors
     /// As [`Domain::check_directory`], and [`DomainError::Io`] where it cannot be made.
     pub fn create_directory(&self) -> Result<(), DomainError> {
+        self.check_runtime_directory()?;
         for directory in self.directories() {
             match DirBuilder::new().mode(0o700).create(directory) {
                 Err(error) if error.kind() != ErrorKind::AlreadyExists => {
@@ -171,6 +174,21 @@ impl Domain {
             _ => DomainError::Io { path: path.to_owned(), error },
         })?;
         check_metadata(path, &metadata, self.uid)
+    }
+
+    /// Checks the directory that ours are in: it has to be there, and others may write into it only as into `/tmp`, without
+    /// removing what is not theirs.
+    fn check_runtime_directory(&self) -> Result<(), DomainError> {
+        const STICKY: u32 = 0o1000;
+        let path = self.directories()[0].parent().expect("the root path has two levels of ours");
+        match fs::metadata(path) {
+            Ok(metadata) if !metadata.is_dir() => Err(DomainError::NotADirectory { path: path.to_owned() }),
+            Ok(metadata) if metadata.mode() & 0o022 != 0 && metadata.mode() & STICKY == 0 => {
+                Err(DomainError::WritableByOthers { path: path.to_owned(), mode: metadata.mode() & 0o7777 })
+            }
+            Ok(_) => Ok(()),
+            Err(error) => Err(DomainError::RuntimeDirectory { path: path.to_owned(), error }),
+        }
     }
 
     /// The directories that have to be ours, the outer one first.
@@ -210,93 +228,6 @@ fn effective_uid() -> Result<u32, DomainError> {
         .lines()
         .find_map(|line| line.strip_prefix("Uid:")?.split_whitespace().nth(1)?.parse().ok())
         .ok_or_else(|| DomainError::Io { path: path.to_owned(), error: io::Error::other("it has no Uid line") })
-}
-
-/// Why an instance has no usable domain.
-#[derive(Debug)]
-#[non_exhaustive]
-pub enum DomainError {
-    /// The name is not 1 to 24 of a–z, 0–9 and -.
-    InvalidInstance {
-        /// The name.
-        name: String,
-    },
-    /// The root path is relative, not UTF-8 or too long.
-    RootPath {
-        /// The path.
-        root: PathBuf,
-    },
-    /// The directory is not there.
-    Missing {
-        /// The path.
-        path: PathBuf,
-    },
-    /// Something else than a directory, or a link, is in its place.
-    NotADirectory {
-        /// The path.
-        path: PathBuf,
-    },
-    /// The directory belongs to another user.
-    ForeignOwner {
-        /// The path.
-        path: PathBuf,
-        /// Its owner.
-        owner: u32,
-        /// The user of this process.
-        user: u32,
-    },
-    /// Other users may write into the directory.
-    WritableByOthers {
-        /// The path.
-        path: PathBuf,
-        /// Its mode.
-        mode: u32,
-    },
-    /// The operating system refused.
-    Io {
-        /// The path.
-        path: PathBuf,
-        /// Its reason.
-        error: io::Error,
-    },
-}
-
-impl fmt::Display for DomainError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::InvalidInstance { name } => {
-                write!(formatter, "instance is {name:?}, must be 1 to {} of a-z, 0-9 and -", Instance::MAX_LEN)
-            }
-            Self::RootPath { root } => write!(
-                formatter,
-                "the bus directory is {}, must be absolute, UTF-8 and under {MAX_ROOT_PATH_LEN} bytes: \
-                 set XDG_RUNTIME_DIR to a shorter path or unset it",
-                root.display()
-            ),
-            Self::Missing { path } => write!(formatter, "the bus directory {} is not there", path.display()),
-            Self::NotADirectory { path } => write!(formatter, "{} is not a directory: remove it", path.display()),
-            Self::ForeignOwner { path, owner, user } => write!(
-                formatter,
-                "the bus directory {} belongs to user {owner}, must belong to user {user}: run as that user or remove it",
-                path.display()
-            ),
-            Self::WritableByOthers { path, mode } => write!(
-                formatter,
-                "the bus directory {} has mode {mode:04o}, must not be writable by others: chmod 0700 it",
-                path.display()
-            ),
-            Self::Io { path, error } => write!(formatter, "{}: {error}", path.display()),
-        }
-    }
-}
-
-impl core::error::Error for DomainError {
-    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
-        match self {
-            Self::Io { error, .. } => Some(error),
-            _ => None,
-        }
-    }
 }
 
 #[cfg(test)]

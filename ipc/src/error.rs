@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::domain::DomainError;
+use crate::domain_error::DomainError;
 
 /// Why the bus could not be joined.
 #[derive(Debug)]
@@ -103,14 +103,7 @@ impl fmt::Display for BusError {
     }
 }
 
-impl core::error::Error for BusError {
-    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
-        match self {
-            Self::Domain(error) => error.source(),
-            _ => None,
-        }
-    }
-}
+impl core::error::Error for BusError {}
 
 impl From<DomainError> for BusError {
     fn from(error: DomainError) -> Self {

@@ -10,14 +10,15 @@ use iceoryx2::service::builder::publish_subscribe::Builder;
 
 use crate::alert::Alert;
 use crate::command::{Command, CommandReply};
-use crate::domain::{Domain, DomainError};
+use crate::domain::Domain;
+use crate::domain_error::DomainError;
 use crate::error::BusError;
 use crate::frame::{FrameHeader, HandleState};
 use crate::membership::Membership;
 use crate::service::{
-    ALERT_BUFFER, ALERTS, AlertService, COMMANDS, CommandService, DESCRIPTION, DescriptionService, EventService,
-    FRAMES, FrameService, MAX_ACTIVE_REQUESTS, MAX_BORROWED_FRAMES, MAX_NODES, MAX_READERS, MAX_SOURCES, SMALL_PORTS,
-    STATUS, Service, StatusService, frame_buffer,
+    ALERT_BUFFER, ALERTS, AlertService, CLIENT_MEMORY, COMMANDS, CommandService, DESCRIPTION, DescriptionService,
+    EventService, FRAMES, FrameService, MAX_ACTIVE_REQUESTS, MAX_BORROWED_FRAMES, MAX_NODES, MAX_READERS, MAX_SOURCES,
+    SOURCE_MEMORY, STATUS, Service, StatusService, frame_buffer,
 };
 use crate::space::require_shared_memory;
 use crate::status::Status;
@@ -37,6 +38,16 @@ pub enum Role {
     },
     /// Opens services, which have to be there.
     Client,
+}
+
+impl Role {
+    /// What its ports take of shared memory at most, beside the frames.
+    fn memory(self) -> u64 {
+        match self {
+            Self::Source { .. } => SOURCE_MEMORY,
+            Self::Client => CLIENT_MEMORY,
+        }
+    }
 }
 
 /// A process's membership in a domain.
@@ -66,7 +77,7 @@ impl Member {
                 (entered, _) => break entered?,
             }
         };
-        require_shared_memory(domain, SMALL_PORTS)?;
+        require_shared_memory(domain, role.memory())?;
         domain
             .set_fallback_configuration()
             .map_err(|error| DomainError::Io { path: domain.iceoryx2_toml_path(), error })?;

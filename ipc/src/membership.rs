@@ -11,9 +11,11 @@ use std::path::PathBuf;
 
 use iceoryx2::prelude::{CallbackProgression, Node, NodeState};
 
-use crate::domain::{Domain, DomainError};
+use crate::domain::Domain;
+use crate::domain_error::DomainError;
 use crate::lock_file::lock_at;
 use crate::service::Service;
+use crate::source_lock::SourceLock;
 
 /// Where shared memory lives in the file system.
 const SHARED_MEMORY: &str = "/dev/shm";
@@ -99,6 +101,7 @@ fn sweep(domain: &Domain) -> io::Result<()> {
 /// Removes the whole domain.
 fn dissolve(domain: &Domain) -> io::Result<()> {
     sweep(domain)?;
+    SourceLock::clear_abandoned(domain)?;
     fs::remove_file(domain.iceoryx2_toml_path())?;
     fs::remove_file(lock_path(domain))?;
     fs::remove_dir(domain.root())

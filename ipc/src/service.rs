@@ -44,8 +44,13 @@ const LEAST_FRAME_BUFFER: usize = 4;
 /// the 64 MiB that containers have by default.
 const FRAME_MEMORY: usize = 56 << 20;
 pub(crate) const ALERT_BUFFER: usize = 256;
-/// What the small ports of one process take of shared memory at most, in bytes.
-pub(crate) const SMALL_PORTS: u64 = 2 << 20;
+/// What all but the frames of a source takes of shared memory at most, in bytes.
+pub(crate) const SOURCE_MEMORY: u64 = 4 << 20;
+/// What the alerts of all readers take of shared memory at most, in bytes.
+pub const ALERT_MEMORY: u64 = 1 << 20;
+/// What a client takes of shared memory at most, in bytes. Little, so that a safety stop gets through where hardly
+/// anything is left.
+pub(crate) const CLIENT_MEMORY: u64 = 256 << 10;
 
 /// The iceoryx2 service type of the bus: one process, one thread a port.
 pub type Service = ipc::Service;

@@ -4,7 +4,8 @@ use std::fs::{self, File, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
-use crate::domain::{Domain, DomainError};
+use crate::domain::Domain;
+use crate::domain_error::DomainError;
 use crate::error::BusError;
 use crate::lock_file::lock_at;
 
@@ -38,7 +39,7 @@ impl SourceLock {
     /// # Errors
     /// [`BusError::SourceRunning`] where another process holds it, [`BusError::Domain`].
     pub fn take(domain: &Domain) -> Result<Self, BusError> {
-        let path = domain.root().join("source.lock");
+        let path = lock_path(domain);
         let locked = loop {
             domain.create_directory()?;
             match lock_at(&path, lock_exclusively) {
@@ -61,6 +62,17 @@ impl SourceLock {
 }
 
 impl SourceLock {
+    /// Removes the file that a killed source has left.
+    pub(crate) fn clear_abandoned(domain: &Domain) -> io::Result<()> {
+        let path = lock_path(domain);
+        match File::open(&path) {
+            Ok(file) if file.try_lock().is_ok() => fs::remove_file(path),
+            Ok(_) => Ok(()),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+            Err(error) => Err(error),
+        }
+    }
+
     /// The half-made services that were in the way and have been removed.
     pub fn cleared(&self) -> &[PathBuf] {
         &self.cleared
@@ -74,6 +86,10 @@ impl Drop for SourceLock {
         // The last one to leave the domain could not remove the directory while this file was in it.
         let _ = self.path.parent().map(fs::remove_dir);
     }
+}
+
+fn lock_path(domain: &Domain) -> PathBuf {
+    domain.root().join("source.lock")
 }
 
 fn lock_exclusively(file: &mut File) -> Result<(), Refused> {

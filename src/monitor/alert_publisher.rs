@@ -1,7 +1,7 @@
 //! Publishing alerts.
 
 use bench_dragon_ipc::service::{self, Member, Role, Service};
-use bench_dragon_ipc::{Alert, BusError, Domain};
+use bench_dragon_ipc::{Alert, BusError, Domain, require_shared_memory};
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 
@@ -18,8 +18,9 @@ impl AlertPublisher {
     /// Opens the alerts of a domain.
     ///
     /// # Errors
-    /// As [`Member::alerts`]; a third publisher of alerts is refused.
+    /// [`BusError::SharedMemoryFull`], and as [`Member::alerts`]; a third publisher of alerts is refused.
     pub fn open(domain: &Domain) -> Result<Self, BusError> {
+        require_shared_memory(domain, service::ALERT_MEMORY)?;
         let member = Member::join(domain, "monitor-alerts", Role::Client)?;
         let (alerts, events) = (member.alerts()?, member.alert_events()?);
         let publisher = alerts.publisher_builder().create().map_err(|error| failed(error.to_string()))?;

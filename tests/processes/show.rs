@@ -277,6 +277,19 @@ fn a_second_show_on_an_instance_is_refused_and_the_first_goes_on() {
 }
 
 #[test]
+fn a_second_show_in_the_same_folder_is_refused_and_changes_nothing() {
+    let playing = Playing::start(&[]);
+    let folder = playing.stage.path("out");
+    let config = fs::read(folder.join("config.toml")).expect("a configuration");
+    let elsewhere = Stage::new();
+    let refused = elsewhere.run(&["show", "--rate", "77", "--out", folder.to_str().expect("a path in UTF-8")]);
+    assert_eq!(refused.code(), Some(2));
+    assert_eq!(refused.stderr, format!("error: --out is {}, which another show is using\n", folder.display()));
+    assert_eq!(fs::read(folder.join("config.toml")).expect("a configuration"), config);
+    playing.interrupt();
+}
+
+#[test]
 fn a_show_interrupted_while_it_starts_a_child_again_still_balances() {
     for command in ["monitor", "record"] {
         let playing = Playing::start(&[]);

@@ -5,7 +5,7 @@
 //! finish what is still in their buffers.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
@@ -17,13 +17,13 @@ use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{Domain, FrameHeader, FrameSubscriber, ShowState, StatusReader};
 
 use crate::cli::ShowArgs;
-use crate::command::record::repair_around;
+use crate::command::CONTACT;
 use crate::command::serve::{check_pace, configure};
-use crate::command::{BadInput, CONTACT};
 
 mod account;
 mod child;
 mod children;
+mod folder;
 mod live_line;
 mod report;
 mod tally;
@@ -31,6 +31,7 @@ mod tally;
 use account::Account;
 use child::{Event, Role};
 use children::Children;
+use folder::{free_recording, make_folder, repair_earlier_shows, write_config};
 use report::print_report;
 
 /// Readers that the server waits for: the monitor, the recorder and the show itself.
@@ -46,9 +47,6 @@ const FIRST_BACKOFF: Duration = Duration::from_millis(50);
 
 /// What is told when a restarted server stands held.
 const HELD: &str = "the dragon stands where it was, held: `bench-dragon ctl release` lets it walk";
-/// How the name of a show's folder begins that was not given one.
-const FOLDER_PREFIX: &str = "show-";
-
 pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let config = configure(&args.config, &args.pace)?;
     check_pace(&config, &args.pace)?;
@@ -56,7 +54,7 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let stop = StopFlag::on_signals()?;
     repair_earlier_shows();
     let folder = make_folder(args.out.as_deref())?;
-    fs::write(folder.join("config.toml"), config.to_toml()).context("cannot write into the show's folder")?;
+    let _in_use = write_config(&folder, &config)?;
     let mut show = Show::start(args, &config, domain, folder)?;
     let outcome = show.follow(&stop);
     let summary = show.finish(outcome)?;
@@ -66,28 +64,6 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
         () if show.given_up => ExitCode::FAILURE,
         () => ExitCode::SUCCESS,
     })
-}
-
-/// Finishes what killed shows left in the current folder. The show's own folder is its recorder's affair.
-fn repair_earlier_shows() {
-    let Ok(entries) = fs::read_dir(".") else { return };
-    for folder in entries.flatten().map(|entry| entry.path()).filter(|path| path.is_dir()) {
-        if folder.file_name().is_some_and(|name| name.to_string_lossy().starts_with(FOLDER_PREFIX)) {
-            repair_around(&folder.join("recording.mcap"));
-        }
-    }
-}
-
-/// The folder of the show's files: made where it is missing.
-fn make_folder(out: Option<&Path>) -> anyhow::Result<PathBuf> {
-    let folder = out.map_or_else(
-        || PathBuf::from(format!("{FOLDER_PREFIX}{}", jiff::Zoned::now().strftime("%Y%m%d-%H%M%S"))),
-        Path::to_owned,
-    );
-    fs::create_dir_all(&folder).map_err(|error| {
-        BadInput(format!("--out is {}, must be a folder that can be made: {error}", folder.display()))
-    })?;
-    Ok(folder)
 }
 
 /// A show in progress.
@@ -164,8 +140,7 @@ impl<'a> Show<'a> {
         self.end_children(&[Role::Monitor, Role::Record])?;
         self.account.line.clear();
         outcome?;
-        let recording = self.recordings.first().cloned().unwrap_or_default();
-        let summary = self.account.tally.summary(recording);
+        let summary = self.account.tally.summary(self.recordings.clone());
         let path = self.folder.join("summary.json");
         let text = serde_json::to_string_pretty(&summary)? + "\n";
         fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
@@ -315,13 +290,4 @@ impl<'a> Show<'a> {
     fn bus_args(&self) -> Vec<String> {
         vec!["--instance".to_owned(), self.domain.instance().to_string()]
     }
-}
-
-/// A name for a recording that is not taken: `recording.mcap`, `recording-2.mcap` and so on.
-fn free_recording(folder: &Path) -> PathBuf {
-    let name = |number: u32| match number {
-        1 => folder.join("recording.mcap"),
-        number => folder.join(format!("recording-{number}.mcap")),
-    };
-    (1..=u32::MAX).map(name).find(|path| !path.exists()).expect("a folder holds fewer files than that")
 }

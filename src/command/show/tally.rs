@@ -79,7 +79,7 @@ impl Tally {
     }
 
     /// The whole show.
-    pub(super) fn summary(&self, recording: PathBuf) -> ShowSummary {
+    pub(super) fn summary(&self, recordings: Vec<PathBuf>) -> ShowSummary {
         let published = self.published.values().sum::<u64>();
         ShowSummary {
             run_id: self.last_run_id,
@@ -95,7 +95,8 @@ impl Tally {
             latency_us: self.latency_us,
             overruns: self.overruns.values().sum(),
             restarts: self.restarts,
-            recording,
+            recording: recordings.first().cloned().unwrap_or_default(),
+            recordings,
         }
     }
 }

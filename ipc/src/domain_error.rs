@@ -1,0 +1,98 @@
+//! What can be wrong with where an instance lives.
+
+use core::fmt;
+use std::io;
+use std::path::PathBuf;
+
+use crate::domain::{Instance, MAX_ROOT_PATH_LEN};
+
+/// Why an instance has no usable domain.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum DomainError {
+    /// The name is not 1 to 24 of a–z, 0–9 and -.
+    InvalidInstance {
+        /// The name.
+        name: String,
+    },
+    /// The root path is relative, not UTF-8 or too long.
+    RootPath {
+        /// The path.
+        root: PathBuf,
+    },
+    /// The directory that the bus directory is to be made in cannot be used.
+    RuntimeDirectory {
+        /// The path.
+        path: PathBuf,
+        /// The reason.
+        error: io::Error,
+    },
+    /// The directory is not there.
+    Missing {
+        /// The path.
+        path: PathBuf,
+    },
+    /// Something else than a directory, or a link, is in its place.
+    NotADirectory {
+        /// The path.
+        path: PathBuf,
+    },
+    /// The directory belongs to another user.
+    ForeignOwner {
+        /// The path.
+        path: PathBuf,
+        /// Its owner.
+        owner: u32,
+        /// The user of this process.
+        user: u32,
+    },
+    /// Other users may write into the directory.
+    WritableByOthers {
+        /// The path.
+        path: PathBuf,
+        /// Its mode.
+        mode: u32,
+    },
+    /// The operating system refused.
+    Io {
+        /// The path.
+        path: PathBuf,
+        /// Its reason.
+        error: io::Error,
+    },
+}
+
+impl fmt::Display for DomainError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::InvalidInstance { name } => {
+                write!(formatter, "instance is {name:?}, must be 1 to {} of a-z, 0-9 and -", Instance::MAX_LEN)
+            }
+            Self::RootPath { root } => write!(
+                formatter,
+                "the bus directory is {}, must be absolute, UTF-8 and under {MAX_ROOT_PATH_LEN} bytes: \
+                 set XDG_RUNTIME_DIR to a shorter path or unset it",
+                root.display()
+            ),
+            Self::RuntimeDirectory { path, error } => {
+                write!(formatter, "XDG_RUNTIME_DIR is {}, must be a directory that is there: {error}", path.display())
+            }
+            Self::Missing { path } => write!(formatter, "the bus directory {} is not there", path.display()),
+            Self::NotADirectory { path } => write!(formatter, "{} is not a directory: remove it", path.display()),
+            Self::ForeignOwner { path, owner, user } => write!(
+                formatter,
+                "the bus directory {} belongs to user {owner}, must belong to user {user}: run as that user or remove it",
+                path.display()
+            ),
+            Self::WritableByOthers { path, mode } => write!(
+                formatter,
+                "the bus directory {} has mode {mode:04o}, must not be writable by others: chmod 0700 it",
+                path.display()
+            ),
+            Self::Io { path, error } => write!(formatter, "{}: {error}", path.display()),
+        }
+    }
+}
+
+// The text has the operating system's reason in it, so there is no source to print after it.
+impl core::error::Error for DomainError {}
