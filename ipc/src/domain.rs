@@ -107,10 +107,10 @@ impl Domain {
     /// # Panics
     /// Never: the constructor has checked what iceoryx2 requires of a path and a prefix.
     pub fn iceoryx2_config(&self) -> Config {
-        let root = self.root.to_str().expect("the constructor accepts only UTF-8");
         let mut config = Config::default();
         config.global.set_root_path(
-            &iceoryx2::prelude::Path::new(root.as_bytes()).expect("the constructor limits the path's length"),
+            &iceoryx2::prelude::Path::new(self.root_str().as_bytes())
+                .expect("the constructor limits the path's length"),
         );
         config.global.prefix =
             FileName::new(self.prefix().as_bytes()).expect("an instance's name has only characters of a file name");
@@ -120,7 +120,8 @@ impl Domain {
     /// The same configuration as the TOML that the `iox2` command and any iceoryx2 client read, as
     /// `config/iceoryx2.toml` in their working folder.
     pub fn iceoryx2_toml(&self) -> String {
-        format!("[global]\nroot-path = \"{}\"\nprefix = \"{}\"\n", self.root.display(), self.prefix())
+        // Debug escapes quotes and backslashes as TOML does.
+        format!("[global]\nroot-path = {:?}\nprefix = {:?}\n", self.root_str(), self.prefix())
     }
 
     /// Where the domain's iceoryx2 configuration lies while somebody is in it.
@@ -171,6 +172,7 @@ impl Domain {
     fn check(&self, path: &Path) -> Result<(), DomainError> {
         let metadata = fs::symlink_metadata(path).map_err(|error| match error.kind() {
             ErrorKind::NotFound => DomainError::Missing { path: path.to_owned() },
+            ErrorKind::PermissionDenied => DomainError::PermissionDenied { path: path.to_owned() },
             _ => DomainError::Io { path: path.to_owned(), error },
         })?;
         check_metadata(path, &metadata, self.uid)
@@ -189,6 +191,10 @@ impl Domain {
             Ok(_) => Ok(()),
             Err(error) => Err(DomainError::RuntimeDirectory { path: path.to_owned(), error }),
         }
+    }
+
+    fn root_str(&self) -> &str {
+        self.root.to_str().expect("the constructor accepts only UTF-8")
     }
 
     /// The directories that have to be ours, the outer one first.

@@ -53,6 +53,11 @@ pub enum DomainError {
         /// Its mode.
         mode: u32,
     },
+    /// This user may not enter the directory.
+    PermissionDenied {
+        /// The path.
+        path: PathBuf,
+    },
     /// The operating system refused.
     Io {
         /// The path.
@@ -87,6 +92,11 @@ impl fmt::Display for DomainError {
             Self::WritableByOthers { path, mode } => write!(
                 formatter,
                 "the bus directory {} has mode {mode:04o}, must not be writable by others: chmod 0700 it",
+                path.display()
+            ),
+            Self::PermissionDenied { path } => write!(
+                formatter,
+                "permission denied on the bus directory {}: run as the user who runs the server",
                 path.display()
             ),
             Self::Io { path, error } => write!(formatter, "{}: {error}", path.display()),

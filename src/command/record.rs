@@ -58,13 +58,23 @@ fn check_sizes(args: &RecordArgs) -> Result<(), BadInput> {
 }
 
 fn repair_one(args: &RecordArgs) -> anyhow::Result<ExitCode> {
-    let Repair { path, frames, was_unfinished } = repair(&args.file)?;
+    let Repair { path, frames, was_unfinished, kept } = repair(&args.file)?;
     let done = if was_unfinished { "finished" } else { "was finished already" };
     match args.format.format {
-        Format::Text => print_line(format_args!("{} {done}: {frames} frames", path.display()))?,
-        Format::Json => print_json(&serde_json::json!({ "file": path, "frames": frames, "repaired": was_unfinished }))?,
+        Format::Text => {
+            print_line(format_args!("{} {done}: {frames} frames{}", path.display(), kept_text(kept.as_deref())))?;
+        }
+        Format::Json => print_json(
+            &serde_json::json!({ "file": path, "frames": frames, "repaired": was_unfinished, "kept": kept }),
+        )?,
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// What is told of a damaged file that was kept.
+fn kept_text(kept: Option<&Path>) -> String {
+    let text = |kept: &Path| format!("; there was more behind damage, so the old file is kept as {}", kept.display());
+    kept.map_or_else(String::new, text)
 }
 
 /// Finishes what killed recorders left in the folder of a new recording, and says so. What cannot be repaired does not
@@ -73,8 +83,9 @@ pub(crate) fn repair_around(file: &Path) {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     for repaired in repair_folder(folder).unwrap_or_default() {
         match repaired {
-            Ok(Repair { path, frames, .. }) => {
-                complain(&format!("finished {}, which a killed recorder left: {frames} frames", path.display()));
+            Ok(Repair { path, frames, kept, .. }) => {
+                let (path, kept) = (path.display(), kept_text(kept.as_deref()));
+                complain(&format!("finished {path}, which a killed recorder left: {frames} frames{kept}"));
             }
             Err(error) => tracing::warn!("{:#}", anyhow::Error::from(error)),
         }

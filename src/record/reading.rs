@@ -97,7 +97,7 @@ impl FrameReader {
 
     /// Whether the file stopped in the middle; known once there are no more frames.
     pub fn was_cut(&self) -> bool {
-        self.records.ending() == Some(Ending::Cut)
+        matches!(self.records.ending(), Some(Ending::Cut | Ending::Damaged))
     }
 
     fn next_record(&mut self) -> Result<Option<Record<'static>>, ReadError> {

@@ -19,8 +19,10 @@ const LONGEST_RECORD_BYTES: usize = 256 << 20;
 pub(super) enum Ending {
     /// Behind the last record of the data.
     Whole,
-    /// In the middle: the rest is missing or damaged.
+    /// In the middle: the rest is missing, as a killed recorder leaves it.
     Cut,
+    /// In the middle, and the file goes on: with something that cannot be read, and perhaps more that could.
+    Damaged,
 }
 
 /// Reads records one by one; a chunk is checked as a whole before anything of it is given out.
@@ -55,10 +57,15 @@ impl<R: Read> Records<R> {
         self.ending = match record {
             Some(Record::DataEnd(_)) => Some(Ending::Whole),
             // Opcode 0 is no record: a file that lost its end in a power cut may go on with zeros.
-            None | Some(Record::Unknown { opcode: 0, .. }) => Some(Ending::Cut),
+            None | Some(Record::Unknown { opcode: 0, .. }) => Some(self.broken_ending()?),
             Some(_) => return Ok(record),
         };
         Ok(None)
+    }
+
+    fn broken_ending(&mut self) -> io::Result<Ending> {
+        let goes_on = self.source.by_ref().take(1).read_to_end(&mut Vec::new())? > 0;
+        Ok(if goes_on { Ending::Damaged } else { Ending::Cut })
     }
 
     /// `None` where the rest cannot be read.

@@ -1,7 +1,8 @@
 //! Finishing a recording whose recorder was killed.
 //!
 //! Everything up to the damage is copied into a new file beside it, with an index and a summary; when that file is whole
-//! and on the disk, it takes the place of the old one in one step. Whatever fails before, the old file stays as it was.
+//! and on the disk, it takes the place of the old one in one step. Whatever fails before, the old file stays as it was;
+//! and one that goes on behind the damage, so that there may be more to save than this does, is kept beside it.
 
 use std::{
     fs::{self, File},
@@ -17,10 +18,18 @@ use mcap::{
 };
 use rustix::fs::{FlockOperation, flock};
 
-use super::{recording::write_options, records::Records, rotation::folder_of, schema, settings::RecorderSettings};
+use super::{
+    recording::write_options,
+    records::{Ending, Records},
+    rotation::folder_of,
+    schema,
+    settings::RecorderSettings,
+};
 
 /// What the name of the copy adds to that of the recording; a copy left by a killed repair is overwritten by the next.
 const COPY_SUFFIX: &str = ".repairing";
+/// What the name of an old file adds that is kept.
+const DAMAGED_SUFFIX: &str = ".damaged";
 const CHUNK_BYTES: u64 = 1 << 20;
 const BUFFER_BYTES: usize = 1 << 20;
 
@@ -33,6 +42,8 @@ pub struct Repair {
     pub frames: u64,
     /// Whether it was unfinished; a finished recording is not touched.
     pub was_unfinished: bool,
+    /// Where the old file is kept, if there was more in it behind the damage.
+    pub kept: Option<PathBuf>,
 }
 
 /// Why a recording could not be repaired; it is as it was.
@@ -88,13 +99,13 @@ pub fn repair(path: &Path) -> Result<Repair, RepairError> {
         Err(error) => return Err(read_error(error.into())),
     }
     if let Some(summary) = read_summary(&mut file).map_err(read_error)? {
-        return Ok(Repair { path: path.into(), frames: frames_in(&summary), was_unfinished: false });
+        return Ok(Repair { path: path.into(), frames: frames_in(&summary), was_unfinished: false, kept: None });
     }
     file.rewind().map_err(read_error)?;
     // A link stays one: the file that it leads to is replaced.
     let target = path.canonicalize().map_err(read_error)?;
-    let frames = replace_by_finished_copy(file, &target)?;
-    Ok(Repair { path: path.into(), frames, was_unfinished: true })
+    let (frames, kept) = replace_by_finished_copy(file, &target)?;
+    Ok(Repair { path: path.into(), frames, was_unfinished: true, kept })
 }
 
 /// Repairs all unfinished recordings of ours in a folder, and tells of each; finished ones, those in use and all other
@@ -106,7 +117,9 @@ pub fn repair(path: &Path) -> Result<Repair, RepairError> {
 pub fn repair_folder(folder: &Path) -> Result<Vec<Result<Repair, RepairError>>, RepairError> {
     let entries = fs::read_dir(folder).and_then(Iterator::collect::<io::Result<Vec<_>>>);
     let entries = entries.map_err(|source| RepairError::Read { path: folder.into(), source })?;
-    let is_candidate = |path: &PathBuf| path.is_file() && !path.to_string_lossy().ends_with(COPY_SUFFIX);
+    let is_candidate = |path: &PathBuf| {
+        path.is_file() && ![COPY_SUFFIX, DAMAGED_SUFFIX].iter().any(|suffix| path.to_string_lossy().ends_with(suffix))
+    };
     let mut candidates: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).filter(is_candidate).collect();
     candidates.sort();
     Ok(candidates.iter().map(|path| repair(path)).filter(is_news).collect())
@@ -152,14 +165,19 @@ fn frames_in(summary: &mcap::Summary) -> u64 {
     summary.channels.iter().filter(|(_, channel)| channel.topic == schema::FRAMES).filter_map(|(id, _)| count(id)).sum()
 }
 
-fn replace_by_finished_copy(file: File, path: &Path) -> Result<u64, RepairError> {
-    let mut name = path.as_os_str().to_owned();
-    name.push(COPY_SUFFIX);
-    let copy = PathBuf::from(name);
-    let replaced = write_finished_copy(file, &copy).and_then(|frames| {
+/// Returns the frames in the copy, and where the old file is kept.
+fn replace_by_finished_copy(file: File, path: &Path) -> Result<(u64, Option<PathBuf>), RepairError> {
+    let [copy, damaged] = [COPY_SUFFIX, DAMAGED_SUFFIX].map(|suffix| {
+        let mut name = path.as_os_str().to_owned();
+        name.push(suffix);
+        PathBuf::from(name)
+    });
+    let replaced = write_finished_copy(file, &copy).and_then(|(frames, ending)| {
+        let kept = (ending == Some(Ending::Damaged)).then_some(damaged);
+        kept.as_ref().map_or(Ok(()), |damaged| fs::hard_link(path, damaged))?;
         fs::rename(&copy, path)?;
         File::open(folder_of(path))?.sync_all()?;
-        Ok(frames)
+        Ok((frames, kept))
     });
     replaced.map_err(|source| {
         // The error that is on its way tells more than this one would; the next repair overwrites the copy.
@@ -168,7 +186,7 @@ fn replace_by_finished_copy(file: File, path: &Path) -> Result<u64, RepairError>
     })
 }
 
-fn write_finished_copy(damaged: File, copy: &Path) -> McapResult<u64> {
+fn write_finished_copy(damaged: File, copy: &Path) -> McapResult<(u64, Option<Ending>)> {
     let file = File::create(copy)?;
     file.set_permissions(damaged.metadata()?.permissions())?;
     let sink = NoSeek::new(BufWriter::with_capacity(BUFFER_BYTES, file.try_clone()?));
@@ -180,7 +198,7 @@ fn write_finished_copy(damaged: File, copy: &Path) -> McapResult<u64> {
     }
     let summary = writer.finish()?;
     file.sync_all()?;
-    Ok(frames_in(&summary))
+    Ok((frames_in(&summary), records.ending()))
 }
 
 fn copy_record<W: io::Write + Seek>(writer: &mut Writer<W>, record: Record<'_>) -> McapResult<()> {

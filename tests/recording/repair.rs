@@ -103,6 +103,26 @@ fn a_damaged_chunk_ends_the_recording_before_it() {
 }
 
 #[test]
+fn a_recording_with_more_behind_the_damage_is_kept_beside_its_repair() {
+    let chunk = &ORIGINAL.chunks[3];
+    let (_folder, path) = ORIGINAL.cut_at(ORIGINAL.chunks[6].chunk_start_offset as usize);
+    let mut bytes = fs::read(&path).expect("the recording");
+    bytes[(chunk.chunk_start_offset + chunk.chunk_length / 2) as usize] ^= 0xff;
+    fs::write(&path, &bytes).expect("a damaged recording");
+    let repaired = repair(&path).expect("a repair");
+    let kept = repaired.kept.expect("more behind the damage");
+    assert!(fs::read(kept).expect("the old file") == bytes);
+    assert_eq!(repaired.frames, ORIGINAL.frames_within(chunk.chunk_start_offset as usize).len() as u64);
+}
+
+#[test]
+fn a_torn_end_is_nothing_to_keep() {
+    let (folder, path) = ORIGINAL.cut_at(ORIGINAL.chunks[6].chunk_start_offset as usize + 100);
+    assert_eq!(repair(&path).expect("a repair").kept, None);
+    assert_eq!(fs::read_dir(folder.path()).expect("the folder").count(), 1);
+}
+
+#[test]
 fn a_file_that_goes_on_with_zeros_is_repaired_up_to_them() {
     let length = ORIGINAL.chunks[5].chunk_start_offset as usize;
     let (_folder, path) = ORIGINAL.cut_at(length);

@@ -248,13 +248,26 @@ impl<'a> Show<'a> {
         loop {
             match self.children.next_event(LOOK_PERIOD) {
                 Some(Event::Line(Role::Serve, _)) => break,
-                Some(Event::Closed(Role::Serve)) => bail!("the server does not start"),
+                Some(Event::Closed(Role::Serve)) => self.take_early_end()?,
                 _ => {}
             }
         }
         self.frames = Some(FrameSubscriber::open(&self.domain, "show")?);
         self.status = Some(StatusReader::open(&self.domain, "show-status")?);
         Ok(())
+    }
+
+    /// Starts a server again that was killed before it was there; one that has given its reason on stderr is not.
+    fn take_early_end(&mut self) -> anyhow::Result<()> {
+        match self.children.reap(Role::Serve)? {
+            Some(status) if status.code().is_none() && *self.account.tally.restarts(Role::Serve) < MAX_RESTARTS => {
+                self.account.line.say(&format!("serve ended with {status}: starting it again"));
+                *self.account.tally.restarts(Role::Serve) += 1;
+                self.start_server()
+            }
+            Some(status) => bail!("the server does not start: it ended with {status}"),
+            None => Ok(()),
+        }
     }
 
     fn start_monitor(&mut self) -> anyhow::Result<()> {
