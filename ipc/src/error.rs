@@ -92,8 +92,8 @@ impl fmt::Display for BusError {
             ),
             Self::HalfMade { service } => write!(
                 formatter,
-                "{service} was left half made by a process that was killed: stop every process of this instance \
-                 and remove its directory (`bench-dragon iox2-config` prints it)"
+                "{service} was left half made by a server that was killed: start one with `bench-dragon serve`, which \
+                 removes it"
             ),
             Self::TooManyClients { service } => {
                 write!(formatter, "{service} has as many clients as it allows: stop one of them")
