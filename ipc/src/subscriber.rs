@@ -10,7 +10,7 @@ use crate::continuity::{Continuity, ContinuityTracker};
 use crate::domain::Domain;
 use crate::error::BusError;
 use crate::frame::{FrameHeader, HandleState};
-use crate::service::{FRAMES, FrameService, Member, Role, Service};
+use crate::service::{FRAMES, Member, Role, Service};
 
 /// Shorter waits are none: the socket behind a listener takes a timeout of 0 microseconds for no timeout at all.
 pub(crate) const LEAST_WAIT: Duration = Duration::from_micros(1);
@@ -24,10 +24,9 @@ pub(crate) const LEAST_WAIT: Duration = Duration::from_micros(1);
 /// One thread uses a subscriber at a time.
 #[derive(Debug)]
 pub struct FrameSubscriber {
-    // Dropped in this order: ports before the services and the node that they belong to.
+    // Dropped in this order: ports before the node that they belong to.
     subscriber: Subscriber<Service, [HandleState], FrameHeader>,
     listener: Option<Listener<Service>>,
-    service: FrameService,
     member: Member,
     tracker: ContinuityTracker,
 }
@@ -39,15 +38,14 @@ impl FrameSubscriber {
     /// [`BusError::NoServer`] where nothing has been published yet; the others as [`Member::frames`].
     pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
         let member = Member::join(domain, name, Role::Client)?;
-        let service = member.frames()?;
-        let subscriber = service.subscriber_builder().create().map_err(|error| {
+        let subscriber = member.frames()?.subscriber_builder().create().map_err(|error| {
             use iceoryx2::port::subscriber::SubscriberCreateError as Create;
             match error {
                 Create::ExceedsMaxSupportedSubscribers => BusError::TooManyClients { service: FRAMES },
                 error => BusError::failed(FRAMES, error),
             }
         })?;
-        Ok(Self { subscriber, listener: None, service, member, tracker: ContinuityTracker::default() })
+        Ok(Self { subscriber, listener: None, member, tracker: ContinuityTracker::default() })
     }
 
     /// The oldest frame that has not been read yet, or `None` where all are read. Never waits.
@@ -110,13 +108,6 @@ impl FrameSubscriber {
     /// Frames that were published between the first one read and the last, and that this reader never got.
     pub fn lost(&self) -> u64 {
         self.tracker.lost()
-    }
-
-    /// Whether a source is connected. It stays so after a source was killed, until another process of the domain
-    /// starts and cleans up.
-    pub fn has_source(&self) -> bool {
-        use iceoryx2::prelude::PortFactory as _;
-        self.service.dynamic_config().number_of_publishers() > 0
     }
 }
 

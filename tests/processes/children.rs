@@ -29,6 +29,11 @@ pub(crate) fn children(show: u32) -> Vec<(u32, String)> {
 
 /// Ends a child of a show as a crash does.
 pub(crate) fn kill(child: u32) {
+    send(child, Signal::KILL);
+}
+
+/// Sends a signal to a child of a show.
+pub(crate) fn send(child: u32, signal: Signal) {
     let pid = Pid::from_raw(child.cast_signed()).expect("a process id is not 0");
-    kill_process(pid, Signal::KILL).expect("it is running");
+    kill_process(pid, signal).expect("it is running");
 }

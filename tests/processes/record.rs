@@ -20,7 +20,7 @@ pub(crate) fn read(path: &Path) -> (Vec<FrameHeader>, bool) {
 }
 
 /// Waits until a recording that is being written has frames that would survive its recorder.
-fn await_frames(path: &Path) {
+pub(crate) fn await_frames(path: &Path) {
     eventually(|| FrameReader::open(path).ok()?.next()?.ok().map(drop));
 }
 

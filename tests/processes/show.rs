@@ -6,7 +6,7 @@ use bench_dragon_ipc::{Continuity, FrameHeader, ShowState, Status, StatusReader}
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
-use crate::children::{await_child, children, kill};
+use crate::children::{await_child, children, kill, send};
 use crate::eventually::eventually;
 use crate::process::{Ended, Process};
 use crate::reader::{Reader, Shot};
@@ -185,6 +185,18 @@ fn a_killed_recorder_is_started_again_beside_its_repaired_file() {
     let (summary, _) = playing.interrupt();
     assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 0, "record": 1 }));
     assert_eq!(summary["frames"]["missed_by_monitor"], 0, "the monitor is not concerned");
+}
+
+#[test]
+fn a_recorder_that_is_asked_to_end_is_started_again_and_counted_once() {
+    let playing = Playing::start(&[]);
+    let recorder = await_child(playing.show.pid(), "record", None);
+    record::await_frames(&playing.stage.path("out/recording.mcap"));
+    send(recorder, Signal::TERM);
+    assert_eq!(playing.show.complaint(), "record ended with exit status: 0: starting it again");
+    let (summary, _) = playing.interrupt();
+    assert_eq!(summary["restarts"]["record"], 1);
+    assert_eq!(summary["recordings"][0], "out/recording.mcap");
 }
 
 #[test]

@@ -1,7 +1,10 @@
 //! What the children say, taken down: into the tally, and onto the live line.
 
+use std::path::PathBuf;
+
 use anyhow::Context as _;
-use bench_dragon::report::{ContactReport, MonitorLine, MonitorProgress, RecordLine, ServeLine};
+use bench_dragon::record::repair;
+use bench_dragon::report::{ContactReport, MonitorLine, MonitorProgress, RecordLine, ServeLine, ShowSummary};
 use bench_dragon_ipc::AlertKind;
 
 use super::child::Role;
@@ -15,12 +18,22 @@ pub(super) struct Account {
     pub(super) line: LiveLine,
     /// What the running monitor has last said.
     pub(super) progress: MonitorProgress,
+    /// The recordings that were begun, oldest first.
+    recordings: Vec<PathBuf>,
+    /// The recording of which no account was given yet.
+    open_recording: Option<PathBuf>,
 }
 
 impl Account {
     /// An empty account of a show that is over at this show time.
     pub(super) fn new(end_s: f64) -> Self {
-        Self { tally: Tally::default(), line: LiveLine::new(end_s), progress: MonitorProgress::default() }
+        Self {
+            tally: Tally::default(),
+            line: LiveLine::new(end_s),
+            progress: MonitorProgress::default(),
+            recordings: Vec::new(),
+            open_recording: None,
+        }
     }
 
     /// Takes down a line of a child.
@@ -41,6 +54,20 @@ impl Account {
     pub(super) fn close_monitor(&mut self) {
         let MonitorProgress { frames, .. } = std::mem::take(&mut self.progress);
         self.tally.add_monitored(frames);
+    }
+
+    /// Finishes the file of a recorder that has ended without an account of it, and counts the frames in it.
+    pub(super) fn close_recorder(&mut self) {
+        let Some(recording) = self.open_recording.take() else { return };
+        match repair(&recording) {
+            Ok(repaired) => self.tally.add_recorded(repaired.frames),
+            Err(error) => self.line.say(&format!("warning: {:#}", anyhow::Error::from(error))),
+        }
+    }
+
+    /// The whole show.
+    pub(super) fn summary(&self) -> ShowSummary {
+        self.tally.summary(self.recordings.clone())
     }
 
     fn take_serve_line(&mut self, line: &ServeLine) {
@@ -69,9 +96,15 @@ impl Account {
 
     fn take_record_line(&mut self, line: &RecordLine) {
         match line {
-            RecordLine::Started { .. } => {}
+            RecordLine::Started { file } => {
+                self.recordings.push(file.clone());
+                self.open_recording = Some(file.clone());
+            }
             RecordLine::Warning { message } => self.line.say(&format!("warning: {message}")),
-            RecordLine::Summary(summary) => self.tally.add_recorded(summary.frames),
+            RecordLine::Summary(summary) => {
+                self.open_recording = None;
+                self.tally.add_recorded(summary.frames);
+            }
         }
     }
 }

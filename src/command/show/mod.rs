@@ -11,7 +11,6 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, bail};
 use bench_dragon::config::Config;
-use bench_dragon::record::repair;
 use bench_dragon::report::ShowSummary;
 use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{Domain, FrameHeader, FrameSubscriber, ShowState, StatusReader};
@@ -55,14 +54,15 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     repair_earlier_shows();
     let folder = make_folder(args.out.as_deref())?;
     let _in_use = write_config(&folder, &config)?;
-    let mut show = Show::start(args, &config, domain, folder)?;
-    let outcome = show.follow(&stop);
+    let mut show = Show::new(args, &config, domain, folder);
+    let outcome = show.play(&stop);
     let summary = show.finish(outcome)?;
     print_report(args.format.format, &summary, &show.folder)?;
-    Ok(match () {
-        () if args.fail_on_contact && summary.contact.is_some() => ExitCode::from(CONTACT),
-        () if show.given_up => ExitCode::FAILURE,
-        () => ExitCode::SUCCESS,
+    let touched = args.fail_on_contact && summary.contact.is_some();
+    Ok(match (touched, show.given_up) {
+        (true, _) => ExitCode::from(CONTACT),
+        (false, true) => ExitCode::FAILURE,
+        (false, false) => ExitCode::SUCCESS,
     })
 }
 
@@ -72,8 +72,6 @@ struct Show<'a> {
     domain: Domain,
     folder: PathBuf,
     children: Children,
-    /// The recordings, oldest first.
-    recordings: Vec<PathBuf>,
     frames: Option<FrameSubscriber>,
     status: Option<StatusReader>,
     last: Option<FrameHeader>,
@@ -89,14 +87,13 @@ struct Show<'a> {
 }
 
 impl<'a> Show<'a> {
-    fn start(args: &'a ShowArgs, config: &Config, domain: Domain, folder: PathBuf) -> anyhow::Result<Self> {
+    fn new(args: &'a ShowArgs, config: &Config, domain: Domain, folder: PathBuf) -> Self {
         let end_s = args.pace.until.unwrap_or_else(|| config.end_s());
-        let mut show = Self {
+        Self {
             args,
             domain,
             folder,
             children: Children::new(),
-            recordings: Vec::new(),
             frames: None,
             status: None,
             last: None,
@@ -105,16 +102,15 @@ impl<'a> Show<'a> {
             account: Account::new(end_s),
             restarts: Vec::new(),
             given_up: false,
-        };
-        show.start_server()?;
-        show.await_server()?;
-        show.start_monitor()?;
-        show.start_recorder()?;
-        Ok(show)
+        }
     }
 
-    /// Follows the show until a contact, the end or a signal.
-    fn follow(&mut self, stop: &StopFlag) -> anyhow::Result<()> {
+    /// Plays the show until a contact, the end or a signal.
+    fn play(&mut self, stop: &StopFlag) -> anyhow::Result<()> {
+        self.start_server()?;
+        self.await_server(stop)?;
+        self.start_monitor()?;
+        self.start_recorder()?;
         while !stop.is_set() && self.account.tally.contact.is_none() {
             match self.children.next_event(LOOK_PERIOD) {
                 Some(Event::Line(role, line)) => self.account.take_line(role, &line)?,
@@ -138,9 +134,12 @@ impl<'a> Show<'a> {
         self.frames = None;
         self.status = None;
         self.end_children(&[Role::Monitor, Role::Record])?;
+        // Of a child that was killed at the very end, what is known.
+        self.account.close_monitor();
+        self.account.close_recorder();
         self.account.line.clear();
         outcome?;
-        let summary = self.account.tally.summary(self.recordings.clone());
+        let summary = self.account.summary();
         let path = self.folder.join("summary.json");
         let text = serde_json::to_string_pretty(&summary)? + "\n";
         fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
@@ -184,7 +183,7 @@ impl<'a> Show<'a> {
         match role {
             Role::Serve => {}
             Role::Monitor => self.account.close_monitor(),
-            Role::Record => self.recover_recording(),
+            Role::Record => self.account.close_recorder(),
         }
         let restarts = self.account.tally.restarts(role);
         let what = match role {
@@ -243,17 +242,19 @@ impl<'a> Show<'a> {
         self.children.start(Role::Serve, &args)
     }
 
-    /// Waits for the first server to be there, and joins its bus.
-    fn await_server(&mut self) -> anyhow::Result<()> {
-        loop {
+    /// Waits for the first server to be there, and joins its bus. A signal ends the wait.
+    fn await_server(&mut self, stop: &StopFlag) -> anyhow::Result<()> {
+        while !stop.is_set() {
             match self.children.next_event(LOOK_PERIOD) {
-                Some(Event::Line(Role::Serve, _)) => break,
+                Some(Event::Line(Role::Serve, _)) => {
+                    self.frames = Some(FrameSubscriber::open(&self.domain, "show")?);
+                    self.status = Some(StatusReader::open(&self.domain, "show-status")?);
+                    return Ok(());
+                }
                 Some(Event::Closed(Role::Serve)) => self.take_early_end()?,
                 _ => {}
             }
         }
-        self.frames = Some(FrameSubscriber::open(&self.domain, "show")?);
-        self.status = Some(StatusReader::open(&self.domain, "show-status")?);
         Ok(())
     }
 
@@ -279,17 +280,7 @@ impl<'a> Show<'a> {
     fn start_recorder(&mut self) -> anyhow::Result<()> {
         let recording = free_recording(&self.folder);
         let args = [vec![recording.display().to_string()], self.bus_args()].concat();
-        self.recordings.push(recording);
         self.children.start(Role::Record, &args)
-    }
-
-    /// Finishes the file of a recorder that has ended too early, and counts the frames in it.
-    fn recover_recording(&mut self) {
-        let Some(recording) = self.recordings.last().filter(|recording| recording.exists()) else { return };
-        match repair(recording) {
-            Ok(repaired) => self.account.tally.add_recorded(repaired.frames),
-            Err(error) => self.account.line.say(&format!("warning: {:#}", anyhow::Error::from(error))),
-        }
     }
 
     fn end_with_server(&mut self) -> anyhow::Result<()> {
