@@ -121,9 +121,9 @@ pub(crate) struct PaceArgs {
     /// Show seconds per wall-clock second, 0.001 to 1000.
     #[arg(long, value_name = "FACTOR", allow_negative_numbers = true, value_parser = time_scale)]
     pub(crate) time_scale: Option<f64>,
-    /// Show time in seconds to start at.
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
-    pub(crate) start_at: f64,
+    /// Show time in seconds to start at [default: the run's start].
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) start_at: Option<f64>,
     /// Show time in seconds to end at.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) until: Option<f64>,

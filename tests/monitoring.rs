@@ -29,6 +29,7 @@ impl Rehearsal {
             start_travel_m: start_s,
             start_speed_mps: 1.0,
             first_s: 0.0,
+            last_s: config.end_s(),
             end_travel_m: config.dragon().end_travel_m(),
             until_s: None,
             held: false,

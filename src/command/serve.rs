@@ -2,7 +2,8 @@
 
 use std::process::ExitCode;
 
-use bench_dragon::config::{Config, Overrides};
+use bench_dragon::config::{Config, Overrides, RoutePlan};
+use bench_dragon::dragon::RunEnd;
 use bench_dragon::number::Number;
 use bench_dragon::report::ServeLine;
 use bench_dragon::server::{Server, ServerSettings, ServerSummary};
@@ -19,6 +20,7 @@ pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
     let settings = settings(args)?;
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
+    warn_of_early_end(&settings.config);
     let server = Server::create(&domain, settings)?;
     announce(args, &server)?;
     let summary = server.run(stop.as_atomic())?;
@@ -34,24 +36,32 @@ pub(crate) fn configure(args: &ConfigArgs, pace: &PaceArgs) -> anyhow::Result<Co
 
 /// Checks the start and the end of a show that walks at the planned speed.
 pub(crate) fn check_pace(config: &Config, pace: &PaceArgs) -> Result<(), BadInput> {
-    let end_s = config.end_s();
-    require("--start-at", pace.start_at, 0.0, end_s)?;
-    pace.until.map_or(Ok(()), |until_s| require("--until", until_s, pace.start_at, end_s))
+    let (start_s, end_s) = (start_s(config, pace), config.end_s());
+    require("--start-at", start_s, config.start_s(), end_s)?;
+    pace.until.map_or(Ok(()), |until_s| require("--until", until_s, start_s, end_s))
+}
+
+/// Show time at which a show starts.
+fn start_s(config: &Config, pace: &PaceArgs) -> f64 {
+    pace.start_at.unwrap_or_else(|| config.start_s())
 }
 
 fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
     let config = configure(&args.config, &args.pace)?;
     match args.start_travel {
         // The speed was changed on the way, so show time says nothing of the travel.
-        Some(travel_m) => require("--start-travel", travel_m, 0.0, config.dragon().end_travel_m())?,
+        Some(travel_m) => {
+            let dragon = config.dragon();
+            require("--start-travel", travel_m, dragon.start_travel_m(), dragon.end_travel_m())?;
+        }
         None => check_pace(&config, &args.pace)?,
     }
     if let Some(speed_mps) = args.start_speed {
         require("--start-speed", speed_mps, 0.0, Request::MAX_SPEED_MPS)?;
     }
     Ok(ServerSettings {
+        start_s: start_s(&config, &args.pace),
         config,
-        start_s: args.pace.start_at,
         start_travel_m: args.start_travel,
         start_speed_mps: args.start_speed,
         until_s: args.pace.until,
@@ -59,6 +69,15 @@ fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
         paused: args.paused,
         readers: args.readers,
     })
+}
+
+/// Warns where the dragon cannot walk all of a planned turnaround.
+fn warn_of_early_end(config: &Config) {
+    if let (RoutePlan::Turnaround(plan), end) = (config.route(), config.dragon().run_end())
+        && end != RunEnd::RouteEnd
+    {
+        tracing::warn!("the run ends at {:.6} s, not at end_s {}: there {end}", config.end_s(), plan.end_s);
+    }
 }
 
 fn require(flag: &str, value: f64, lowest: f64, highest: f64) -> Result<(), BadInput> {

@@ -51,11 +51,13 @@ pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
 }
 
 fn poses(at_s: &[f64], config: &Config, format: Format) -> anyhow::Result<()> {
-    let end_s = config.end_s();
-    if let Some(time_s) = at_s.iter().find(|time_s| !(0.0..=end_s).contains(*time_s)) {
-        return Err(
-            BadInput(format!("--at is {}, must be from 0 to {end_s}, where the run ends", Number(*time_s))).into()
-        );
+    let (start_s, end_s) = (config.start_s(), config.end_s());
+    if let Some(time_s) = at_s.iter().find(|time_s| !(start_s..=end_s).contains(*time_s)) {
+        return Err(BadInput(format!(
+            "--at is {}, must be from {start_s} to {end_s}, where the run ends",
+            Number(*time_s)
+        ))
+        .into());
     }
     let mut chain = ChainSolver::new(config.dragon());
     let answer = PosesAnswer { poses: at_s.iter().map(|&time_s| pose(time_s, config, &mut chain)).collect() };
@@ -91,7 +93,7 @@ fn poses_text(answer: &PosesAnswer) -> String {
 
 fn contact(config: &Config, format: Format) -> anyhow::Result<()> {
     let dragon = config.dragon();
-    let contact = first_contact(dragon, 0.0, dragon.end_travel_m());
+    let contact = first_contact(dragon, dragon.start_travel_m(), dragon.end_travel_m());
     let time_s = contact.map(|contact| contact.travel_m / config.head_speed_mps());
     if format == Format::Json {
         return print_json(&ContactAnswer {

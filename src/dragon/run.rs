@@ -7,6 +7,8 @@
 //! Whether a link walks depends on the place of its front handle alone, and all body links are alike. So a *fault* is a
 //! place of the route, one for the head's link and one for each place that a body link does not get past.
 
+use std::fmt::{self, Display, Formatter};
+
 use super::bisection::turning_point;
 use super::chain::Chain;
 use super::dimensions::Dimensions;
@@ -38,6 +40,16 @@ pub enum RunEnd {
         /// Index of the handle.
         handle: usize,
     },
+}
+
+impl Display for RunEnd {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::RouteEnd => write!(formatter, "the route ends"),
+            Self::HandleStops { handle } => write!(formatter, "handle {handle} would stop and walk backwards"),
+            Self::HandleJumps { handle } => write!(formatter, "handle {handle} would jump"),
+        }
+    }
 }
 
 /// How far a dragon can walk, and why no further.

@@ -4,13 +4,20 @@
 //! a point of the route by whatever number suits the curve; it grows in walking direction. Angles are counter-clockwise
 //! from +x, x to the right and y away.
 
+mod arc;
+mod archimedean;
+mod error;
 mod spiral;
+mod turnaround;
 
 use std::fmt::Debug;
 
 use glam::DVec2;
 
-pub use spiral::{RouteError, Spiral};
+pub use arc::CircularArc;
+pub use error::RouteError;
+pub use spiral::Spiral;
+pub use turnaround::Turnaround;
 
 /// The route at one place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,4 +63,9 @@ pub trait Route: Debug + Send + Sync {
     ///
     /// It never lies under the true maximum and tends to it as the stretch shrinks.
     fn curvature_bound(&self, rear: f64, front: f64) -> f64;
+
+    /// The places at which the curvature jumps, in walking order.
+    fn joints(&self) -> &[f64] {
+        &[]
+    }
 }

@@ -20,6 +20,8 @@ pub struct MotionPlan {
     pub start_speed_mps: f64,
     /// Show time of the run's start: the least that may be sought.
     pub first_s: f64,
+    /// Show time of the run's end at the planned speed: the most that may be sought.
+    pub last_s: f64,
     /// Travel at which the run ends, in metres.
     pub end_travel_m: f64,
     /// Show time at which the show is over, where that comes first.
@@ -178,8 +180,7 @@ impl Motion {
     }
 
     fn seek(&mut self, sim_time_s: f64) -> Result<(), Refusal> {
-        let run_s = self.plan.end_travel_m / self.plan.speed_mps;
-        let last_s = self.plan.until_s.map_or(run_s, |until_s| until_s.min(run_s));
+        let last_s = self.plan.until_s.map_or(self.plan.last_s, |until_s| until_s.min(self.plan.last_s));
         if !(self.plan.first_s..=last_s).contains(&sim_time_s) {
             return Err(Refusal::OutOfRange { lowest: self.plan.first_s, highest: last_s });
         }
@@ -203,6 +204,7 @@ mod tests {
             start_travel_m: 0.0,
             start_speed_mps: 1.0,
             first_s: 0.0,
+            last_s: 400.0,
             end_travel_m: 400.0,
             until_s: None,
             held: false,
@@ -279,13 +281,24 @@ mod tests {
 
     #[test]
     fn a_seek_goes_to_the_configured_speed_times_the_time() {
-        let mut motion = after(start(MotionPlan { speed_mps: 0.5, start_speed_mps: 0.5, ..plan() }), 10);
+        let mut motion = after(start(MotionPlan { speed_mps: 0.5, start_speed_mps: 0.5, last_s: 800.0, ..plan() }), 10);
         motion.request(Request::Speed { speed_mps: 3.0 }).expect("3 m/s is allowed");
         motion.request(Request::Seek { sim_time_s: 100.0 }).expect("100 s is inside the run");
         assert_eq!(motion.head().travel_m, 50.0);
         assert_eq!(motion.head().speed_mps, 3.0);
         let refusal = motion.request(Request::Seek { sim_time_s: 800.1 });
         assert_eq!(refusal, Err(Refusal::OutOfRange { lowest: 0.0, highest: 800.0 }));
+    }
+
+    #[test]
+    fn a_run_that_starts_before_0_may_be_sought_as_far_back() {
+        let plan = MotionPlan { start_s: -2.0, start_travel_m: -2.0, first_s: -2.0, ..plan() };
+        let mut motion = after(start(plan), 100);
+        assert_eq!(motion.head().sim_time_ns, -1_900_000_000);
+        motion.request(Request::Seek { sim_time_s: -1.5 }).expect("-1.5 s is inside the run");
+        assert_eq!(motion.head().travel_m, -1.5);
+        let refusal = motion.request(Request::Seek { sim_time_s: -2.1 });
+        assert_eq!(refusal, Err(Refusal::OutOfRange { lowest: -2.0, highest: 400.0 }));
     }
 
     #[test]

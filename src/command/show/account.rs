@@ -25,11 +25,11 @@ pub(super) struct Account {
 }
 
 impl Account {
-    /// An empty account of a show that is over at this show time.
-    pub(super) fn new(end_s: f64) -> Self {
+    /// An empty account of a show between two show times.
+    pub(super) fn new(start_s: f64, end_s: f64) -> Self {
         Self {
             tally: Tally::default(),
-            line: LiveLine::new(end_s),
+            line: LiveLine::new(start_s, end_s),
             progress: MonitorProgress::default(),
             recordings: Vec::new(),
             open_recording: None,

@@ -13,6 +13,7 @@ const RATE_PERIOD: Duration = Duration::from_secs(1);
 #[derive(Debug)]
 pub(super) struct LiveLine {
     bar: ProgressBar,
+    start_s: f64,
     end_s: f64,
     /// When and at which tick the rate was last measured.
     measured: Option<(Instant, u64)>,
@@ -20,12 +21,12 @@ pub(super) struct LiveLine {
 }
 
 impl LiveLine {
-    /// A line for a show that is over at this show time.
-    pub(super) fn new(end_s: f64) -> Self {
-        let bar = ProgressBar::new(milliseconds(end_s));
+    /// A line for a show between two show times.
+    pub(super) fn new(start_s: f64, end_s: f64) -> Self {
+        let bar = ProgressBar::new(milliseconds(end_s - start_s));
         let style = ProgressStyle::with_template("{bar:24} {msg}").expect("the template is valid");
         bar.set_style(style);
-        Self { bar, end_s, measured: None, rate_hz: 0.0 }
+        Self { bar, start_s, end_s, measured: None, rate_hz: 0.0 }
     }
 
     /// Draws the present.
@@ -34,7 +35,7 @@ impl LiveLine {
         let sim_time_s = header.sim_time_s();
         let clearance = progress.clearance_m.map_or("-".to_owned(), |clearance_m| format!("{clearance_m:.4} m"));
         let state = header.show_state().map_or("unknown", |state| state.name());
-        self.bar.set_position(milliseconds(sim_time_s));
+        self.bar.set_position(milliseconds(sim_time_s - self.start_s));
         self.bar.set_message(format!(
             "{sim_time_s:.2} of {:.2} s  {state}  clearance {clearance}  {:.0} Hz  lost {}",
             self.end_s, self.rate_hz, progress.lost

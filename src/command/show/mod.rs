@@ -88,6 +88,7 @@ struct Show<'a> {
 
 impl<'a> Show<'a> {
     fn new(args: &'a ShowArgs, config: &Config, domain: Domain, folder: PathBuf) -> Self {
+        let start_s = args.pace.start_at.unwrap_or_else(|| config.start_s());
         let end_s = args.pace.until.unwrap_or_else(|| config.end_s());
         Self {
             args,
@@ -99,7 +100,7 @@ impl<'a> Show<'a> {
             last: None,
             walking_speed_mps: None,
             paused: false,
-            account: Account::new(end_s),
+            account: Account::new(start_s, end_s),
             restarts: Vec::new(),
             given_up: false,
         }
@@ -225,7 +226,7 @@ impl<'a> Show<'a> {
             args.push(format!("--until={until_s}"));
         }
         match self.last {
-            None => args.push(format!("--start-at={}", self.args.pace.start_at)),
+            None => args.extend(self.args.pace.start_at.map(|start_s| format!("--start-at={start_s}"))),
             Some(header) => {
                 args.push(format!("--start-at={}", header.sim_time_s()));
                 args.push(format!("--start-travel={}", header.head_travel_m));

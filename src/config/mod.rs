@@ -1,23 +1,24 @@
 //! The configuration: one TOML document, validated once into values that need no further check.
 //!
-//! A key that is left out has the value of the paper's dragon. Unknown keys, values out of range and impossible
+//! A key that is left out has the value of the paper's dragon, or of its turnaround. Unknown keys, values out of range and impossible
 //! geometry are errors that name the key, the value and what is allowed.
 
-use std::fs::File;
-use std::io::{self, Read as _};
+mod document;
+mod error;
+mod route_plan;
+mod route_table;
+
 use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
 
-use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
-use serde::{Deserialize, Serialize};
+use crate::dragon::{Dimensions, Dragon, RunEnd};
 
-use crate::dragon::{Dimensions, DimensionsError, Dragon, DragonError};
-use crate::number::Number;
-use crate::route::{RouteError, Spiral};
+pub use error::ConfigError;
+pub use route_plan::{RoutePlan, SpiralPlan, TurnaroundPlan};
 
-/// Longest document in bytes: what a description carries.
-const MAX_LEN: u64 = MAX_DESCRIPTION_LEN as u64;
+use document::{Document, DragonTable, parse, read};
+use route_table::RouteTable;
 
 /// Ticks a second that a server may run at.
 pub const RATE_HZ: RangeInclusive<u32> = 1..=100_000;
@@ -27,91 +28,6 @@ pub const TIME_SCALE: RangeInclusive<f64> = 0.001..=1000.0;
 pub const HEAD_SPEED_MPS: RangeInclusive<f64> = 0.001..=10.0;
 /// Clearances below which the monitor may be told to warn, in metres.
 pub const NEAR_M: RangeInclusive<f64> = 0.0..=10.0;
-
-/// The document as it is written, all keys present.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, expecting = "a table")]
-struct Document {
-    dragon: DragonTable,
-    route: RouteTable,
-    head: HeadTable,
-    serve: ServeTable,
-    monitor: MonitorTable,
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, expecting = "a table")]
-struct DragonTable {
-    benches: u64,
-    head_length_m: f64,
-    body_length_m: f64,
-    width_m: f64,
-    hole_offset_m: f64,
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, expecting = "a table")]
-struct RouteTable {
-    kind: RouteKind,
-    pitch_m: f64,
-    start_turns: f64,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum RouteKind {
-    #[default]
-    Spiral,
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, expecting = "a table")]
-struct HeadTable {
-    speed_mps: f64,
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, expecting = "a table")]
-struct ServeTable {
-    rate_hz: u32,
-    time_scale: f64,
-}
-
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, expecting = "a table")]
-struct MonitorTable {
-    near_m: f64,
-}
-
-impl Default for DragonTable {
-    fn default() -> Self {
-        Self { benches: 223, head_length_m: 3.41, body_length_m: 2.20, width_m: 0.30, hole_offset_m: 0.275 }
-    }
-}
-
-impl Default for RouteTable {
-    fn default() -> Self {
-        Self { kind: RouteKind::Spiral, pitch_m: 0.55, start_turns: 16.0 }
-    }
-}
-
-impl Default for HeadTable {
-    fn default() -> Self {
-        Self { speed_mps: 1.0 }
-    }
-}
-
-impl Default for ServeTable {
-    fn default() -> Self {
-        Self { rate_hz: 1000, time_scale: 1.0 }
-    }
-}
-
-impl Default for MonitorTable {
-    fn default() -> Self {
-        Self { near_m: 0.02 }
-    }
-}
 
 /// What flags set over the document.
 #[derive(Clone, Copy, Debug, Default)]
@@ -126,51 +42,8 @@ pub struct Overrides {
 #[derive(Clone, Debug)]
 pub struct Config {
     document: Document,
+    route: RoutePlan,
     dragon: Arc<Dragon>,
-}
-
-/// Why a configuration is not valid. Which file it is about is for the caller to say.
-#[derive(Debug, thiserror::Error)]
-pub enum ConfigError {
-    /// The file cannot be read.
-    #[error("cannot be read: {0}")]
-    Read(io::Error),
-    /// The file is larger than any configuration.
-    #[error("has more than {MAX_LEN} bytes, the most that a configuration may have")]
-    TooLong,
-    /// The text is not TOML, or has a key or a type that is not known.
-    #[error("line {line}, `{text}`: {message}")]
-    Syntax {
-        /// The line, from 1.
-        line: usize,
-        /// What stands there.
-        text: String,
-        /// What is wrong, in one line.
-        message: String,
-    },
-    /// A value out of range.
-    #[error("[{table}] {key} is {}, must be from {lowest} to {highest}", Number(*value))]
-    OutOfRange {
-        /// The table.
-        table: &'static str,
-        /// The key.
-        key: &'static str,
-        /// The value.
-        value: f64,
-        /// Least allowed value.
-        lowest: f64,
-        /// Greatest allowed value.
-        highest: f64,
-    },
-    /// Impossible measures of a bench.
-    #[error("[dragon] {0}")]
-    Dimensions(DimensionsError),
-    /// An impossible route.
-    #[error("[route] {0}")]
-    Route(RouteError),
-    /// Benches and route that do not go together.
-    #[error("{0}")]
-    Dragon(DragonError),
 }
 
 impl Config {
@@ -226,9 +99,41 @@ impl Config {
         self.document.monitor.near_m
     }
 
-    /// Show time in seconds at which the planned run ends.
+    /// The route as planned.
+    pub fn route(&self) -> RoutePlan {
+        self.route
+    }
+
+    /// Show time in seconds at which the planned run starts.
+    pub fn start_s(&self) -> f64 {
+        self.route.start_s()
+    }
+
+    /// Show time in seconds at which the planned run ends: where the plan does, or where the dragon can walk no further.
     pub fn end_s(&self) -> f64 {
-        self.dragon.end_travel_m() / self.head_speed_mps()
+        match (self.route, self.dragon.run_end()) {
+            (RoutePlan::Turnaround(plan), RunEnd::RouteEnd) => plan.end_s,
+            _ => self.dragon.end_travel_m() / self.head_speed_mps(),
+        }
+    }
+
+    /// The same with another route.
+    ///
+    /// # Errors
+    /// What is wrong with the route, or with this dragon on it.
+    pub fn with_route(&self, route: RoutePlan) -> Result<Self, ConfigError> {
+        let document = Document { route: RouteTable::written_out(route), ..self.document.clone() };
+        Self::from_document(document, Overrides::default())
+    }
+
+    /// The same with another speed of the head, in metres per show second.
+    ///
+    /// # Errors
+    /// A speed out of range.
+    pub fn with_head_speed(&self, speed_mps: f64) -> Result<Self, ConfigError> {
+        let mut document = self.document.clone();
+        document.head.speed_mps = speed_mps;
+        Self::from_document(document, Overrides::default())
     }
 
     fn from_document(mut document: Document, overrides: Overrides) -> Result<Self, ConfigError> {
@@ -240,52 +145,20 @@ impl Config {
         require("serve", "time_scale", document.serve.time_scale, &TIME_SCALE)?;
         require("head", "speed_mps", document.head.speed_mps, &HEAD_SPEED_MPS)?;
         require("monitor", "near_m", document.monitor.near_m, &NEAR_M)?;
-        let dragon = build_dragon(&document)?;
-        Ok(Self { document, dragon: Arc::new(dragon) })
+        let route = document.route.plan()?;
+        document.route = RouteTable::written_out(route);
+        let dragon = Dragon::new(
+            dimensions(&document.dragon)?,
+            route.route(document.head.speed_mps).map_err(ConfigError::Route)?,
+        );
+        Ok(Self { document, route, dragon: Arc::new(dragon.map_err(ConfigError::Dragon)?) })
     }
 }
 
-fn build_dragon(document: &Document) -> Result<Dragon, ConfigError> {
-    let DragonTable { benches, head_length_m, body_length_m, width_m, hole_offset_m } = document.dragon;
+fn dimensions(table: &DragonTable) -> Result<Dimensions, ConfigError> {
+    let DragonTable { benches, head_length_m, body_length_m, width_m, hole_offset_m } = *table;
     let benches = usize::try_from(benches).unwrap_or(usize::MAX);
-    let dimensions = Dimensions::new(benches, head_length_m, body_length_m, width_m, hole_offset_m)
-        .map_err(ConfigError::Dimensions)?;
-    let route = match document.route.kind {
-        RouteKind::Spiral => {
-            Spiral::new(document.route.pitch_m, document.route.start_turns).map_err(ConfigError::Route)?
-        }
-    };
-    Dragon::new(dimensions, Arc::new(route)).map_err(ConfigError::Dragon)
-}
-
-fn read(path: &Path) -> Result<String, ConfigError> {
-    let mut text = String::new();
-    let file = File::open(path).map_err(ConfigError::Read)?;
-    file.take(MAX_LEN + 1).read_to_string(&mut text).map_err(ConfigError::Read)?;
-    if text.len() as u64 > MAX_LEN { Err(ConfigError::TooLong) } else { Ok(text) }
-}
-
-fn parse(text: &str) -> Result<Document, ConfigError> {
-    toml::from_str(text).map_err(|error| {
-        let line = error.span().map_or(0, |span| text[..span.start].matches('\n').count());
-        let message = in_plain_words(error.message());
-        ConfigError::Syntax { line: line + 1, text: excerpt(text.lines().nth(line).unwrap_or_default()), message }
-    })
-}
-
-/// A message of the TOML reader in one line, with its names of Rust types as people would say them.
-fn in_plain_words(message: &str) -> String {
-    let names =
-        [("\n", "; "), ("expected u32", "expected a whole number"), ("expected u64", "expected a whole number")];
-    let names = names.into_iter().chain([("expected f64", "expected a number"), ("wanted ", "expected a ")]);
-    names.fold(message.to_owned(), |message, (name, plain)| message.replace(name, plain))
-}
-
-/// The beginning of a line, for a message.
-fn excerpt(line: &str) -> String {
-    const LONGEST: usize = 60;
-    let printable = line.trim().chars().map(|char| if char.is_control() { '?' } else { char });
-    printable.take(LONGEST).collect()
+    Dimensions::new(benches, head_length_m, body_length_m, width_m, hole_offset_m).map_err(ConfigError::Dimensions)
 }
 
 fn require(
@@ -324,6 +197,16 @@ mod tests {
     }
 
     #[test]
+    fn a_turnaround_is_the_papers_but_for_what_is_written() {
+        let config = Config::from_toml("[route]\nkind = \"turnaround\"\nend_s = 60").expect("the text is valid");
+        let plan = TurnaroundPlan { end_s: 60.0, ..TurnaroundPlan::default() };
+        assert_eq!(config.route(), RoutePlan::Turnaround(plan));
+        assert_eq!((config.start_s(), config.end_s()), (-100.0, 60.0));
+        let again = Config::from_toml(&config.to_toml()).expect("its own text is valid");
+        assert_eq!(again.document, config.document);
+    }
+
+    #[test]
     fn flags_override_the_document() {
         let overrides = Overrides { rate_hz: Some(50), time_scale: Some(20.0) };
         let config = Config::load(None, overrides).expect("both are in range");
@@ -348,7 +231,22 @@ mod tests {
             ("[dragon]\nwidth_m = inf", "[dragon] width_m is inf, must be"),
             ("[route]\npitch_m = 0.2", "pitch_m is 0.2, must be above width_m"),
             ("[route]\npitch_m = nan", "[route] pitch_m is NaN, must be"),
-            ("[route]\nkind = \"ring\"", "line 2, `kind = \"ring\"`: unknown variant `ring`, expected `spiral`"),
+            ("[route]\nkind = \"ring\"", "line 2, `kind = \"ring\"`: unknown variant `ring`, expected `spiral` or"),
+            ("[route]\nradius_ratio = 2", "[route] radius_ratio is 2, only allowed with kind = \"turnaround\""),
+            (
+                "[route]\nkind = \"turnaround\"\nstart_turns = 16",
+                "[route] start_turns is 16, only allowed with kind = \"spiral\"",
+            ),
+            ("[route]\nkind = \"turnaround\"\nradius_ratio = 0", "[route] radius_ratio is 0, must be from 0.01 to 100"),
+            (
+                "[route]\nkind = \"turnaround\"\nturn_diameter_m = -9",
+                "[route] turn_diameter_m is -9, must be above 0 and at most 34000",
+            ),
+            ("[route]\nkind = \"turnaround\"\nstart_s = 5\nend_s = 5", "[route] end_s is 5, must be above start_s 5"),
+            (
+                "[route]\nkind = \"turnaround\"\nend_s = 1e9",
+                "[route] end_s is 1000000000, must be from -1000000 to 1000000",
+            ),
             ("[dragon]\nbenches = -3", "line 2, `benches = -3`: "),
             ("[dragon", "line 1, `[dragon`: "),
             (

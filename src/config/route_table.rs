@@ -1,0 +1,106 @@
+//! The route as it is written. Which keys mean something, and what they default to, depends on its kind.
+
+use std::ops::RangeInclusive;
+
+use serde::{Deserialize, Serialize};
+
+use super::error::ConfigError;
+use super::require;
+use super::route_plan::{RoutePlan, SpiralPlan, TurnaroundPlan};
+
+/// Show times between which a turnaround may be planned, in seconds.
+const PLAN_S: RangeInclusive<f64> = -1e6..=1e6;
+
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, expecting = "a table")]
+pub(super) struct RouteTable {
+    kind: RouteKind,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pitch_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    start_turns: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    turn_diameter_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    radius_ratio: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    start_s: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    end_s: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum RouteKind {
+    #[default]
+    Spiral,
+    Turnaround,
+}
+
+impl RouteTable {
+    /// The table with every key that means something.
+    pub(super) fn written_out(plan: RoutePlan) -> Self {
+        match plan {
+            RoutePlan::Spiral(SpiralPlan { pitch_m, start_turns }) => Self {
+                kind: RouteKind::Spiral,
+                pitch_m: Some(pitch_m),
+                start_turns: Some(start_turns),
+                ..Self::default()
+            },
+            RoutePlan::Turnaround(plan) => Self {
+                kind: RouteKind::Turnaround,
+                pitch_m: Some(plan.pitch_m),
+                turn_diameter_m: Some(plan.turn_diameter_m),
+                radius_ratio: Some(plan.radius_ratio),
+                start_s: Some(plan.start_s),
+                end_s: Some(plan.end_s),
+                ..Self::default()
+            },
+        }
+    }
+
+    /// The route that the table plans, what is left out being the paper's.
+    ///
+    /// # Errors
+    /// A key that means nothing for this kind, or times out of range.
+    pub(super) fn plan(&self) -> Result<RoutePlan, ConfigError> {
+        match self.kind {
+            RouteKind::Spiral => self.spiral().map(RoutePlan::Spiral),
+            RouteKind::Turnaround => self.turnaround().map(RoutePlan::Turnaround),
+        }
+    }
+
+    fn spiral(&self) -> Result<SpiralPlan, ConfigError> {
+        refuse("turn_diameter_m", self.turn_diameter_m, "turnaround")?;
+        refuse("radius_ratio", self.radius_ratio, "turnaround")?;
+        refuse("start_s", self.start_s, "turnaround")?;
+        refuse("end_s", self.end_s, "turnaround")?;
+        let paper = SpiralPlan::default();
+        Ok(SpiralPlan {
+            pitch_m: self.pitch_m.unwrap_or(paper.pitch_m),
+            start_turns: self.start_turns.unwrap_or(paper.start_turns),
+        })
+    }
+
+    fn turnaround(&self) -> Result<TurnaroundPlan, ConfigError> {
+        refuse("start_turns", self.start_turns, "spiral")?;
+        let paper = TurnaroundPlan::default();
+        let plan = TurnaroundPlan {
+            pitch_m: self.pitch_m.unwrap_or(paper.pitch_m),
+            turn_diameter_m: self.turn_diameter_m.unwrap_or(paper.turn_diameter_m),
+            radius_ratio: self.radius_ratio.unwrap_or(paper.radius_ratio),
+            start_s: self.start_s.unwrap_or(paper.start_s),
+            end_s: self.end_s.unwrap_or(paper.end_s),
+        };
+        require("route", "start_s", plan.start_s, &PLAN_S)?;
+        require("route", "end_s", plan.end_s, &PLAN_S)?;
+        if plan.end_s <= plan.start_s {
+            return Err(ConfigError::EndsBeforeStart { start_s: plan.start_s, end_s: plan.end_s });
+        }
+        Ok(plan)
+    }
+}
+
+fn refuse(key: &'static str, value: Option<f64>, kind: &'static str) -> Result<(), ConfigError> {
+    value.map_or(Ok(()), |value| Err(ConfigError::OtherKind { key, value, kind }))
+}

@@ -1,0 +1,79 @@
+//! Why a route cannot be.
+
+use std::ops::RangeInclusive;
+
+use thiserror::Error;
+
+use crate::number::Number;
+
+const MAX_PITCH_M: f64 = 1_000.0;
+const MAX_START_TURNS: f64 = 10_000.0;
+const RADIUS_RATIO: RangeInclusive<f64> = 0.01..=100.0;
+
+/// Why a route cannot be.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum RouteError {
+    /// Not a distance between neighbouring turns.
+    #[error("pitch_m is {}, must be above 0 and at most {MAX_PITCH_M}", Number(*.0))]
+    Pitch(f64),
+    /// Not a number of turns from the centre.
+    #[error("start_turns is {}, must be above 0 and at most {MAX_START_TURNS}", Number(*.0))]
+    StartTurns(f64),
+    /// Not the diameter of a turning circle on this spiral.
+    #[error(
+        "turn_diameter_m is {}, must be above 0 and at most {}, {MAX_START_TURNS} turns of pitch_m {}",
+        Number(*turn_diameter_m),
+        Number(2.0 * MAX_START_TURNS * pitch_m),
+        Number(*pitch_m)
+    )]
+    TurnDiameter {
+        /// Metres.
+        turn_diameter_m: f64,
+        /// Metres between neighbouring turns.
+        pitch_m: f64,
+    },
+    /// Not a ratio of two radii.
+    #[error(
+        "radius_ratio is {}, must be from {} to {}",
+        Number(*.0),
+        RADIUS_RATIO.start(),
+        RADIUS_RATIO.end()
+    )]
+    RadiusRatio(f64),
+    /// A route that ends before it starts, or out of reach.
+    #[error(
+        "the route is walked from {} to {} m, must be finite and end after its start",
+        Number(*start_travel_m),
+        Number(*end_travel_m)
+    )]
+    Span {
+        /// Travel at the start.
+        start_travel_m: f64,
+        /// Travel at the end.
+        end_travel_m: f64,
+    },
+}
+
+impl RouteError {
+    pub(super) fn check_pitch(pitch_m: f64) -> Result<(), Self> {
+        if pitch_m > 0.0 && pitch_m <= MAX_PITCH_M { Ok(()) } else { Err(Self::Pitch(pitch_m)) }
+    }
+
+    pub(super) fn check_start_turns(start_turns: f64) -> Result<(), Self> {
+        if start_turns > 0.0 && start_turns <= MAX_START_TURNS { Ok(()) } else { Err(Self::StartTurns(start_turns)) }
+    }
+
+    pub(super) fn check_turn_diameter(turn_diameter_m: f64, pitch_m: f64) -> Result<(), Self> {
+        let allowed = turn_diameter_m > 0.0 && turn_diameter_m <= 2.0 * MAX_START_TURNS * pitch_m;
+        if allowed { Ok(()) } else { Err(Self::TurnDiameter { turn_diameter_m, pitch_m }) }
+    }
+
+    pub(super) fn check_radius_ratio(radius_ratio: f64) -> Result<(), Self> {
+        if RADIUS_RATIO.contains(&radius_ratio) { Ok(()) } else { Err(Self::RadiusRatio(radius_ratio)) }
+    }
+
+    pub(super) fn check_span(start_travel_m: f64, end_travel_m: f64) -> Result<(), Self> {
+        let allowed = start_travel_m.is_finite() && end_travel_m.is_finite() && start_travel_m < end_travel_m;
+        if allowed { Ok(()) } else { Err(Self::Span { start_travel_m, end_travel_m }) }
+    }
+}
