@@ -24,3 +24,4 @@ mod second_server;
 mod show;
 mod signals;
 mod stage;
+mod turnaround;

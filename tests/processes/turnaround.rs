@@ -1,0 +1,98 @@
+//! A show on the turnaround, whose t = 0 is where the head enters the turning circle: its show times begin below 0.
+
+use std::fs;
+
+use bench_dragon::config::Config;
+use bench_dragon::dragon::ChainSolver;
+use serde_json::{Value, json};
+
+use crate::process::Process;
+use crate::reader::{Reader, assert_whole};
+use crate::record;
+use crate::stage::{Stage, program};
+
+/// One show second a tick, slow enough for a reader's buffer to hold the whole show.
+const PACE: [&str; 4] = ["--rate", "50", "--time-scale", "50"];
+
+/// A stage with a turnaround's configuration, these lines added to its route.
+fn stage_with(route: &str) -> Stage {
+    let stage = Stage::new();
+    fs::write(stage.path("turn.toml"), format!("[route]\nkind = \"turnaround\"\n{route}\n")).expect("a file");
+    stage
+}
+
+#[test]
+fn a_show_plays_the_turnaround_from_its_start_to_its_end() {
+    let stage = stage_with("");
+    let show = ["show", "--config", "turn.toml", "--out", "out", "--format", "json"];
+    let summary = stage.run(&[&show[..], &PACE].concat()).expect_clean().last_json();
+    assert_eq!(summary["contact"], Value::Null);
+    let frames = &summary["frames"];
+    assert_eq!((&frames["missed_by_monitor"], &frames["missed_by_recorder"]), (&json!(0), &json!(0)));
+    let (recorded, was_cut) = record::read(&stage.path("out/recording.mcap"));
+    assert!(!was_cut);
+    assert!(recorded.iter().enumerate().all(|(tick, header)| header.tick == tick as u64));
+    let times_ns: Vec<i64> = recorded.iter().take(201).map(|header| header.sim_time_ns).collect();
+    let planned_ns: Vec<i64> = (-100..=100).map(|time_s| time_s * 1_000_000_000).collect();
+    assert_eq!(times_ns, planned_ns);
+    assert!(recorded[201..].iter().all(|header| header.sim_time_ns == 100_000_000_000), "the show stands at its end");
+}
+
+#[test]
+fn every_handle_on_the_turn_is_the_solvers() {
+    let stage = stage_with("");
+    let serve = ["--config", "turn.toml", "--start-at=-20", "--until", "60", "--readers", "1"];
+    let server = stage.serve(&[&serve[..], &PACE].concat());
+    let shots = Reader::join(&stage).read_to_end();
+    assert_whole(&shots, server.run_id);
+    assert_eq!((&server.summary()["frames"], shots.len()), (&json!(81), 81));
+    let text = fs::read_to_string(stage.path("turn.toml")).expect("the configuration");
+    let dragon = Config::from_toml(&text).expect("a turnaround").dragon().clone();
+    let mut solver = ChainSolver::new(&dragon);
+    for shot in &shots {
+        let chain = solver.solve(&dragon, shot.header.head_travel_m).expect("the travel is in the run");
+        for (live, solved) in shot.handles.iter().zip(chain) {
+            assert_eq!(live.position_m, [solved.position.x, solved.position.y, 0.0], "at {:?}", shot.header);
+        }
+    }
+}
+
+#[test]
+fn a_contact_on_the_turn_is_what_the_planner_says() {
+    let stage = stage_with("pitch_m = 0.5");
+    let mut solve = program(&["solve", "contact", "--format", "json", "--config"]);
+    solve.arg(stage.path("turn.toml"));
+    let planned = Process::start(solve).end().expect_clean().last_json();
+    let show = ["show", "--config", "turn.toml", "--start-at=5", "--out", "out", "--format", "json"];
+    let summary = stage.run(&[&show[..], &["--rate", "50", "--time-scale", "5"]].concat()).last_json();
+    assert_eq!(summary["contact"]["benches"], planned["benches"]);
+    let [live_s, planned_s] =
+        [&summary["contact"]["time_s"], &planned["time_s"]].map(|time| time.as_f64().expect("a time"));
+    assert!((live_s - planned_s).abs() < 2e-9, "{live_s} s live, {planned_s} s planned");
+}
+
+#[test]
+fn a_server_on_a_turn_that_is_too_tight_says_where_the_run_ends_and_why() {
+    let stage = stage_with("radius_ratio = 3.0");
+    let ended = stage.run(&["serve", "--config", "turn.toml", "--start-at", "12", "--until", "12.5", "--rate", "100"]);
+    assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
+    let warning = "the run ends at 12.961438 s, not at end_s 100: there handle 1 would stop and walk backwards";
+    assert!(ended.stderr.contains(warning), "{}", ended.stderr);
+    let refused = stage.run(&["serve", "--config", "turn.toml", "--until", "15"]);
+    assert_eq!(refused.code(), Some(2));
+    assert!(refused.stderr.contains("--until is 15, must be from -100 to 12.96143"), "{}", refused.stderr);
+}
+
+#[test]
+fn a_seek_goes_below_zero_and_no_further_than_the_start() {
+    let stage = stage_with("");
+    let server = stage.serve(&["--config", "turn.toml", "--held"]);
+    assert_eq!(stage.run(&["ctl", "seek", "-50"]).code(), Some(0));
+    let frame = stage.run(&["echo", "--count", "1", "--format", "json"]).expect_clean().last_json();
+    assert_eq!((&frame["sim_time_ns"], &frame["head_travel_m"]), (&json!(-50_000_000_000_i64), &json!(-50.0)));
+    let refused = stage.run(&["ctl", "seek", "-100.5"]);
+    assert_eq!(refused.code(), Some(1));
+    let reply = format!("{}{}", refused.stdout, refused.stderr);
+    assert_eq!(reply.trim(), "refused: the value must be from -100 to 100");
+    server.process.terminate().expect_clean();
+}
