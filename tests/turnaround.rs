@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use bench_dragon::dragon::{ChainSolver, Dimensions, Dragon, RunEnd, first_contact};
+use bench_dragon::dragon::{Board, ChainSolver, Dimensions, Dragon, RunEnd, first_contact};
 use bench_dragon::route::{Route, RouteError, Turnaround};
 use glam::DVec2;
 use proptest::prelude::*;
@@ -162,5 +162,65 @@ proptest! {
             let [a, b] = [at_m - step_m, at_m].map(|at_m| turnaround.point(turnaround.place(at_m)).tangent);
             prop_assert!(a.distance(b) <= bound * step_m * (1.0 + 1e-3) + 1e-9, "{} > {bound}", a.distance(b) / step_m);
         }
+    }
+}
+
+/// Dragons on turns so narrow and tight that some touch and some cannot walk on.
+fn crowded_dragons() -> impl Strategy<Value = Dragon> {
+    let benches = (3_usize..40, 1.0..4.0_f64, 1.0..2.5_f64, 0.1..0.4_f64, 0.0..0.3_f64);
+    let turns = (1.5..6.0_f64, 2.0..12.0_f64, 0.3..3.0_f64);
+    (benches, turns).prop_filter_map("cannot stand", |((count, head_m, body_m, width_m, hole_m), turn)| {
+        let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole_m).ok()?;
+        let turnaround = Turnaround::new(turn.0 * width_m, turn.1, turn.2).ok()?.between(-5.0, 40.0).ok()?;
+        Dragon::new(dimensions, Arc::new(turnaround)).ok()
+    })
+}
+
+fn some_pair_overlaps(dragon: &Dragon, travel_m: f64) -> bool {
+    let mut boards: Vec<Board> = Vec::new();
+    let mut solver = ChainSolver::new(dragon);
+    dragon.place_boards(solver.solve(dragon, travel_m).expect("within the run"), &mut boards);
+    (2..boards.len()).any(|second| (0..second - 1).any(|first| boards[first].overlaps(&boards[second])))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn links_keep_their_length_and_handles_the_speed_of_their_positions(
+        dragon in crowded_dragons(),
+        share in 0.0..1.0_f64,
+    ) {
+        let (start_m, end_m, step_m) = (dragon.start_travel_m(), dragon.end_travel_m(), 1e-6);
+        let travel_m = start_m + share * (end_m - start_m - step_m);
+        let mut solver = ChainSolver::new(&dragon);
+        let before = solver.solve(&dragon, travel_m).expect("within the run").to_vec();
+        let after = solver.solve(&dragon, travel_m + step_m).expect("within the run");
+        for (bench, link) in before.windows(2).enumerate() {
+            let error_m = link[0].position.distance(link[1].position) - dragon.dimensions().link_m(bench);
+            prop_assert!(error_m.abs() < 1e-9, "bench {bench} at {travel_m} m is {error_m} m too long");
+        }
+        for (index, (before, after)) in before.iter().zip(after).enumerate() {
+            let ratio = (dragon.route().travel(after.place) - dragon.route().travel(before.place)) / step_m;
+            let between = before.speed_ratio.min(after.speed_ratio)..=before.speed_ratio.max(after.speed_ratio);
+            let off = (between.start() - ratio).max(ratio - between.end());
+            prop_assert!(off < 1e-3 * (1.0 + ratio), "handle {index} at {travel_m} m: {ratio} outside {between:?}");
+        }
+    }
+
+    #[test]
+    fn first_contact_is_no_later_than_the_first_overlap_of_a_walk(dragon in crowded_dragons()) {
+        let (start_m, end_m, step_m) = (dragon.start_travel_m(), dragon.end_travel_m(), 0.005);
+        let steps = ((end_m - start_m) / step_m) as u32;
+        let travels = (0..=steps).map(|step| start_m + f64::from(step) * step_m);
+        let overlap_m = travels.into_iter().find(|&travel_m| some_pair_overlaps(&dragon, travel_m));
+        let contact = first_contact(&dragon, start_m, end_m);
+        let Some(contact) = contact else {
+            prop_assert_eq!(overlap_m, None);
+            return Ok(());
+        };
+        prop_assert!(overlap_m.is_none_or(|overlap_m| contact.travel_m <= overlap_m), "{contact:?} after {overlap_m:?}");
+        prop_assert!(contact.travel_m == start_m || !some_pair_overlaps(&dragon, contact.travel_m - 2e-11));
+        prop_assert!(contact.travel_m >= end_m - 1e-9 || some_pair_overlaps(&dragon, contact.travel_m));
     }
 }
