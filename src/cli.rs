@@ -8,7 +8,10 @@ use std::str::FromStr;
 use bench_dragon::config::{RATE_HZ, TIME_SCALE};
 use bench_dragon_ipc::service::MAX_READERS;
 use bench_dragon_ipc::{Instance, Request};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
+
+/// Greatest time that can be stepped to, in seconds: its nanoseconds, and some more, are whole numbers of an `f64`.
+const MAX_STEPPED_S: f64 = 1_000_000.0;
 
 /// Real-time motion server for the bench dragon.
 #[derive(Debug, Parser)]
@@ -304,16 +307,10 @@ pub(crate) struct SolveArgs {
 #[derive(Clone, Debug, Subcommand)]
 pub(crate) enum Question {
     /// Where is every handle, and how fast?
-    #[command(after_help = "Example:\n  bench-dragon solve poses --at 0,60,300 --format json")]
-    Poses {
-        /// Show times in seconds, with commas between them.
-        #[arg(long, value_name = "SECONDS", required = true, value_delimiter = ',', allow_negative_numbers = true, value_parser = finite)]
-        at: Vec<f64>,
-        #[command(flatten)]
-        config: ConfigArgs,
-        #[command(flatten)]
-        format: FormatArgs,
-    },
+    #[command(after_help = "Examples:
+  bench-dragon solve poses --at 0,60,300 --format json
+  bench-dragon solve poses --from 0 --to 300 --xlsx poses.xlsx")]
+    Poses(PosesArgs),
     /// When do two benches first touch, and where?
     #[command(after_help = "Example:\n  bench-dragon solve contact --config stage.toml --format json")]
     Contact {
@@ -324,6 +321,51 @@ pub(crate) enum Question {
     },
 }
 
+/// Arguments of `solve poses`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct PosesArgs {
+    #[command(flatten)]
+    pub(crate) times: TimesArgs,
+    /// Write a workbook with a sheet of positions and one of speeds; a file of that name is replaced.
+    #[arg(long, value_name = "FILE.xlsx", value_parser = xlsx)]
+    pub(crate) xlsx: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) config: ConfigArgs,
+    /// How to print.
+    #[arg(long, value_enum, value_name = "FORMAT", default_value_t)]
+    pub(crate) format: TableFormat,
+}
+
+/// Which times: a list, or even steps.
+#[derive(Clone, Debug, Args)]
+#[command(group(ArgGroup::new("times").required(true).args(["at", "from"])))]
+pub(crate) struct TimesArgs {
+    /// Show times in seconds, with commas between them.
+    #[arg(long, value_name = "SECONDS", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) at: Vec<f64>,
+    /// First show time in seconds, with at most nine decimals.
+    #[arg(long, value_name = "SECONDS", requires = "to", allow_negative_numbers = true, value_parser = nanoseconds)]
+    pub(crate) from: Option<i64>,
+    /// Last show time in seconds.
+    #[arg(long, value_name = "SECONDS", requires = "from", conflicts_with = "at", allow_negative_numbers = true, value_parser = nanoseconds)]
+    pub(crate) to: Option<i64>,
+    /// Seconds from one time to the next.
+    #[arg(long, value_name = "SECONDS", requires = "from", conflicts_with = "at", default_value = "1", allow_negative_numbers = true, value_parser = step)]
+    pub(crate) step: i64,
+}
+
+/// How to print what has rows and columns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TableFormat {
+    /// For people.
+    #[default]
+    Text,
+    /// For machines; stable.
+    Json,
+    /// Comma-separated values; stable.
+    Csv,
+}
+
 fn instance(name: &str) -> Result<Instance, String> {
     Instance::new(name).map_err(|_| format!("must be 1 to {} of a-z, 0-9 and -", Instance::MAX_LEN))
 }
@@ -331,6 +373,27 @@ fn instance(name: &str) -> Result<Instance, String> {
 fn finite(text: &str) -> Result<f64, String> {
     let value = text.parse().ok().filter(|value: &f64| value.is_finite());
     value.ok_or_else(|| "must be a finite number".to_owned())
+}
+
+/// Seconds that are a whole number of nanoseconds, as that.
+fn nanoseconds(text: &str) -> Result<i64, String> {
+    let told = || format!("must be from -{MAX_STEPPED_S} to {MAX_STEPPED_S}, with at most nine decimals");
+    let value: f64 = text.parse().map_err(|_| told())?;
+    let whole_ns = (value * 1e9).round();
+    // Whole numbers this small have quotients that are rounded as decimals are when they are read.
+    let is_whole = value.abs() <= MAX_STEPPED_S && whole_ns / 1e9 == value;
+    if is_whole { Ok(whole_ns as i64) } else { Err(told()) }
+}
+
+fn step(text: &str) -> Result<i64, String> {
+    let step_ns = nanoseconds(text).ok().filter(|step_ns| *step_ns > 0);
+    step_ns.ok_or_else(|| format!("must be above 0 and at most {MAX_STEPPED_S}, with at most nine decimals"))
+}
+
+fn xlsx(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let is_xlsx = path.extension().is_some_and(|suffix| suffix.eq_ignore_ascii_case("xlsx"));
+    if is_xlsx { Ok(path) } else { Err("must end in .xlsx".to_owned()) }
 }
 
 fn rate(text: &str) -> Result<u32, String> {

@@ -8,8 +8,8 @@
 //! | [`dragon`] | chain, boards, clearance, contact |
 //! | [`route`] | the curves that the handles follow |
 //!
-//! Beside them: [`config`] (the validated TOML document), [`report`] (what the processes say), [`histogram`],
-//! [`clock`], [`stop`] and [`number`]. The bus is the crate `bench_dragon_ipc`.
+//! Beside them: [`config`] (the validated TOML document), [`report`] (what the processes say), [`table`] (answers in rows
+//! and columns), [`histogram`], [`clock`], [`stop`] and [`number`]. The bus is the crate `bench_dragon_ipc`.
 
 pub mod clock;
 pub mod config;
@@ -22,3 +22,4 @@ pub mod report;
 pub mod route;
 pub mod server;
 pub mod stop;
+pub mod table;

@@ -21,6 +21,7 @@ mod show;
 mod solve;
 
 pub(crate) mod output;
+mod whole_file;
 
 /// Exit status of a contact where `--fail-on-contact` was given.
 const CONTACT: u8 = 3;

@@ -17,6 +17,13 @@ pub(crate) fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     Ok(print_line(serde_json::to_string(value)?)?)
 }
 
+/// Prints lines that have their ends.
+pub(crate) fn print_bytes(lines: &[u8]) -> anyhow::Result<()> {
+    let mut stdout = io::stdout().lock();
+    stdout.write_all(lines)?;
+    Ok(stdout.flush()?)
+}
+
 /// Prints one line to stderr.
 pub(crate) fn complain(line: &str) {
     // Where stderr is gone too, there is nobody left to tell.

@@ -65,6 +65,19 @@ fn bad_questions_to_the_planner_are_named_with_what_is_allowed() {
         (&["solve", "poses", "--at", "0,432.76"], &["--at is 432.76, must be from 0 to 432.758"]),
         (&["solve", "poses", "--at", "-1"], &["--at is -1, must be from 0 to 432.758"]),
         (&["solve", "poses", "--at", "nan"], &["--at", "'nan'", "a finite number"]),
+        (&["solve", "poses", "--from", "0"], &["--to"]),
+        (&["solve", "poses", "--at", "1", "--to", "2"], &["--at", "cannot be used with", "--to"]),
+        (&["solve", "poses", "--at", "1", "--step", "2"], &["--at", "cannot be used with", "--step"]),
+        (&["solve", "poses", "--from", "9", "--to", "8"], &["--to is 8, must be at least --from, which is 9"]),
+        (&["solve", "poses", "--from", "0", "--to", "433"], &["--to is 433, must be from 0 to 432.758"]),
+        (&["solve", "poses", "--from", "0", "--to", "9", "--step", "0"], &["--step", "'0'", "must be above 0"]),
+        (&["solve", "poses", "--from", "1e-10", "--to", "9"], &["--from", "'1e-10'", "with at most nine decimals"]),
+        (
+            &["solve", "poses", "--from", "0", "--to", "300", "--step", "0.01"],
+            &["--step is 0.01, which makes 30001 times from 0 to 300, must make at most 4464"],
+        ),
+        (&["solve", "poses", "--at", "1", "--xlsx", "a.csv"], &["--xlsx", "'a.csv'", "must end in .xlsx"]),
+        (&["solve", "poses", "--at", "1", "--format", "yaml"], &["--format", "'yaml'", "text, json, csv"]),
         (&["solve", "why"], &["unrecognized subcommand 'why'"]),
     ];
     for (args, named) in cases {

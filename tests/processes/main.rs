@@ -14,6 +14,7 @@ mod late_join;
 mod monitor;
 mod overflow;
 mod poses;
+mod poses_files;
 mod process;
 mod python;
 mod reader;

@@ -1,0 +1,144 @@
+//! `solve poses`: where is every handle, and how fast?
+
+use std::path::Path;
+
+use bench_dragon::config::{Config, Overrides};
+use bench_dragon::dragon::ChainSolver;
+use bench_dragon::table::{Cell, Column, Csv, Exporter as _, Table, Text, Xlsx};
+use serde::Serialize;
+
+use super::times::{MAX_POSITIONS, times_s};
+use crate::cli::{PosesArgs, TableFormat};
+use crate::command::output::{print_bytes, print_json, print_line};
+use crate::command::{load_config, whole_file};
+
+/// Decimals that people see, of metres and of metres per second.
+const DECIMALS: usize = 6;
+
+#[derive(Serialize)]
+struct Answer {
+    poses: Vec<Pose>,
+}
+
+#[derive(Serialize)]
+struct Pose {
+    time_s: f64,
+    handles: Vec<Handle>,
+}
+
+#[derive(Serialize)]
+struct Handle {
+    index: usize,
+    x_m: f64,
+    y_m: f64,
+    speed_mps: f64,
+}
+
+pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
+    let config = load_config(&args.config, Overrides::default())?;
+    let mut most = MAX_POSITIONS / config.dragon().dimensions().handles();
+    if args.xlsx.is_some() {
+        // One column tells what the row is.
+        most = most.min(Xlsx::MAX_COLUMNS - 1);
+    }
+    let answer = Answer::at(&times_s(&args.times, &(config.start_s()..=config.end_s()), most)?, &config);
+    if let Some(path) = &args.xlsx {
+        whole_file::write(path, &Xlsx.export(&answer.sheets())?)?;
+    }
+    match args.format {
+        TableFormat::Json => print_json(&answer),
+        TableFormat::Csv => print_bytes(&Csv.export(&[answer.by_time()])?),
+        TableFormat::Text => match &args.xlsx {
+            Some(path) => answer.print_summary(path),
+            None => print_bytes(&Text.export(&answer.poses.iter().map(Pose::table).collect::<Vec<_>>())?),
+        },
+    }
+}
+
+impl Answer {
+    fn at(times_s: &[f64], config: &Config) -> Self {
+        let mut chain = ChainSolver::new(config.dragon());
+        Self { poses: times_s.iter().map(|&time_s| Pose::at(time_s, config, &mut chain)).collect() }
+    }
+
+    /// A row for every handle at every time.
+    fn by_time(&self) -> Table {
+        let numbers = ["x_m", "y_m", "speed_mps"].map(|title| Column::number(title, DECIMALS));
+        let columns = [Column::number("time_s", DECIMALS), Column::whole("handle")].into_iter().chain(numbers);
+        let mut table = Table::new("poses", columns.collect());
+        for Pose { time_s, handles } in &self.poses {
+            for Handle { index, x_m, y_m, speed_mps } in handles {
+                table.push(vec![(*time_s).into(), (*index).into(), (*x_m).into(), (*y_m).into(), (*speed_mps).into()]);
+            }
+        }
+        table
+    }
+
+    /// Positions and speeds with a column for every time, as the paper saved them.
+    fn sheets(&self) -> [Table; 2] {
+        let mut positions = Table::new("positions", self.columns());
+        let mut speeds = Table::new("speeds", self.columns());
+        let count = self.poses.first().map_or(0, |pose| pose.handles.len());
+        for index in 0..count {
+            let name = name(index, count);
+            positions.push(self.row(format!("{name} x (m)"), index, |handle| handle.x_m));
+            positions.push(self.row(format!("{name} y (m)"), index, |handle| handle.y_m));
+            speeds.push(self.row(format!("{name} (m/s)"), index, |handle| handle.speed_mps));
+        }
+        [positions, speeds]
+    }
+
+    fn columns(&self) -> Vec<Column> {
+        let times = self.poses.iter().map(|pose| Column::number(format!("{} s", pose.time_s), DECIMALS));
+        std::iter::once(Column::text("handle")).chain(times).collect()
+    }
+
+    fn row(&self, label: String, index: usize, value: impl Fn(&Handle) -> f64) -> Vec<Cell> {
+        let values = self.poses.iter().map(|pose| Cell::from(value(&pose.handles[index])));
+        std::iter::once(Cell::from(label)).chain(values).collect()
+    }
+
+    fn print_summary(&self, path: &Path) -> anyhow::Result<()> {
+        let handles = self.poses.first().map_or(0, |pose| pose.handles.len());
+        let times = self.poses.len();
+        let times = if times == 1 { "1 time".to_owned() } else { format!("{times} times") };
+        Ok(print_line(format_args!(
+            "positions and speeds of {handles} handles at {times} written to {}",
+            path.display()
+        ))?)
+    }
+}
+
+impl Pose {
+    fn at(time_s: f64, config: &Config, chain: &mut ChainSolver) -> Self {
+        let (dragon, head_speed_mps) = (config.dragon(), config.head_speed_mps());
+        let travel_m = (time_s * head_speed_mps).clamp(dragon.start_travel_m(), dragon.end_travel_m());
+        let handles = chain.solve(dragon, travel_m).expect("the travel is in the run");
+        let handles = handles.iter().enumerate().map(|(index, handle)| Handle {
+            index,
+            x_m: handle.position.x,
+            y_m: handle.position.y,
+            speed_mps: handle.speed_ratio * head_speed_mps,
+        });
+        Self { time_s, handles: handles.collect() }
+    }
+
+    fn table(&self) -> Table {
+        let numbers = ["x m", "y m", "m/s"].map(|title| Column::number(title, DECIMALS));
+        let columns = std::iter::once(Column::whole("handle")).chain(numbers);
+        let mut table = Table::new(format!("at {} s", self.time_s), columns.collect());
+        for Handle { index, x_m, y_m, speed_mps } in &self.handles {
+            table.push(vec![(*index).into(), (*x_m).into(), (*y_m).into(), (*speed_mps).into()]);
+        }
+        table
+    }
+}
+
+/// What people call a handle: the bench whose front hinge it is, or the tail's rear hinge.
+fn name(index: usize, count: usize) -> String {
+    match index {
+        0 => "head".to_owned(),
+        _ if index + 1 == count => "tail rear".to_owned(),
+        _ => format!("bench {index}"),
+    }
+}

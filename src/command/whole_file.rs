@@ -1,0 +1,50 @@
+//! Files that are there whole or not at all.
+
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Write as _};
+use std::path::{Path, PathBuf};
+use std::process;
+
+use anyhow::Context as _;
+
+/// Writes a file in one go, in place of one of that name. Where that fails, what was there before is left as it was.
+///
+/// The bytes go into a file beside it, which takes its name when they are on the disk. What is no ordinary file, such as
+/// a pipe or a terminal, is written to as it is.
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    write_or_leave(path, bytes).with_context(|| format!("cannot write {}", path.display()))
+}
+
+fn write_or_leave(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    // Behind a symbolic link it is the file linked to that is replaced.
+    let path = match fs::canonicalize(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => path.to_owned(),
+        found => found?,
+    };
+    if path.exists() && !path.is_file() {
+        return fs::OpenOptions::new().write(true).open(&path)?.write_all(bytes);
+    }
+    let unfinished = unfinished(&path)?;
+    let written = write_and_rename(&unfinished, &path, bytes);
+    if written.is_err() {
+        // The first error is the one to tell.
+        let _ = fs::remove_file(&unfinished);
+    }
+    written
+}
+
+fn write_and_rename(unfinished: &Path, path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut file = File::create_new(unfinished)?;
+    file.write_all(bytes)?;
+    file.sync_all()?;
+    fs::rename(unfinished, path)
+}
+
+/// A hidden name in the same folder, of this process alone.
+fn unfinished(path: &Path) -> io::Result<PathBuf> {
+    let name = path.file_name().ok_or(ErrorKind::IsADirectory)?;
+    let mut hidden = std::ffi::OsString::from(".");
+    hidden.push(name);
+    hidden.push(format!(".{}", process::id()));
+    Ok(path.with_file_name(hidden))
+}
