@@ -1,11 +1,62 @@
-//! First contacts and sweeps against all pairs at every step of a fine walk.
+//! First contacts and sweeps against all pairs at every step of a fine walk, and against a search that may not know that
+//! the route is a spiral.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use bench_dragon::dragon::{Board, ChainSolver, ContactSearch, Dimensions, Dragon, PairEvent, first_contact};
-use bench_dragon::route::Spiral;
+use bench_dragon::route::{Route, RoutePoint, Spiral};
 use proptest::prelude::*;
+
+/// A spiral of which nothing is known but that it is a curve.
+#[derive(Debug)]
+struct PlainCurve(Spiral);
+
+impl Route for PlainCurve {
+    fn start_travel_m(&self) -> f64 {
+        self.0.start_travel_m()
+    }
+
+    fn end_travel_m(&self) -> f64 {
+        self.0.end_travel_m()
+    }
+
+    fn pitch_m(&self) -> f64 {
+        self.0.pitch_m()
+    }
+
+    fn travel(&self, place: f64) -> f64 {
+        self.0.travel(place)
+    }
+
+    fn place(&self, travel_m: f64) -> f64 {
+        self.0.place(travel_m)
+    }
+
+    fn point(&self, place: f64) -> RoutePoint {
+        self.0.point(place)
+    }
+
+    fn step_back(&self, place: f64, arc_m: f64) -> f64 {
+        self.0.step_back(place, arc_m)
+    }
+
+    fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
+        self.0.curvature_bound(rear, front)
+    }
+}
+
+/// The same dragon on a spiral and on the plain curve.
+fn twin_dragons() -> impl Strategy<Value = [Dragon; 2]> {
+    let benches = (3_usize..80, 0.8..4.0_f64, 0.8..2.5_f64, 0.1..0.4_f64, 0.0..0.3_f64);
+    let spirals = (1.02..2.5_f64, 2.0..16.0_f64);
+    (benches, spirals).prop_filter_map("cannot stand", |((count, head_m, body_m, width_m, hole_m), (pitch, turns))| {
+        let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole_m).ok()?;
+        let spiral = Spiral::new(pitch * width_m, turns).ok()?;
+        let known = Dragon::new(dimensions, Arc::new(spiral)).ok()?;
+        Some([known, Dragon::new(dimensions, Arc::new(PlainCurve(spiral))).ok()?])
+    })
+}
 
 /// Dragons whose boards are near to each other, on routes short enough to walk through in small steps.
 fn crowded_dragons() -> impl Strategy<Value = Dragon> {
@@ -56,6 +107,31 @@ proptest! {
         let clearance_m = clearance_at(&dragon, contact.travel_m, contact.benches);
         prop_assert!(contact.travel_m == 0.0 || clearance_m.abs() < 1e-10, "clearance {clearance_m} m at {contact:?}");
         prop_assert!(contact.travel_m == 0.0 || touching_at(&dragon, contact.travel_m - 2e-11).is_empty());
+    }
+
+    #[test]
+    fn what_is_known_of_spirals_hides_and_moves_no_contact([known, plain] in twin_dragons(), begin in 0.0..1.0_f64) {
+        let ends = (known.start_travel_m(), known.end_travel_m());
+        for from_m in [ends.0, begin * ends.1] {
+            let [ours, theirs] = [&known, &plain].map(|dragon| first_contact(dragon, from_m, ends.1));
+            prop_assert_eq!(ours.map(|contact| contact.benches), theirs.map(|contact| contact.benches));
+            let apart_m = ours.zip(theirs).map_or(0.0, |(ours, theirs)| (ours.travel_m - theirs.travel_m).abs());
+            prop_assert!(apart_m < 1e-9, "{ours:?} but {theirs:?}");
+        }
+    }
+
+    #[test]
+    fn a_search_in_pieces_finds_what_one_search_finds(dragon in crowded_dragons(), piece_m in 0.3..3.0_f64) {
+        let mut search = ContactSearch::new(&dragon);
+        let (mut contact, mut from_m) = (None, 0.0);
+        while contact.is_none() && from_m < dragon.end_travel_m() {
+            contact = search.first(from_m, from_m + piece_m);
+            from_m += piece_m;
+        }
+        let whole = first_contact(&dragon, 0.0, dragon.end_travel_m());
+        prop_assert_eq!(contact.map(|contact| contact.benches), whole.map(|contact| contact.benches));
+        let apart_m = contact.zip(whole).map_or(0.0, |(ours, theirs)| (ours.travel_m - theirs.travel_m).abs());
+        prop_assert!(apart_m < 1e-10, "{contact:?} but {whole:?}");
     }
 
     #[test]

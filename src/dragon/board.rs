@@ -153,7 +153,7 @@ impl Board {
     }
 
     /// A point seen from the centre, the heading as x.
-    fn local(&self, point: DVec2) -> DVec2 {
+    pub(super) fn local(&self, point: DVec2) -> DVec2 {
         (point - self.centre).rotate(DVec2::new(self.heading.x, -self.heading.y))
     }
 

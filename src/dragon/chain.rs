@@ -43,12 +43,13 @@ pub struct ChainBroken {
     pub end_travel_m: f64,
 }
 
-/// The handles of a dragon at one travel, from the head backwards. Allocates nothing.
+/// The handles of a dragon at one travel, from the head backwards, each solved when it is asked for. Allocates nothing.
 #[derive(Clone, Debug)]
 pub struct Chain<'a> {
     route: &'a dyn Route,
     dimensions: &'a Dimensions,
-    next: Option<(f64, RoutePoint, f64)>,
+    /// The last handle handed out, or the head before that; none where the chain ends early.
+    last: Option<(f64, RoutePoint, f64)>,
     handed_out: usize,
 }
 
@@ -57,14 +58,18 @@ impl<'a> Chain<'a> {
     /// behind meets the route.
     pub(super) fn new(route: &'a dyn Route, dimensions: &'a Dimensions, travel_m: f64) -> Self {
         let place = route.place(travel_m);
-        Self { route, dimensions, next: Some((place, route.point(place), 1.0)), handed_out: 0 }
+        Self { route, dimensions, last: Some((place, route.point(place), 1.0)), handed_out: 0 }
     }
 
-    fn behind(&self, place: f64, point: RoutePoint, speed_ratio: f64) -> Option<(f64, RoutePoint, f64)> {
-        if self.handed_out == self.dimensions.benches() {
-            return None;
-        }
-        let link = Link { route: self.route, front: point, length_m: self.dimensions.link_m(self.handed_out) };
+    /// The rest of a chain behind its handle of this index.
+    pub(super) fn behind(route: &'a dyn Route, dimensions: &'a Dimensions, index: usize, handle: &Handle) -> Self {
+        let last = Some((handle.place, route.point(handle.place), handle.speed_ratio));
+        Self { route, dimensions, last, handed_out: index + 1 }
+    }
+
+    fn follow_link(&self) -> Option<(f64, RoutePoint, f64)> {
+        let (place, front, speed_ratio) = self.last?;
+        let link = Link { route: self.route, front, length_m: self.dimensions.link_m(self.handed_out - 1) };
         let rear = link.rear(place)?;
         Some((rear.place, rear.point, speed_ratio * rear.speed_ratio()))
     }
@@ -74,8 +79,13 @@ impl Iterator for Chain<'_> {
     type Item = Handle;
 
     fn next(&mut self) -> Option<Handle> {
-        let (place, point, speed_ratio) = self.next?;
-        self.next = self.behind(place, point, speed_ratio);
+        if self.handed_out == self.dimensions.handles() {
+            return None;
+        }
+        if self.handed_out > 0 {
+            self.last = self.follow_link();
+        }
+        let (place, point, speed_ratio) = self.last?;
         self.handed_out += 1;
         Some(Handle::new(place, point, speed_ratio))
     }

@@ -1,9 +1,11 @@
 //! When boards touch, over a whole run or from one frame to the next.
 
+use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
 use super::Dragon;
 use super::clearance::ClearanceSearch;
+use super::coil_reach::CoilReach;
 use super::contact::{Contact, PairEvent};
 use super::follower::Follower;
 use super::passage::drift_m;
@@ -22,8 +24,16 @@ pub fn first_contact(dragon: &Dragon, from_travel_m: f64, to_travel_m: f64) -> O
 #[derive(Clone, Debug)]
 pub struct ContactSearch {
     dragon: Dragon,
+    reach: Option<CoilReach>,
+    /// Travel before which no two benches touch, for the bounds of the coil say so.
+    clear_to_m: f64,
     earlier: Pose,
     later: Pose,
+    /// Places of the handles where [`first`](Self::first) began, as long as some handle stands where none before it
+    /// was seen.
+    beginning: Vec<f64>,
+    /// Where the last such search ended without a contact, if `earlier` still is there.
+    searched_to_m: Option<f64>,
     near: ClearanceSearch,
     pairs: Vec<[usize; 2]>,
     events: Vec<PairEvent>,
@@ -32,10 +42,15 @@ pub struct ContactSearch {
 impl ContactSearch {
     /// A search over the run of `dragon`.
     pub fn new(dragon: &Dragon) -> Self {
+        let reach = CoilReach::of(dragon);
         Self {
             dragon: dragon.clone(),
+            reach,
+            clear_to_m: reach.map_or(f64::NEG_INFINITY, |reach| clear_to_m(dragon, &reach)),
             earlier: Pose::default(),
             later: Pose::default(),
+            beginning: Vec::new(),
+            searched_to_m: None,
             near: ClearanceSearch::default(),
             pairs: Vec::new(),
             events: Vec::new(),
@@ -44,20 +59,23 @@ impl ContactSearch {
 
     /// The first travel between two at which some pair touches, to 10⁻¹¹ m; what lies outside the run is left out.
     ///
-    /// Once every handle has come to where the one before it stood at the beginning, only pairs with one of the first
-    /// two benches are looked at: body links are alike, so any other pair lies where the pair one bench further ahead
-    /// has lain before.
+    /// The chain behind a handle is a function of that handle's place, and body links are alike. So once every handle
+    /// has come to where the one before it stood at the beginning, any pair lies where the pair one bench further ahead
+    /// has lain before, and only pairs with one of the first two benches are looked at. They alone are looked at from
+    /// the beginning where the bounds of the coil rule out all contacts there, and on from where the last search ended.
     pub fn first(&mut self, from_travel_m: f64, to_travel_m: f64) -> Option<Contact> {
         let (from_m, to_m) = self.within_run(from_travel_m, to_travel_m)?;
-        self.begin(from_m);
-        let touching = self.near.nearest(&self.earlier.boards).filter(|nearest| nearest.clearance_m <= 0.0);
-        if let Some(nearest) = touching {
-            return Some(Contact { travel_m: from_m, benches: nearest.benches, point: nearest.point });
+        let from_m = from_m.max(self.clear_to_m);
+        if from_m > to_m || self.dragon.dimensions().benches() < 3 {
+            return None;
         }
-        let beginning: Vec<f64> = self.earlier.handles.iter().map(|handle| handle.place).collect();
+        let goes_on = self.searched_to_m.take() == Some(from_m);
+        if !goes_on && let Some(contact) = self.begin(from_m) {
+            return Some(contact);
+        }
         while self.earlier.travel_m < to_m {
             self.stride(to_m);
-            if self.repeats(&beginning) {
+            if self.repeats() {
                 self.collect_leading_pairs();
             } else {
                 self.collect_pairs();
@@ -67,6 +85,23 @@ impl ContactSearch {
             }
             self.advance();
         }
+        self.searched_to_m = Some(to_m);
+        None
+    }
+
+    /// Places the dragon where a search begins. If a pair touches there, that is the search's end.
+    fn begin(&mut self, from_m: f64) -> Option<Contact> {
+        self.beginning.clear();
+        if from_m == self.clear_to_m {
+            self.earlier.place_head(&self.dragon, from_m);
+            return None;
+        }
+        self.place(from_m);
+        let nearest = self.near.nearest(&self.earlier.boards)?;
+        if nearest.clearance_m <= 0.0 {
+            return Some(Contact { travel_m: from_m, benches: nearest.benches, point: nearest.point });
+        }
+        self.beginning.extend(self.earlier.handles.iter().map(|handle| handle.place));
         None
     }
 
@@ -78,14 +113,13 @@ impl ContactSearch {
     pub fn sweep(&mut self, from_travel_m: f64, to_travel_m: f64) -> &[PairEvent] {
         self.events.clear();
         let Some((from_m, to_m)) = self.within_run(from_travel_m, to_travel_m) else { return &self.events };
-        self.begin(from_m);
+        self.place(from_m);
         while self.earlier.travel_m < to_m {
             self.stride(to_m);
             self.collect_pairs();
             let Self { dragon, earlier, later, pairs, events, .. } = self;
             for &benches in &*pairs {
-                let follower = Follower { dragon, benches };
-                let _ = follower.follow(&follower.at(earlier), &follower.at(later), &mut |event| {
+                let _ = Follower::follow(dragon, benches, earlier, later, &mut |event| {
                     events.push(event);
                     ControlFlow::Continue(())
                 });
@@ -102,17 +136,20 @@ impl ContactSearch {
         (from_m <= to_m).then_some((from_m, to_m))
     }
 
-    fn begin(&mut self, travel_m: f64) {
+    /// Places the whole dragon, unless it stands there already.
+    fn place(&mut self, travel_m: f64) {
+        self.searched_to_m = None;
         if !self.earlier.is_at(travel_m) {
-            self.earlier.place(&self.dragon, travel_m);
+            self.earlier.place_head(&self.dragon, travel_m);
         }
+        self.earlier.extend_to(&self.dragon, usize::MAX);
     }
 
-    /// Places `later` at the end of the next way, at most at `to_m`.
+    /// Places the head of `later` at the end of the next way, at most at `to_m`.
     fn stride(&mut self, to_m: f64) {
         let dimensions = self.dragon.dimensions();
         let stride_m = STRIDE_LINKS * dimensions.link_m(0).min(dimensions.link_m(1));
-        self.later.place(&self.dragon, to_m.min(self.earlier.travel_m + stride_m));
+        self.later.place_head(&self.dragon, to_m.min(self.earlier.travel_m + stride_m));
     }
 
     fn advance(&mut self) {
@@ -120,13 +157,17 @@ impl ContactSearch {
     }
 
     /// Whether each body handle has come to where the one before it stood at the beginning.
-    fn repeats(&self, beginning: &[f64]) -> bool {
-        let body = &self.earlier.handles[2.min(self.earlier.handles.len())..];
-        body.iter().zip(&beginning[1..]).all(|(handle, &place)| handle.place >= place)
+    fn repeats(&mut self) -> bool {
+        let body = self.earlier.handles.iter().skip(2);
+        if body.zip(self.beginning.iter().skip(1)).all(|(handle, &place)| handle.place >= place) {
+            self.beginning.clear();
+        }
+        self.beginning.is_empty()
     }
 
     /// Collects all pairs that could be in touch somewhere on the way.
     fn collect_pairs(&mut self) {
+        self.later.extend_to(&self.dragon, usize::MAX);
         let furthest_m = (0..self.earlier.boards.len()).map(|bench| self.drift_m(bench)).fold(0.0, f64::max);
         self.pairs.clear();
         self.pairs.extend(self.near.within(&self.earlier.boards, 2.0 * furthest_m).iter().map(|pair| pair.benches));
@@ -135,10 +176,11 @@ impl ContactSearch {
     /// The same for pairs with the head or the bench behind it.
     fn collect_leading_pairs(&mut self) {
         self.pairs.clear();
-        let boards = &self.earlier.boards;
-        for first in 0..2.min(boards.len()) {
+        self.extend_within_reach(2);
+        for first in 0..2.min(self.later.boards.len()) {
             let drift_m = self.drift_m(first);
-            for second in first + 2..boards.len() {
+            for second in first + 2..self.later.boards.len() {
+                let boards = &self.earlier.boards;
                 let (ours, theirs) = (&boards[first], &boards[second]);
                 let gap_m = ours.centre.distance(theirs.centre) - ours.radius_m() - theirs.radius_m();
                 if gap_m <= drift_m + self.drift_m(second) {
@@ -148,6 +190,20 @@ impl ContactSearch {
         }
     }
 
+    /// Puts up benches at both ends of the way until none of the rest can touch the first `leading` ones.
+    fn extend_within_reach(&mut self, leading: usize) {
+        let Self { dragon, reach, earlier, later, .. } = self;
+        earlier.extend_to(dragon, leading);
+        let limit = reach.and_then(|reach| {
+            let front_angle = reach.angle(later.handles[0].place)?;
+            let turns = reach.turns(0, front_angle)?.max(reach.turns(1, front_angle)?);
+            let rear_angle = reach.angle(earlier.handles[leading].place)?;
+            Some(reach.place(rear_angle + TAU * turns + 2.0 * reach.overhang_angle(front_angle)))
+        });
+        later.extend_while(dragon, |bench, place| bench < leading || limit.is_none_or(|limit| place >= limit));
+        earlier.extend_to(dragon, later.boards.len());
+    }
+
     fn drift_m(&self, bench: usize) -> f64 {
         drift_m(&self.dragon, bench, &self.earlier.seat(bench), &self.later.seat(bench))
     }
@@ -155,11 +211,15 @@ impl ContactSearch {
     /// The first touch of any of the collected pairs.
     fn earliest_touch(&self) -> Option<Contact> {
         let touch = |&benches: &[usize; 2]| {
-            let follower = Follower { dragon: &self.dragon, benches };
-            let touched =
-                follower.follow(&follower.at(&self.earlier), &follower.at(&self.later), &mut ControlFlow::Break);
-            touched.break_value()
+            Follower::follow(&self.dragon, benches, &self.earlier, &self.later, &mut ControlFlow::Break).break_value()
         };
         self.pairs.iter().filter_map(touch).min_by(PairEvent::order).map(|event| *event.contact())
     }
+}
+
+/// Travel up to which the bounds of the coil rule out all contacts; before the run if they rule out none.
+fn clear_to_m(dragon: &Dragon, reach: &CoilReach) -> f64 {
+    let start = dragon.route().place(dragon.start_travel_m());
+    let clear_from = reach.angle(start).and_then(|angle| reach.clear_from(angle));
+    clear_from.map_or(f64::NEG_INFINITY, |angle| dragon.route().travel(reach.place(angle)))
 }

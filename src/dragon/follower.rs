@@ -8,7 +8,8 @@
 use std::ops::ControlFlow;
 
 use super::Dragon;
-use super::board::Approach;
+use super::board::{Approach, Board};
+use super::coil_motion::CoilMotion;
 use super::contact::{Contact, PairEvent};
 use super::passage::Passage;
 use super::pose::{Pose, Seat};
@@ -19,28 +20,50 @@ const RESOLUTION_M: f64 = 1e-11;
 
 /// Follows one pair.
 pub(super) struct Follower<'a> {
-    pub(super) dragon: &'a Dragon,
-    pub(super) benches: [usize; 2],
+    dragon: &'a Dragon,
+    benches: [usize; 2],
+    /// Bounds on the whole way, if it is on a coil.
+    motion: Option<CoilMotion>,
 }
 
 /// The pair at one travel.
-pub(super) struct Moment {
+struct Moment {
     travel_m: f64,
     seats: [Seat; 2],
-    approach: Approach,
+    /// The largest gap across an edge, which is above 0 exactly where the boards are apart.
+    gap_m: f64,
 }
 
 impl Moment {
     fn new(travel_m: f64, first: Seat, second: Seat) -> Self {
-        Self { travel_m, seats: [first, second], approach: first.board.approach(&second.board) }
+        Self { travel_m, seats: [first, second], gap_m: first.board.separation(&second.board).0 }
+    }
+
+    fn touching(&self) -> bool {
+        self.gap_m <= 0.0
+    }
+
+    fn boards(&self) -> [&Board; 2] {
+        [&self.seats[0].board, &self.seats[1].board]
+    }
+
+    fn approach(&self) -> Approach {
+        self.seats[0].board.approach(&self.seats[1].board)
     }
 }
 
-impl Follower<'_> {
-    /// The pair in a pose of the whole dragon.
-    pub(super) fn at(&self, pose: &Pose) -> Moment {
-        let [first, second] = self.benches;
-        Moment::new(pose.travel_m, pose.seat(first), pose.seat(second))
+impl<'a> Follower<'a> {
+    /// Hands out the changes of a pair of benches between two poses, in order, until `sink` breaks.
+    pub(super) fn follow(
+        dragon: &'a Dragon,
+        benches: [usize; 2],
+        earlier: &Pose,
+        later: &Pose,
+        sink: &mut impl FnMut(PairEvent) -> ControlFlow<PairEvent>,
+    ) -> ControlFlow<PairEvent> {
+        let follower = Self { dragon, benches, motion: CoilMotion::new(dragon, benches, earlier, later) };
+        let at = |pose: &Pose| Moment::new(pose.travel_m, pose.seat(benches[0]), pose.seat(benches[1]));
+        follower.walk(&at(earlier), &at(later), sink)
     }
 
     /// The pair at a travel within the run; solves the chain as far as the pair's second bench.
@@ -55,8 +78,7 @@ impl Follower<'_> {
         Moment::new(travel_m, seat(first, first), seat(second, second - first - 2))
     }
 
-    /// Hands out the pair's changes between two moments, in order, until `sink` breaks.
-    pub(super) fn follow(
+    fn walk(
         &self,
         earlier: &Moment,
         later: &Moment,
@@ -71,31 +93,44 @@ impl Follower<'_> {
             return self.change(earlier, later).map_or(ControlFlow::Continue(()), sink);
         }
         let middle = self.solve(middle_m);
-        self.follow(earlier, &middle, sink)?;
-        self.follow(&middle, later, sink)
+        self.walk(earlier, &middle, sink)?;
+        self.walk(&middle, later, sink)
     }
 
     /// Whether the pair provably stays apart, or in touch, all the way.
     fn settled(&self, earlier: &Moment, later: &Moment) -> bool {
-        if earlier.approach.touching() != later.approach.touching() {
+        if earlier.touching() != later.touching() {
             return false;
         }
+        let Some(motion) = &self.motion else { return self.settled_anywhere(earlier, later) };
+        let angle = later.seats[0].front.place - earlier.seats[0].front.place;
+        if earlier.touching() {
+            motion.stays_touching(earlier.boards(), later.boards(), angle) || self.settled_anywhere(earlier, later)
+        } else {
+            motion.stays_apart(earlier.boards(), later.boards(), angle)
+        }
+    }
+
+    /// The same by bounds that hold on any route.
+    fn settled_anywhere(&self, earlier: &Moment, later: &Moment) -> bool {
         let [first, second] =
             [0, 1].map(|i| Passage::new(self.dragon, self.benches[i], &earlier.seats[i], &later.seats[i]));
-        if earlier.approach.touching() {
-            let depth_m = -earlier.approach.clearance_m.min(later.approach.clearance_m);
-            return first.stays_touching(&second, depth_m);
+        if earlier.touching() {
+            return first.stays_touching(&second, -earlier.gap_m.min(later.gap_m));
         }
         [earlier, later].into_iter().any(|moment| {
             let (_, axis) = moment.seats[0].board.separation(&moment.seats[1].board);
-            first.stays_apart(&second, axis) || first.stays_apart(&second, moment.approach.direction)
+            first.stays_apart(&second, axis) || first.stays_apart(&second, moment.approach().direction)
         })
     }
 
     fn change(&self, earlier: &Moment, later: &Moment) -> Option<PairEvent> {
-        let contact =
-            |moment: &Moment| Contact { travel_m: later.travel_m, benches: self.benches, point: moment.approach.point };
-        match (earlier.approach.touching(), later.approach.touching()) {
+        let contact = |moment: &Moment| Contact {
+            travel_m: later.travel_m,
+            benches: self.benches,
+            point: moment.approach().point,
+        };
+        match (earlier.touching(), later.touching()) {
             (false, true) => Some(PairEvent::Touch(contact(later))),
             (true, false) => Some(PairEvent::Part(contact(earlier))),
             _ => None,

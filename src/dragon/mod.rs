@@ -7,6 +7,8 @@ mod bisection;
 mod board;
 mod chain;
 mod clearance;
+mod coil_motion;
+mod coil_reach;
 mod contact;
 mod contact_search;
 mod dimensions;
@@ -128,6 +130,11 @@ impl Dragon {
         } else {
             Err(ChainBroken { travel_m, start_travel_m, end_travel_m })
         }
+    }
+
+    /// The handles behind the one of this index.
+    fn chain_behind(&self, index: usize, handle: &Handle) -> Chain<'_> {
+        Chain::behind(self.route(), &self.dimensions, index, handle)
     }
 
     /// The board of a bench between its two handles.

@@ -1,4 +1,4 @@
-//! The whole dragon at one travel.
+//! The dragon at one travel, or as much of it as is wanted, from the head.
 
 use super::Dragon;
 use super::board::Board;
@@ -15,15 +15,37 @@ pub(super) struct Pose {
 }
 
 impl Pose {
-    /// Puts the dragon's head at `travel_m`, which must lie within the run.
-    pub(super) fn place(&mut self, dragon: &Dragon, travel_m: f64) {
-        let chain = dragon.chain(travel_m).expect("the travel lies within the run");
+    /// Puts the dragon's head at `travel_m`, which must lie within the run, and nothing behind it.
+    pub(super) fn place_head(&mut self, dragon: &Dragon, travel_m: f64) {
         self.travel_m = travel_m;
         self.handles.clear();
-        self.handles.extend(chain);
         self.handle_travels_m.clear();
-        self.handle_travels_m.extend(self.handles.iter().map(|handle| dragon.route().travel(handle.place)));
-        dragon.place_boards(&self.handles, &mut self.boards);
+        self.boards.clear();
+        let mut chain = dragon.chain(travel_m).expect("the travel lies within the run");
+        self.push(dragon, chain.next().expect("a dragon has a head"));
+    }
+
+    /// Puts up benches behind those that stand already, until there are as many as that, or all.
+    pub(super) fn extend_to(&mut self, dragon: &Dragon, benches: usize) {
+        self.extend_while(dragon, |index, _| index < benches);
+    }
+
+    /// Puts up benches behind those that stand already as long as `wanted` is true of the index and place of their front
+    /// handles.
+    pub(super) fn extend_while(&mut self, dragon: &Dragon, wanted: impl Fn(usize, f64) -> bool) {
+        let mut chain = dragon.chain_behind(self.boards.len(), &self.handles[self.boards.len()]);
+        let benches = dragon.dimensions().benches();
+        while self.boards.len() < benches && wanted(self.boards.len(), self.handles[self.boards.len()].place) {
+            self.push(dragon, chain.next().expect("every link meets the route during the run"));
+        }
+    }
+
+    fn push(&mut self, dragon: &Dragon, handle: Handle) {
+        if let Some(front) = self.handles.last() {
+            self.boards.push(dragon.board(self.boards.len(), front, &handle));
+        }
+        self.handles.push(handle);
+        self.handle_travels_m.push(dragon.route().travel(handle.place));
     }
 
     pub(super) fn is_at(&self, travel_m: f64) -> bool {

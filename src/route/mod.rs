@@ -6,6 +6,7 @@
 
 mod arc;
 mod archimedean;
+mod coil;
 mod error;
 mod spiral;
 mod turnaround;
@@ -15,6 +16,7 @@ use std::fmt::Debug;
 use glam::DVec2;
 
 pub use arc::CircularArc;
+pub use coil::Coil;
 pub use error::RouteError;
 pub use spiral::Spiral;
 pub use turnaround::Turnaround;
@@ -67,5 +69,10 @@ pub trait Route: Debug + Send + Sync {
     /// The places at which the curvature jumps, in walking order.
     fn joints(&self) -> &[f64] {
         &[]
+    }
+
+    /// The route's rear part that is a spiral, if it has one: there, contacts can be ruled out without a search.
+    fn coil(&self) -> Option<Coil> {
+        None
     }
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::archimedean::Archimedean;
-use super::{Route, RouteError, RoutePoint};
+use super::{Coil, Route, RouteError, RoutePoint};
 
 /// The spiral r = b·θ with pitch 2π·b, walked clockwise from θ = 2π·`start_turns` into the centre.
 ///
@@ -70,5 +70,9 @@ impl Route for Spiral {
     /// Exact: the curvature grows all the way in, so its maximum is at the front.
     fn curvature_bound(&self, _rear: f64, front: f64) -> f64 {
         self.curve.curvature(-front)
+    }
+
+    fn coil(&self) -> Option<Coil> {
+        Some(Coil { end_place: 0.0, end_angle: 0.0, radius_per_radian_m: self.curve.radius_per_radian_m })
     }
 }

@@ -14,7 +14,7 @@ use glam::DVec2;
 
 use super::arc::{CircularArc, Turn};
 use super::archimedean::Archimedean;
-use super::{Route, RouteError, RoutePoint};
+use super::{Coil, Route, RouteError, RoutePoint};
 
 /// Inward spiral, two tangent arcs in an S inside the turning circle, outward spiral. t = 0 is where the head enters the
 /// circle; the way in is walked clockwise.
@@ -216,5 +216,14 @@ impl Route for Turnaround {
 
     fn joints(&self) -> &[f64] {
         &self.joints
+    }
+
+    /// The way in.
+    fn coil(&self) -> Option<Coil> {
+        Some(Coil {
+            end_place: self.joints[0],
+            end_angle: self.circle_angle,
+            radius_per_radian_m: self.curve.radius_per_radian_m,
+        })
     }
 }
