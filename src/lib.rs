@@ -5,6 +5,7 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`server`], [`monitor`], [`record`] | the processes' logic |
+//! | [`plan`] | what a choreographer asks |
 //! | [`dragon`] | chain, boards, clearance, contact |
 //! | [`route`] | the curves that the handles follow |
 //!
@@ -17,6 +18,7 @@ pub mod dragon;
 pub mod histogram;
 pub mod monitor;
 pub mod number;
+pub mod plan;
 pub mod record;
 pub mod report;
 pub mod route;

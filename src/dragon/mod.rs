@@ -15,6 +15,8 @@ mod dimensions;
 mod follower;
 mod grid;
 mod link;
+mod newton;
+mod orbit;
 mod passage;
 mod pose;
 mod run;
@@ -33,6 +35,9 @@ pub use contact::{Contact, PairEvent};
 pub use contact_search::{ContactSearch, first_contact};
 pub use dimensions::{Dimensions, DimensionsError};
 pub use run::RunEnd;
+
+pub(crate) use newton::{Slope, rising_root};
+pub(crate) use orbit::Station;
 
 use run::Run;
 

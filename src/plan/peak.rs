@@ -1,0 +1,116 @@
+//! Where a function of one variable is largest.
+
+/// Part of an interval that golden section leaves out: 1 − 1/φ.
+const GOLDEN: f64 = 0.381_966_011_250_105_1;
+
+/// Bound on evaluations; golden section alone shrinks an interval by 10¹⁰ with 48.
+const MAX_EVALUATIONS: usize = 100;
+
+/// A largest value and where it is taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Peak {
+    pub(super) at: f64,
+    pub(super) value: f64,
+}
+
+/// The peak of a function that has one on an interval, its ends included.
+///
+/// Brent's method (Brent 1973, Algorithms for Minimization without Derivatives, chapter 5): parabolas through the best
+/// three points, golden section where they do not help. The place is right to `tolerance`, or to the square root of
+/// rounding where the peak is smooth, which leaves the value right to rounding. On a function with several peaks it
+/// finds one of them, never less than either end.
+pub(super) fn peak(low: f64, high: f64, tolerance: f64, mut function: impl FnMut(f64) -> f64) -> Peak {
+    let mut evaluate = |at| Peak { at, value: function(at) };
+    let ends = [evaluate(low), evaluate(high)];
+    let inner = within(low, high, tolerance, &mut evaluate);
+    ends.into_iter().fold(inner, higher)
+}
+
+/// The higher of two, the first where they are equal.
+pub(super) fn higher(first: Peak, second: Peak) -> Peak {
+    if second.value > first.value { second } else { first }
+}
+
+fn within(low: f64, high: f64, tolerance: f64, evaluate: &mut impl FnMut(f64) -> Peak) -> Peak {
+    let (mut low, mut high) = (low, high);
+    let mut best = evaluate(low + GOLDEN * (high - low));
+    let (mut second, mut third) = (best, best);
+    let (mut step, mut step_before) = (0.0_f64, 0.0_f64);
+    for _ in 0..MAX_EVALUATIONS {
+        let middle = 0.5 * (low + high);
+        let finest = tolerance + 2.0 * f64::EPSILON * best.at.abs();
+        if (best.at - middle).abs() <= 2.0 * finest - 0.5 * (high - low) {
+            break;
+        }
+        let parabolic = parabola_step(best, second, third).filter(|parabolic| {
+            let at = best.at + parabolic;
+            at > low && at < high && parabolic.abs() < 0.5 * step_before.abs()
+        });
+        step_before = step;
+        step = parabolic.unwrap_or_else(|| {
+            step_before = if best.at < middle { high - best.at } else { low - best.at };
+            GOLDEN * step_before
+        });
+        let toward = if parabolic.is_some() && (best.at + step - low).min(high - best.at - step) < 2.0 * finest {
+            finest.copysign(middle - best.at)
+        } else if step.abs() < finest {
+            finest.copysign(step)
+        } else {
+            step
+        };
+        step = toward;
+        let trial = evaluate(best.at + step);
+        if trial.value >= best.value {
+            if trial.at < best.at {
+                high = best.at;
+            } else {
+                low = best.at;
+            }
+            (third, second, best) = (second, best, trial);
+        } else {
+            if trial.at < best.at {
+                low = trial.at;
+            } else {
+                high = trial.at;
+            }
+            if trial.value >= second.value || second.at == best.at {
+                (third, second) = (second, trial);
+            } else if trial.value >= third.value || third.at == best.at || third.at == second.at {
+                third = trial;
+            }
+        }
+    }
+    best
+}
+
+/// The step from `best` to the top of the parabola through three points.
+fn parabola_step(best: Peak, second: Peak, third: Peak) -> Option<f64> {
+    let to_second = (best.at - second.at) * (best.value - third.value);
+    let to_third = (best.at - third.at) * (best.value - second.value);
+    let numerator = (best.at - third.at) * to_third - (best.at - second.at) * to_second;
+    let step = -0.5 * numerator / (to_third - to_second);
+    step.is_finite().then_some(step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_smooth_peak_is_right_to_rounding() {
+        let Peak { at, value } = peak(0.0, 4.0, 1e-10, |x| -(x - 1.234_567).powi(4) - (x - 1.234_567).powi(2) + 3.0);
+        assert!((at - 1.234_567).abs() < 1e-7 && (value - 3.0).abs() < 1e-15, "{value} at {at}");
+    }
+
+    #[test]
+    fn a_kink_is_found_to_the_tolerance() {
+        let Peak { at, .. } = peak(-1.0, 2.0, 1e-12, |x| if x < 0.3 { x } else { 0.3 - 5.0 * (x - 0.3) });
+        assert!((at - 0.3).abs() < 1e-11, "{at}");
+    }
+
+    #[test]
+    fn a_peak_at_an_end_is_exact() {
+        assert_eq!(peak(2.0, 5.0, 1e-9, |x| x).at, 5.0);
+        assert_eq!(peak(2.0, 5.0, 1e-9, |x| -x).at, 2.0);
+    }
+}
