@@ -1,8 +1,16 @@
 //! The planner: what a choreographer asks before the show.
 
+mod board_variation;
+mod chain_variation;
+mod parameter;
 mod passage;
 mod peak;
+mod setting;
 mod speed_limit;
 
+pub use board_variation::{BoardVariation, Kink, Witness};
+pub use chain_variation::{Change, HandleVariation, handle_variations};
+pub use parameter::Parameter;
 pub use passage::{Infeasible, passage_through};
+pub use setting::Setting;
 pub use speed_limit::{LargestRatio, largest_speed_ratio};

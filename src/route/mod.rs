@@ -10,6 +10,7 @@ mod coil;
 mod error;
 mod spiral;
 mod turnaround;
+mod variation;
 
 use std::fmt::Debug;
 
@@ -20,6 +21,7 @@ pub use coil::Coil;
 pub use error::RouteError;
 pub use spiral::Spiral;
 pub use turnaround::Turnaround;
+pub use variation::{PitchFamily, RouteVariation};
 
 /// The route at one place.
 #[derive(Clone, Copy, Debug, PartialEq)]

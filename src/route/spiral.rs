@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use super::archimedean::Archimedean;
-use super::{Coil, Route, RouteError, RoutePoint};
+use super::variation::PieceVariation;
+use super::{Coil, PitchFamily, Route, RouteError, RoutePoint, RouteVariation};
 
 /// The spiral r = b·θ with pitch 2π·b, walked clockwise from θ = 2π·`start_turns` into the centre.
 ///
@@ -74,5 +75,15 @@ impl Route for Spiral {
 
     fn coil(&self) -> Option<Coil> {
         Some(Coil { end_place: 0.0, end_angle: 0.0, radius_per_radian_m: self.curve.radius_per_radian_m })
+    }
+}
+
+/// Held is the number of turns at the start.
+impl PitchFamily for Spiral {
+    /// At a fixed angle everything grows as the pitch does.
+    fn variation(&self, place: f64) -> RouteVariation {
+        let point = self.point(place);
+        PieceVariation { position: point.position / self.pitch_m, turn: 0.0, travel: self.travel(place) / self.pitch_m }
+            .at_travel(&point, -self.curve.curvature(-place))
     }
 }

@@ -14,7 +14,8 @@ use glam::DVec2;
 
 use super::arc::{CircularArc, Turn};
 use super::archimedean::Archimedean;
-use super::{Coil, Route, RouteError, RoutePoint};
+use super::variation::PieceVariation;
+use super::{Coil, PitchFamily, Route, RouteError, RoutePoint, RouteVariation};
 
 /// Inward spiral, two tangent arcs in an S inside the turning circle, outward spiral. t = 0 is where the head enters the
 /// circle; the way in is walked clockwise.
@@ -113,6 +114,23 @@ impl Turnaround {
     /// Where the S ends, on the turning circle opposite the entry.
     pub fn exit(&self) -> DVec2 {
         -self.entry()
+    }
+
+    /// How the S changes, per metre of pitch.
+    ///
+    /// Held at R, the circle is met at θ = R/b, which falls by θ/p. The direction there falls with θ and α, and the
+    /// length of the arcs is 2·α times the sum of the radii, R / sin α.
+    fn turn_variation(&self) -> TurnVariation {
+        let (angle, radii_sum_m) = (self.circle_angle, self.arcs[0].radius_m() + self.arcs[1].radius_m());
+        let entry_angle = -angle / self.pitch_m;
+        let arc_half_angle = entry_angle / (1.0 + angle * angle);
+        let scale = -arc_half_angle / angle;
+        TurnVariation {
+            entry_angle,
+            turn: entry_angle + arc_half_angle,
+            scale,
+            length: 2.0 * arc_half_angle * radii_sum_m + scale * self.turn_length_m(),
+        }
     }
 
     /// θ at a place on the way out.
@@ -225,5 +243,55 @@ impl Route for Turnaround {
             end_angle: self.circle_angle,
             radius_per_radian_m: self.curve.radius_per_radian_m,
         })
+    }
+}
+
+/// How the S changes, per metre of pitch.
+#[derive(Clone, Copy, Debug)]
+struct TurnVariation {
+    /// Of the polar angle of the entry.
+    entry_angle: f64,
+    /// Of the direction at entry and exit, in radians.
+    turn: f64,
+    /// Of the radii, relative to them.
+    scale: f64,
+    /// Of the length of the arcs.
+    length: f64,
+}
+
+/// Held are the turning circle, the ratio of the radii, and t = 0 at the entry into the circle.
+impl PitchFamily for Turnaround {
+    /// The spirals grow as the pitch does at a fixed angle. Each arc moves, turns and grows with the end that it has on
+    /// the turning circle, at a fixed angle from there.
+    fn variation(&self, place: f64) -> RouteVariation {
+        let [entry, middle, exit] = self.joints;
+        let (point, travel_m, length_m) = (self.point(place), self.travel(place), self.turn_length_m());
+        let turn = self.turn_variation();
+        let circle_pace_m = self.curve.pace_m(self.circle_angle);
+        let on_arc = |end: DVec2, travel: f64| {
+            let spoke = point.position - end;
+            let position = turn.entry_angle * end.perp() + turn.scale * spoke + turn.turn * spoke.perp();
+            PieceVariation { position, turn: turn.turn, travel }
+        };
+        let on_spiral = |travel: f64| PieceVariation { position: point.position / self.pitch_m, turn: 0.0, travel };
+        let (piece, curvature) = if place <= entry {
+            let travel = travel_m / self.pitch_m + circle_pace_m * turn.entry_angle;
+            (on_spiral(travel), -self.curve.curvature(-place))
+        } else if place <= middle {
+            (on_arc(self.entry(), turn.scale * travel_m), -1.0 / self.arcs[0].radius_m())
+        } else if place <= exit {
+            let travel = turn.length - turn.scale * (length_m - travel_m);
+            (on_arc(self.exit(), travel), 1.0 / self.arcs[1].radius_m())
+        } else {
+            let travel = turn.length + (travel_m - length_m) / self.pitch_m - circle_pace_m * turn.entry_angle;
+            (on_spiral(travel), self.curve.curvature(self.angle_out(place)))
+        };
+        piece.at_travel(&point, curvature)
+    }
+
+    /// The arcs keep their shares of the length.
+    fn joint_variations(&self) -> Vec<f64> {
+        let per_metre = self.turn_variation().length / self.turn_length_m();
+        self.joints.iter().map(|&joint| per_metre * self.travel(joint)).collect()
     }
 }

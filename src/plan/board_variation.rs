@@ -1,0 +1,174 @@
+//! How the clearance of two boards changes when they move and grow a little.
+//!
+//! The clearance of two rectangles is the distance along some direction between a point of the one and a point of the
+//! other: a corner and an edge of the other, across that edge, or two corners, along their connection. As long as it is
+//! these that decide, it changes by what the points, fixed in their growing boards, move along the direction: the
+//! direction itself turns without effect. Where two such pairs tie there is a kink, and no derivative.
+
+use glam::DVec2;
+use thiserror::Error;
+
+use crate::dragon::Board;
+
+use super::Change;
+use super::chain_variation::HandleVariation;
+
+/// Clearances nearer than this to each other count as equal, in metres: contacts are known to some 10⁻¹¹ m.
+pub(super) const TIE_M: f64 = 1e-9;
+
+/// Why a clearance has no derivative.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum Kink {
+    /// Two corners are equally near to an edge.
+    #[error("two edges are parallel")]
+    ParallelEdges,
+    /// Two corners or edges decide at once.
+    #[error("a corner meets a corner")]
+    Corners,
+}
+
+/// How a board changes, per metre of what changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoardVariation {
+    centre: DVec2,
+    turn: f64,
+    half_length: f64,
+    half_width: f64,
+}
+
+impl BoardVariation {
+    /// The board of a bench whose handles change like this.
+    pub fn new(board: &Board, bench: usize, link_m: f64, ends: &[HandleVariation], change: Change) -> Self {
+        let (front, rear) = (ends[0].position, ends[1].position);
+        Self {
+            centre: 0.5 * (front + rear),
+            turn: board.heading.perp_dot(front - rear) / link_m,
+            half_length: 0.5 * change.length(bench),
+            half_width: 0.5 * change.width(),
+        }
+    }
+
+    /// Of a point that keeps its share of the half length and the half width.
+    fn point(&self, board: &Board, shares: DVec2) -> DVec2 {
+        let arm = board.heading.rotate(shares * DVec2::new(board.half_length, board.half_width));
+        let growth = board.heading.rotate(shares * DVec2::new(self.half_length, self.half_width));
+        self.centre + self.turn * arm.perp() + growth
+    }
+}
+
+/// The two points that decide the clearance of two boards, and the direction from the first to the second.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Witness {
+    direction: DVec2,
+    /// In halves of the boards' lengths and widths.
+    shares: [DVec2; 2],
+}
+
+impl Witness {
+    /// The points that decide the clearance of two boards.
+    ///
+    /// # Errors
+    /// Others decide as well.
+    pub fn of(first: &Board, second: &Board) -> Result<Self, Kink> {
+        let boards = [first, second];
+        let mut gaps: Vec<EdgeGap> =
+            [0, 1].into_iter().flat_map(|owner| EdgeGap::all(boards[owner], boards[1 - owner], owner)).collect();
+        gaps.sort_unstable_by(|a, b| b.gap_m.total_cmp(&a.gap_m));
+        let gap = gaps[0];
+        let beyond_m = gap.beyond_end_m(boards[gap.owner]);
+        if gap.gap_m > TIE_M && beyond_m > 0.0 {
+            return Ok(Self::of_corners(first, second));
+        }
+        if gap.next_corner_m - gap.gap_m < TIE_M {
+            return Err(Kink::ParallelEdges);
+        }
+        if gap.gap_m - gaps[1].gap_m < TIE_M || (gap.gap_m > -TIE_M && beyond_m > -TIE_M) {
+            return Err(Kink::Corners);
+        }
+        Ok(gap.witness(boards))
+    }
+
+    /// By how much the clearance grows.
+    pub fn variation(&self, boards: [&Board; 2], variations: [&BoardVariation; 2]) -> f64 {
+        let [first, second] = [0, 1].map(|i| variations[i].point(boards[i], self.shares[i]));
+        self.direction.dot(second - first)
+    }
+
+    /// Whether the same corners and edges decide.
+    pub fn decides_like(&self, other: &Self) -> bool {
+        let end = |share: f64| if share.abs() < 1.0 - f64::EPSILON.sqrt() { 0.0 } else { share.signum() };
+        let ends = |witness: &Self| witness.shares.map(|shares| DVec2::new(end(shares.x), end(shares.y)));
+        ends(self) == ends(other)
+    }
+
+    fn of_corners(first: &Board, second: &Board) -> Self {
+        let distance_m = |&[i, j]: &[usize; 2]| first.corners()[i].distance(second.corners()[j]);
+        let pairs = (0..4).flat_map(|i| (0..4).map(move |j| [i, j]));
+        let [i, j] = pairs.min_by(|a, b| distance_m(a).total_cmp(&distance_m(b))).expect("boards have corners");
+        Self {
+            direction: (second.corners()[j] - first.corners()[i]).normalize(),
+            shares: [shares(first, first.corners()[i]), shares(second, second.corners()[j])],
+        }
+    }
+}
+
+/// The gap between one edge's line and the other board.
+#[derive(Clone, Copy, Debug)]
+struct EdgeGap {
+    /// Which board's edge it is.
+    owner: usize,
+    normal: DVec2,
+    /// From the line to the nearest corner, negative behind it.
+    gap_m: f64,
+    corner: DVec2,
+    /// From the line to the second nearest corner.
+    next_corner_m: f64,
+}
+
+impl EdgeGap {
+    fn all(board: &Board, other: &Board, owner: usize) -> [Self; 4] {
+        let (along, across) = (board.heading, board.heading.perp());
+        [
+            (along, board.half_length),
+            (-along, board.half_length),
+            (across, board.half_width),
+            (-across, board.half_width),
+        ]
+        .map(|(normal, half_size_m)| {
+            let height_m = |corner: &DVec2| normal.dot(*corner - board.centre) - half_size_m;
+            let mut corners = other.corners();
+            corners.sort_unstable_by(|a, b| height_m(a).total_cmp(&height_m(b)));
+            let [corner, next, ..] = corners;
+            Self { owner, normal, gap_m: height_m(&corner), corner, next_corner_m: height_m(&next) }
+        })
+    }
+
+    fn foot(&self) -> DVec2 {
+        self.corner - self.gap_m * self.normal
+    }
+
+    /// How far the corner's foot lies beyond the end of the edge; negative on it.
+    fn beyond_end_m(&self, board: &Board) -> f64 {
+        let foot = self.foot() - board.centre;
+        let [along, across] = [board.heading.dot(foot).abs(), board.heading.perp_dot(foot).abs()];
+        let is_end = self.normal.dot(board.heading).abs() > 0.5;
+        if is_end { across - board.half_width } else { along - board.half_length }
+    }
+
+    fn witness(&self, boards: [&Board; 2]) -> Witness {
+        let edge = shares(boards[self.owner], self.foot());
+        let corner = shares(boards[1 - self.owner], self.corner);
+        if self.owner == 0 {
+            Witness { direction: self.normal, shares: [edge, corner] }
+        } else {
+            Witness { direction: -self.normal, shares: [corner, edge] }
+        }
+    }
+}
+
+/// A point in halves of a board's length and width.
+fn shares(board: &Board, point: DVec2) -> DVec2 {
+    let offset = point - board.centre;
+    let local = DVec2::new(board.heading.dot(offset), board.heading.perp_dot(offset));
+    local / DVec2::new(board.half_length, board.half_width)
+}

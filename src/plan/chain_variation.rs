@@ -1,0 +1,120 @@
+//! How the handles move when a measure changes a little: the chain rule to first order.
+//!
+//! Every handle stays on the route: it moves as the route does at the handle's travel, and by some way σ along the
+//! tangent. Every link keeps its length d, so with u its heading, (Ṗ_front − Ṗ_rear)·u = ḋ. The head's σ is known, and
+//! this gives the others' one after the other, exactly (the implicit function theorem).
+
+use glam::DVec2;
+
+use crate::dragon::{Dimensions, Handle};
+use crate::route::PitchFamily;
+
+use super::Parameter;
+
+/// What changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// The head walks on, all measures being held.
+    Travel,
+    /// A measure grows, the head's travel being held.
+    Measure(Parameter),
+}
+
+impl Change {
+    /// Of the length of a bench, per metre.
+    pub(super) fn length(self, bench: usize) -> f64 {
+        match self {
+            Self::Measure(Parameter::HeadLength) if bench == 0 => 1.0,
+            Self::Measure(Parameter::BodyLength) if bench > 0 => 1.0,
+            _ => 0.0,
+        }
+    }
+
+    /// Of the width, per metre.
+    pub(super) fn width(self) -> f64 {
+        if self == Self::Measure(Parameter::Width) { 1.0 } else { 0.0 }
+    }
+
+    /// Of the length of a link, per metre.
+    fn link(self, bench: usize) -> f64 {
+        if self == Self::Measure(Parameter::HoleOffset) { -2.0 } else { self.length(bench) }
+    }
+}
+
+/// How a handle changes, per metre of what changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HandleVariation {
+    /// Metres by which it moves.
+    pub position: DVec2,
+    /// Metres by which its travel grows.
+    pub travel: f64,
+    /// Radians by which its tangent turns counter-clockwise.
+    pub turn: f64,
+    /// By how much its speed ratio grows.
+    pub speed_ratio: f64,
+}
+
+/// How each of `handles`, which are the first ones of a chain, changes; in the same order.
+///
+/// The speed ratio's change is that on the side of a joint that the handle's place happens to lie on.
+pub fn handle_variations(
+    dimensions: &Dimensions,
+    route: &dyn PitchFamily,
+    handles: &[Handle],
+    change: Change,
+) -> Vec<HandleVariation> {
+    let walks = if change == Change::Travel { 1.0 } else { 0.0 };
+    let mut variations = Vec::with_capacity(handles.len());
+    if let Some(head) = handles.first() {
+        variations.push(Step { route, change }.on_route(head, walks));
+    }
+    for (bench, ends) in handles.windows(2).enumerate() {
+        let front = variations[bench];
+        variations.push(Step { route, change }.behind(&ends[0], &front, &ends[1], dimensions.link_m(bench), bench));
+    }
+    variations
+}
+
+/// One handle's change from that of the one before it.
+struct Step<'a> {
+    route: &'a dyn PitchFamily,
+    change: Change,
+}
+
+impl Step<'_> {
+    /// A handle whose travel grows by `travel`.
+    fn on_route(&self, handle: &Handle, travel: f64) -> HandleVariation {
+        let route = self.route.variation(handle.place);
+        let pitch = if self.change == Change::Measure(Parameter::Pitch) { 1.0 } else { 0.0 };
+        HandleVariation {
+            position: pitch * route.position + travel * handle.tangent,
+            travel,
+            turn: pitch * route.turn + travel * route.curvature,
+            speed_ratio: 0.0,
+        }
+    }
+
+    fn behind(
+        &self,
+        front: &Handle,
+        front_variation: &HandleVariation,
+        rear: &Handle,
+        link_m: f64,
+        bench: usize,
+    ) -> HandleVariation {
+        let heading = (front.position - rear.position) / link_m;
+        let held = self.on_route(rear, 0.0);
+        let gain = (front_variation.position - held.position).dot(heading) - self.change.link(bench);
+        let mut variation = self.on_route(rear, gain / rear.tangent.dot(heading));
+
+        // The ratio of the two speeds is cos(front tangent, heading) ÷ cos(rear tangent, heading).
+        let heading_turn = heading.perp_dot(front_variation.position - variation.position) / link_m;
+        let logarithm = |handle: &Handle, turn: f64| {
+            let angle_tangent = heading.perp_dot(handle.tangent) / heading.dot(handle.tangent);
+            -angle_tangent * (turn - heading_turn)
+        };
+        let link_ratio = logarithm(front, front_variation.turn) - logarithm(rear, variation.turn);
+        variation.speed_ratio = rear.speed_ratio * (front_variation.speed_ratio / front.speed_ratio + link_ratio);
+        variation
+    }
+}
