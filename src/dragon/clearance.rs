@@ -21,12 +21,12 @@ pub struct PairClearance {
 }
 
 impl PairClearance {
-    fn of(boards: &[Board], benches: [usize; 2]) -> Self {
+    pub(super) fn of(boards: &[Board], benches: [usize; 2]) -> Self {
         let approach = boards[benches[0]].approach(&boards[benches[1]]);
         Self { benches, clearance_m: approach.clearance_m, point: approach.point }
     }
 
-    fn order(&self, other: &Self) -> std::cmp::Ordering {
+    pub(super) fn order(&self, other: &Self) -> std::cmp::Ordering {
         self.clearance_m.total_cmp(&other.clearance_m).then(self.benches.cmp(&other.benches))
     }
 }

@@ -3,6 +3,7 @@
 //! Bench 0 is the head. Handle i is the front hinge of bench i, handle N the tail's rear hinge. All that the dragon
 //! does is a function of the head's travel in metres; "per metre" and "speed ratio" mean per metre of that.
 
+mod approach_search;
 mod bisection;
 mod board;
 mod chain;
@@ -36,6 +37,7 @@ pub use contact_search::{ContactSearch, first_contact};
 pub use dimensions::{Dimensions, DimensionsError};
 pub use run::RunEnd;
 
+pub(crate) use approach_search::{ApproachSearch, Pairs, Piece};
 pub(crate) use newton::{Slope, rising_root};
 pub(crate) use orbit::Station;
 

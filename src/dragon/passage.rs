@@ -61,9 +61,15 @@ impl Passage {
 
     /// Whether there is a gap in this direction, from this board to the other, at whatever point of its way each is.
     pub(super) fn stays_apart(&self, other: &Self, direction: DVec2) -> bool {
+        self.gap_m(other, direction) > 0.0
+    }
+
+    /// The least gap in this direction, from this board to the other, at whatever point of its way each is: a bound that
+    /// their clearance does not fall under.
+    pub(super) fn gap_m(&self, other: &Self, direction: DVec2) -> f64 {
         let near = self.corners.iter().map(|corner| corner.dot(direction)).fold(f64::NEG_INFINITY, f64::max);
         let far = other.corners.iter().map(|corner| corner.dot(direction)).fold(f64::INFINITY, f64::min);
-        far - near > self.bulge_m + other.bulge_m
+        far - near - (self.bulge_m + other.bulge_m)
     }
 
     /// Whether boards that overlap `depth_m` deep at one end of their ways overlap at whatever point of its way each

@@ -2,15 +2,20 @@
 
 mod board_variation;
 mod chain_variation;
+mod cores;
+mod least_clearance;
 mod parameter;
 mod passage;
 mod peak;
 mod setting;
 mod speed_limit;
+mod turn;
 
 pub use board_variation::{BoardVariation, Kink, Witness};
 pub use chain_variation::{Change, HandleVariation, handle_variations};
+pub use least_clearance::{ClosestApproach, least_clearance};
 pub use parameter::Parameter;
 pub use passage::{Infeasible, passage_through};
 pub use setting::Setting;
 pub use speed_limit::{LargestRatio, largest_speed_ratio};
+pub use turn::{TurnPassage, walk_through};

@@ -1,0 +1,214 @@
+//! Where benches come near to each other without touching.
+//!
+//! A pair is followed from one travel to the next by its poses at both ends and by what its boards may cover in between
+//! (see `passage`), which bounds its clearance from below. Ways on which the bound stays over a limit are done; others
+//! are halved down to pieces so short that the clearance is taken to have one valley at most on each. So no approach
+//! under the limit is passed over, however short; only two of the same pair within one piece would be taken for one.
+
+use glam::DVec2;
+
+use super::Dragon;
+use super::board::Approach;
+use super::clearance::{ClearanceSearch, PairClearance};
+use super::passage::{Passage, drift_m};
+use super::pose::{Pose, Seat};
+
+/// Longest way looked at as one, in lengths of the shorter link: on longer ones the bounds tell little.
+const STRIDE_LINKS: f64 = 0.25;
+
+/// A stride is halved this often for pieces: 256 a link.
+const HALVINGS: u32 = 6;
+
+/// A short part of a pair's way on which its clearance may be under the limit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Piece {
+    /// Lower index first; not neighbours.
+    pub(crate) benches: [usize; 2],
+    /// Travel of the head at both ends.
+    pub(crate) travels_m: [f64; 2],
+    /// Clearance at both ends.
+    pub(crate) clearances_m: [f64; 2],
+}
+
+/// Which pairs to look at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Pairs {
+    /// Every pair.
+    All,
+    /// Those that do not stand where another pair has stood before: those with one of the first two benches, once every
+    /// handle has come to where the one before it stood at the beginning of the run (see
+    /// [`ContactSearch`](super::ContactSearch)).
+    Unrepeated,
+}
+
+/// Searches ways for pairs that come near.
+#[derive(Clone, Debug)]
+pub(crate) struct ApproachSearch<'a> {
+    dragon: &'a Dragon,
+    pairs: Pairs,
+    /// Places of the handles at the beginning of the run.
+    beginning: Vec<f64>,
+    earlier: Pose,
+    later: Pose,
+    near: ClearanceSearch,
+}
+
+impl<'a> ApproachSearch<'a> {
+    /// A search that stands at a travel of the run.
+    pub(crate) fn new(dragon: &'a Dragon, pairs: Pairs, travel_m: f64) -> Self {
+        let chain = dragon.chain(dragon.start_travel_m()).expect("a run has a start");
+        let mut search = Self {
+            dragon,
+            pairs,
+            beginning: chain.map(|handle| handle.place).collect(),
+            earlier: Pose::default(),
+            later: Pose::default(),
+            near: ClearanceSearch::default(),
+        };
+        search.stand(travel_m);
+        search
+    }
+
+    /// Stands at another travel of the run.
+    pub(crate) fn stand(&mut self, travel_m: f64) {
+        if !self.earlier.is_at(travel_m) {
+            self.earlier.place_head(self.dragon, travel_m);
+        }
+        self.earlier.extend_to(self.dragon, usize::MAX);
+    }
+
+    /// Travels that cut a way into strides, both ends included.
+    pub(crate) fn strides(dragon: &Dragon, from_m: f64, to_m: f64) -> Vec<f64> {
+        let stride_m = STRIDE_LINKS * dragon.dimensions().link_m(0).min(dragon.dimensions().link_m(1));
+        let count = ((to_m - from_m) / stride_m).ceil().max(1.0) as usize;
+        let at = |i: usize| from_m + (to_m - from_m) * (i as f64 / count as f64);
+        (0..count).map(at).chain([to_m]).collect()
+    }
+
+    /// The nearest of the pairs where the search stands; none with fewer than three benches.
+    pub(crate) fn nearest(&mut self) -> Option<PairClearance> {
+        if !self.repeats() {
+            return self.near.nearest(&self.earlier.boards);
+        }
+        let boards = &self.earlier.boards;
+        let pairs = (0..2).flat_map(|first| (first + 2..boards.len()).map(move |second| [first, second]));
+        pairs.map(|benches| PairClearance::of(boards, benches)).min_by(PairClearance::order)
+    }
+
+    /// Walks on to `to_m`, at most a stride away, and hands out the pieces on which a pair's clearance may be under the
+    /// limit, which may fall meanwhile; in order for each pair.
+    pub(crate) fn walk(&mut self, to_m: f64, limit_m: &impl Fn() -> f64, sink: &mut impl FnMut(Piece)) {
+        self.later.place_head(self.dragon, to_m);
+        self.later.extend_to(self.dragon, usize::MAX);
+        for benches in self.pairs_within(limit_m()) {
+            let pair = Pair { dragon: self.dragon, benches };
+            pair.halve(&pair.at(&self.earlier), &pair.at(&self.later), HALVINGS, limit_m, sink);
+        }
+        std::mem::swap(&mut self.earlier, &mut self.later);
+    }
+
+    /// Whether each pair but those with one of the first two benches stands where another has stood before.
+    fn repeats(&self) -> bool {
+        let body = self.earlier.handles.iter().skip(2);
+        self.pairs == Pairs::Unrepeated
+            && body.zip(self.beginning.iter().skip(1)).all(|(handle, &place)| handle.place >= place)
+    }
+
+    /// The pairs whose clearance may be under the limit somewhere on the way.
+    fn pairs_within(&mut self, limit_m: f64) -> Vec<[usize; 2]> {
+        let Self { dragon, earlier, later, .. } = self;
+        let drifts_m: Vec<f64> = (0..earlier.boards.len())
+            .map(|bench| drift_m(dragon, bench, &earlier.seat(bench), &later.seat(bench)))
+            .collect();
+        if !self.repeats() {
+            let furthest_m = drifts_m.iter().copied().fold(0.0, f64::max);
+            let found = self.near.within(&self.earlier.boards, limit_m + 2.0 * furthest_m);
+            return found.iter().map(|pair| pair.benches).collect();
+        }
+        let boards = &self.earlier.boards;
+        let pairs = (0..2).flat_map(|first| (first + 2..boards.len()).map(move |second| [first, second]));
+        let within = |&[first, second]: &[usize; 2]| {
+            let (ours, theirs) = (&boards[first], &boards[second]);
+            let gap_m = ours.centre.distance(theirs.centre) - ours.radius_m() - theirs.radius_m();
+            gap_m < limit_m + drifts_m[first] + drifts_m[second]
+        };
+        pairs.filter(within).collect()
+    }
+}
+
+impl Dragon {
+    /// How two benches lie to each other with the head at a travel of the run.
+    pub(crate) fn approach(&self, benches: [usize; 2], travel_m: f64) -> Approach {
+        Pair { dragon: self, benches }.solve(travel_m).approach
+    }
+}
+
+/// Two benches.
+struct Pair<'a> {
+    dragon: &'a Dragon,
+    benches: [usize; 2],
+}
+
+/// Two benches at one travel.
+struct Moment {
+    travel_m: f64,
+    seats: [Seat; 2],
+    approach: Approach,
+}
+
+impl Moment {
+    fn new(travel_m: f64, seats: [Seat; 2]) -> Self {
+        Self { travel_m, seats, approach: seats[0].board.approach(&seats[1].board) }
+    }
+}
+
+impl Pair<'_> {
+    fn at(&self, pose: &Pose) -> Moment {
+        Moment::new(pose.travel_m, self.benches.map(|bench| pose.seat(bench)))
+    }
+
+    /// Solves the chain as far as the second bench.
+    fn solve(&self, travel_m: f64) -> Moment {
+        let mut chain = self.dragon.chain(travel_m).expect("the travel lies within the run");
+        let mut seat = |bench, ahead| {
+            let front = chain.nth(ahead).expect("the chain reaches the second bench");
+            let rear = chain.next().expect("the chain reaches the second bench");
+            Seat::new(self.dragon, bench, front, rear)
+        };
+        let [first, second] = self.benches;
+        Moment::new(travel_m, [seat(first, first), seat(second, second - first - 2)])
+    }
+
+    fn halve(
+        &self,
+        earlier: &Moment,
+        later: &Moment,
+        halvings: u32,
+        limit_m: &impl Fn() -> f64,
+        sink: &mut impl FnMut(Piece),
+    ) {
+        if self.least_m(earlier, later) >= limit_m() {
+            return;
+        }
+        if halvings == 0 {
+            return sink(Piece {
+                benches: self.benches,
+                travels_m: [earlier.travel_m, later.travel_m],
+                clearances_m: [earlier.approach.clearance_m, later.approach.clearance_m],
+            });
+        }
+        let middle = self.solve(0.5 * (earlier.travel_m + later.travel_m));
+        self.halve(earlier, &middle, halvings - 1, limit_m, sink);
+        self.halve(&middle, later, halvings - 1, limit_m, sink);
+    }
+
+    /// A bound that the clearance does not fall under on the way.
+    fn least_m(&self, earlier: &Moment, later: &Moment) -> f64 {
+        let [first, second] =
+            [0, 1].map(|i| Passage::new(self.dragon, self.benches[i], &earlier.seats[i], &later.seats[i]));
+        let gap_m = |direction: DVec2| first.gap_m(&second, direction);
+        let gaps_m = [earlier, later].map(|moment| gap_m(moment.approach.direction));
+        // A way too long for a bound of its own yields the one of least bounds, or what is not a number.
+        gaps_m.into_iter().fold(f64::NEG_INFINITY, f64::max)
+    }
+}

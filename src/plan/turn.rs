@@ -1,0 +1,34 @@
+//! Whether a dragon gets through a turn, and how near its benches come to each other on the way.
+
+use super::least_clearance::{ClosestApproach, least_clearance};
+use super::passage::{Infeasible, passage_through};
+use crate::dragon::{Contact, ContactSearch, Dimensions};
+use crate::route::Turnaround;
+
+/// How a whole dragon gets through a turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TurnPassage {
+    /// Without touching itself.
+    Clear {
+        /// Where two benches come nearest; none with fewer than three.
+        closest: Option<ClosestApproach>,
+    },
+    /// Two benches touch.
+    Contact(Contact),
+    /// Not at all.
+    Infeasible(Infeasible),
+}
+
+/// Walks a whole dragon through a turn, from when all benches are on the way in until the last handle has left the S,
+/// and longer at either end where the turnaround is planned for longer.
+pub fn walk_through(turnaround: Turnaround, dimensions: Dimensions) -> TurnPassage {
+    let dragon = match passage_through(turnaround, dimensions) {
+        Ok(dragon) => dragon,
+        Err(infeasible) => return TurnPassage::Infeasible(infeasible),
+    };
+    let (from_m, to_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+    match ContactSearch::new(&dragon).first(from_m, to_m) {
+        Some(contact) => TurnPassage::Contact(contact),
+        None => TurnPassage::Clear { closest: least_clearance(&dragon, from_m, to_m) },
+    }
+}

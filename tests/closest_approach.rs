@@ -1,0 +1,86 @@
+//! How near benches come to each other, against all pairs at every step of a fine walk.
+
+use std::sync::Arc;
+
+use bench_dragon::dragon::{ChainSolver, ClearanceSearch, Dimensions, Dragon, PairClearance, first_contact};
+use bench_dragon::plan::{ClosestApproach, Infeasible, TurnPassage, least_clearance, walk_through};
+use bench_dragon::route::{Route, Spiral, Turnaround};
+use proptest::prelude::*;
+
+/// Dragons whose boards are near to each other, on routes short enough to walk through in small steps.
+fn crowded_dragons() -> impl Strategy<Value = Dragon> {
+    let benches = (3_usize..30, 1.0..4.0_f64, 1.0..2.5_f64, 0.1..0.4_f64, 0.0..0.3_f64);
+    let routes = (any::<bool>(), 1.3..4.0_f64, 2.0..6.0_f64, 0.5..2.0_f64);
+    (benches, routes).prop_filter_map("cannot stand", |((count, head_m, body_m, width_m, hole_m), route)| {
+        let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole_m).ok()?;
+        let (turnaround, pitch, turns, ratio) = route;
+        let pitch_m = pitch * width_m;
+        let route: Arc<dyn Route> = if turnaround {
+            Arc::new(Turnaround::new(pitch_m, 4.0 * turns, ratio).ok()?.between(-3.0, 20.0).ok()?)
+        } else {
+            Arc::new(Spiral::new(pitch_m, turns).ok()?)
+        };
+        Dragon::new(dimensions, route).ok()
+    })
+}
+
+/// The least clearance of a walk in small steps.
+fn nearest_of_a_walk(dragon: &Dragon, from_m: f64, to_m: f64, step_m: f64) -> PairClearance {
+    let (mut solver, mut search, mut boards) = (ChainSolver::new(dragon), ClearanceSearch::default(), Vec::new());
+    let steps = ((to_m - from_m) / step_m) as u32;
+    let nearest = (0..=steps).map(|step| {
+        let handles = solver.solve(dragon, from_m + f64::from(step) * step_m).expect("within the run");
+        dragon.place_boards(handles, &mut boards);
+        search.nearest(&boards).expect("three benches")
+    });
+    nearest.min_by(|first, second| first.clearance_m.total_cmp(&second.clearance_m)).expect("a walk has a step")
+}
+
+fn clearance_at(dragon: &Dragon, closest: &ClosestApproach) -> f64 {
+    let handles: Vec<_> = dragon.chain(closest.travel_m).expect("within the run").collect();
+    let [first, second] = closest.pair.benches;
+    dragon.board(first, &handles[first], &handles[first + 1]).clearance(&dragon.board(
+        second,
+        &handles[second],
+        &handles[second + 1],
+    ))
+}
+
+#[test]
+fn paper_turnaround_is_clear_on_the_whole_passage() {
+    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
+    let passage = walk_through(Turnaround::new(1.7, 9.0, 2.0).expect("valid"), dimensions);
+    let TurnPassage::Clear { closest: Some(closest) } = passage else { panic!("{passage:?}") };
+    assert_eq!(closest.pair.benches, [0, 16]);
+    assert!((closest.pair.clearance_m - 0.279_042_939).abs() < 1e-9, "{closest:?}");
+    assert!((closest.travel_m - 30.159_9).abs() < 5e-4, "{closest:?}");
+}
+
+#[test]
+fn turn_that_no_dragon_gets_through_says_why() {
+    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
+    let walk = |pitch_m, diameter_m, ratio| {
+        walk_through(Turnaround::new(pitch_m, diameter_m, ratio).expect("valid"), dimensions)
+    };
+    assert!(matches!(walk(1.7, 9.0, 3.0), TurnPassage::Infeasible(Infeasible::Fault { .. })));
+    assert!(matches!(walk(0.2, 9.0, 2.0), TurnPassage::Infeasible(Infeasible::Dragon(_))));
+    assert!(matches!(walk(0.8, 9.0, 1.0), TurnPassage::Contact(_)));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 32, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_benches_of_a_walk_come_nearer(dragon in crowded_dragons()) {
+        let from_m = dragon.start_travel_m();
+        let contact = first_contact(&dragon, from_m, dragon.end_travel_m());
+        let to_m = contact.map_or(dragon.end_travel_m(), |contact| contact.travel_m - 0.5);
+        prop_assume!(to_m > from_m);
+        let closest = least_clearance(&dragon, from_m, to_m).expect("three benches");
+        let walked = nearest_of_a_walk(&dragon, from_m, to_m, 0.002);
+        prop_assert!(walked.clearance_m >= closest.pair.clearance_m - 1e-12, "{walked:?} under {closest:?}");
+        // The clearance changes by at most what both boards move.
+        prop_assert!(walked.clearance_m <= closest.pair.clearance_m + 0.02, "{walked:?} over {closest:?}");
+        prop_assert!((clearance_at(&dragon, &closest) - closest.pair.clearance_m).abs() < 1e-12, "{closest:?}");
+    }
+}
