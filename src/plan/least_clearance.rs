@@ -16,10 +16,10 @@ use super::peak::peak;
 use crate::dragon::{ApproachSearch, Dragon, PairClearance, Pairs, Piece};
 
 /// Travel to which a least clearance is refined, in metres; the clearance is then right to rounding.
-pub(super) const TOLERANCE_M: f64 = 1e-11;
+const TOLERANCE_M: f64 = 1e-11;
 
 /// Strides that a core takes at a time.
-pub(super) const STRIDES_AT_A_TIME: usize = 16;
+const STRIDES_AT_A_TIME: usize = 16;
 
 /// Two benches where they come nearest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,10 +51,11 @@ pub fn least_clearance(dragon: &Dragon, from_travel_m: f64, to_travel_m: f64) ->
         return None;
     }
     let strides_m = ApproachSearch::strides(dragon, from_travel_m, to_travel_m);
-    let chunks: Vec<&[f64]> = strides_m.chunks(STRIDES_AT_A_TIME).collect();
-    let at_ends = on_all_cores(chunks.len(), |chunk| {
-        let mut search = ApproachSearch::new(dragon, Pairs::Unrepeated, chunks[chunk][0]);
-        let nearest = chunks[chunk].iter().filter_map(|&travel_m| {
+    let stretches = stretches(&strides_m);
+    let at_ends = on_all_cores(stretches.len(), |stretch| {
+        let stretch_m = stretches[stretch];
+        let mut search = ApproachSearch::new(dragon, Pairs::Unrepeated, stretch_m[0]);
+        let nearest = stretch_m.iter().filter_map(|&travel_m| {
             search.stand(travel_m);
             Some(ClosestApproach { travel_m, pair: search.nearest()? })
         });
@@ -62,11 +63,11 @@ pub fn least_clearance(dragon: &Dragon, from_travel_m: f64, to_travel_m: f64) ->
     });
     let start = at_ends.into_iter().flatten().reduce(nearer)?;
     let least_m = Least::new(start.pair.clearance_m);
-    let valleys = on_all_cores(chunks.len(), |chunk| {
+    let valleys = on_all_cores(stretches.len(), |stretch| {
+        let stretch_m = stretches[stretch];
         let mut valley = None;
-        let end = (chunk * STRIDES_AT_A_TIME + chunks[chunk].len()).min(strides_m.len() - 1);
-        let mut search = ApproachSearch::new(dragon, Pairs::Unrepeated, chunks[chunk][0]);
-        for &to_m in &strides_m[chunk * STRIDES_AT_A_TIME + 1..=end] {
+        let mut search = ApproachSearch::new(dragon, Pairs::Unrepeated, stretch_m[0]);
+        for &to_m in &stretch_m[1..] {
             search.walk(to_m, &|| least_m.get(), &mut |Piece { benches, travels_m: [from_m, to_m], .. }| {
                 let found = ClosestApproach::between(dragon, benches, from_m, to_m);
                 least_m.lower(found.pair.clearance_m);
@@ -76,6 +77,13 @@ pub fn least_clearance(dragon: &Dragon, from_travel_m: f64, to_travel_m: f64) ->
         valley
     });
     valleys.into_iter().flatten().fold(Some(start), |least, found| least.map(|least| nearer(least, found)))
+}
+
+/// The strides' ends in stretches for one core at a time, each of which begins where the one before it ends.
+pub(super) fn stretches(strides_m: &[f64]) -> Vec<&[f64]> {
+    let count = (strides_m.len() - 1).div_ceil(STRIDES_AT_A_TIME);
+    let end = |stretch: usize| (stretch * STRIDES_AT_A_TIME).min(strides_m.len() - 1);
+    (0..count).map(|stretch| &strides_m[end(stretch)..=end(stretch + 1)]).collect()
 }
 
 /// The nearer of two, the first where they are as near.
