@@ -10,11 +10,13 @@
 //! | [`route`] | the curves that the handles follow |
 //!
 //! Beside them: [`config`] (the validated TOML document), [`report`] (what the processes say), [`table`] (answers in rows
-//! and columns), [`histogram`], [`clock`], [`stop`] and [`number`]. The bus is the crate `bench_dragon_ipc`.
+//! and columns), [`figure`] (answers for print), [`histogram`], [`clock`], [`stop`] and [`number`]. The bus is the crate
+//! `bench_dragon_ipc`.
 
 pub mod clock;
 pub mod config;
 pub mod dragon;
+pub mod figure;
 pub mod histogram;
 pub mod monitor;
 pub mod number;

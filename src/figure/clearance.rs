@@ -1,0 +1,175 @@
+//! The least clearance over time, with its near misses and the contact.
+
+use std::ops::RangeInclusive;
+
+use glam::DVec2;
+
+use super::drawing::Drawing;
+use super::legend::{Entry, Sample};
+use super::mark::{LineStyle, Mark};
+use super::notes::Notes;
+use super::page::{PLOT_WIDTH, head_height, page};
+use super::palette::{BLACK, BLUE, VERMILION};
+use super::path::{Path, Rect};
+use super::plot::Plot;
+use super::scale::range_of;
+use super::style::{AXIS_WIDTH, BOTTOM_MARGIN, LEFT_MARGIN, LINE_WIDTH, ROW_GAP};
+
+/// The least clearance of all pairs over time: above the whole run, below the time around the deepest near misses and the
+/// contact, in millimetres.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClearanceOverTime {
+    /// Stands over the plots.
+    pub title: String,
+    /// Time in seconds and clearance in metres, in order.
+    pub samples: Vec<DVec2>,
+    /// The local minima above 0, in order.
+    pub near_misses: Vec<NearMiss>,
+    /// The contact, if there is one.
+    pub contact: Option<ContactMark>,
+}
+
+/// Two benches that come near and part again.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NearMiss {
+    /// Seconds of show time.
+    pub time_s: f64,
+    /// Their clearance then.
+    pub clearance_m: f64,
+    /// The two benches.
+    pub benches: [usize; 2],
+}
+
+/// Two benches that touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactMark {
+    /// Seconds of show time.
+    pub time_s: f64,
+    /// The two benches.
+    pub benches: [usize; 2],
+}
+
+const WHOLE_HEIGHT: f64 = 45.0;
+const PART_HEIGHT: f64 = 55.0;
+/// Near misses that are told in words.
+const NAMED: usize = 4;
+const RING_RADIUS: f64 = 0.8;
+/// Share of the time around the named near misses and the contact that is shown at either side.
+const PART_MARGIN: f64 = 0.15;
+
+impl ClearanceOverTime {
+    /// Draws it.
+    pub fn draw(&self) -> Drawing {
+        let entries = self.legend();
+        let [whole_row, part_row] = [WHOLE_HEIGHT + BOTTOM_MARGIN + ROW_GAP, PART_HEIGHT + BOTTOM_MARGIN];
+        let top = head_height(&entries);
+        let mut drawing = page(&self.title, &entries, whole_row + part_row);
+        let times = range_of(self.line().iter().map(|point| point.x), 0.0);
+        let highest_m = self.samples.iter().map(|sample| sample.y).fold(0.0, f64::max);
+        let whole = Plot::new(Rect::new(LEFT_MARGIN, top, PLOT_WIDTH, WHOLE_HEIGHT), &times, &(0.0..=1.1 * highest_m));
+        let part_times = self.part_times(&times);
+        self.draw_plot(&mut drawing, &whole, 1.0);
+        let part_metres = 0.0..=self.part_millimetres(&part_times).end() / 1000.0;
+        drawing.push(whole.window(&part_times, &part_metres));
+        whole.label_x(&mut drawing, "show time (s)");
+        whole.label_y(&mut drawing, "clearance (m)");
+
+        let part = Plot::new(
+            Rect::new(LEFT_MARGIN, top + whole_row, PLOT_WIDTH, PART_HEIGHT),
+            &part_times,
+            &self.part_millimetres(&part_times),
+        );
+        self.draw_plot(&mut drawing, &part, 1000.0);
+        self.draw_notes(&mut drawing, &part);
+        part.label_x(&mut drawing, "show time (s)");
+        part.label_y(&mut drawing, "clearance (mm)");
+        drawing
+    }
+
+    /// The clearance over time, through every near misses' lowest point and into the contact.
+    fn line(&self) -> Vec<DVec2> {
+        let misses = self.near_misses.iter().map(|miss| DVec2::new(miss.time_s, miss.clearance_m));
+        let contact = self.contact.iter().map(|contact| DVec2::new(contact.time_s, 0.0));
+        let mut line: Vec<DVec2> = self.samples.iter().copied().chain(misses).chain(contact).collect();
+        line.sort_by(|a, b| a.x.total_cmp(&b.x));
+        line
+    }
+
+    /// The near misses that are told in words, the deepest first.
+    fn named(&self) -> Vec<NearMiss> {
+        let mut named = self.near_misses.clone();
+        named.sort_by(|a, b| a.clearance_m.total_cmp(&b.clearance_m));
+        named.truncate(NAMED);
+        named
+    }
+
+    /// The time around what is told in words.
+    fn part_times(&self, whole: &RangeInclusive<f64>) -> RangeInclusive<f64> {
+        let named = self.named().into_iter().map(|miss| miss.time_s);
+        let times: Vec<f64> = named.chain(self.contact.map(|contact| contact.time_s)).collect();
+        if times.is_empty() {
+            return whole.clone();
+        }
+        let around = range_of(times, PART_MARGIN);
+        around.start().max(*whole.start())..=around.end().min(*whole.end())
+    }
+
+    /// From 0 up to what the line reaches at these times.
+    fn part_millimetres(&self, times: &RangeInclusive<f64>) -> RangeInclusive<f64> {
+        let inside = self.line().into_iter().filter(|point| times.contains(&point.x));
+        let highest_m = inside.map(|point| point.y).fold(0.0, f64::max);
+        0.0..=1.35 * 1000.0 * if highest_m > 0.0 { highest_m } else { 0.001 }
+    }
+
+    fn draw_plot(&self, drawing: &mut Drawing, plot: &Plot, units_per_m: f64) {
+        plot.draw_grid(drawing);
+        let scaled = |point: DVec2| DVec2::new(point.x, point.y * units_per_m);
+        let line: Vec<DVec2> = self.line().into_iter().map(scaled).collect();
+        drawing.push(plot.line(&line, BLUE, LINE_WIDTH).labelled("clearance"));
+        plot.draw_frame(drawing);
+        for miss in &self.near_misses {
+            let at = plot.at(scaled(DVec2::new(miss.time_s, miss.clearance_m)));
+            if plot.area.contains(at) {
+                drawing.push(Mark::stroked(Path::circle(at, RING_RADIUS), BLACK, AXIS_WIDTH));
+            }
+        }
+        if let Some(contact) = self.contact {
+            drawing.push(plot.dot(DVec2::new(contact.time_s, 0.0), RING_RADIUS, VERMILION));
+        }
+    }
+
+    fn draw_notes(&self, drawing: &mut Drawing, plot: &Plot) {
+        let at = |time_s: f64, clearance_m: f64| plot.at(DVec2::new(time_s, 1000.0 * clearance_m));
+        let line = self.line().into_iter().map(|point| at(point.x, point.y)).collect();
+        let mut notes = Notes::new(plot.area, &[line]);
+        for miss in &self.near_misses {
+            let ring = at(miss.time_s, miss.clearance_m);
+            notes.keep_off(Rect { min: ring - RING_RADIUS, max: ring + RING_RADIUS });
+        }
+        if let Some(contact) = self.contact {
+            let words = [format!("contact at {:.6} s", contact.time_s), pair(contact.benches)];
+            notes.write(drawing, &words, at(contact.time_s, 0.0));
+        }
+        for miss in self.named() {
+            let (millimetres, time_s) = (1000.0 * miss.clearance_m, miss.time_s);
+            let words = [format!("{millimetres:.3} mm at {time_s:.3} s"), pair(miss.benches)];
+            notes.write(drawing, &words, at(miss.time_s, miss.clearance_m));
+        }
+    }
+
+    fn legend(&self) -> Vec<Entry> {
+        let line = Sample::Line { colour: BLUE, width: LINE_WIDTH, style: LineStyle::Solid };
+        let mut entries = vec![Entry::new(line, "least clearance of all pairs")];
+        if !self.near_misses.is_empty() {
+            entries.push(Entry::new(Sample::Ring { colour: BLACK, radius: RING_RADIUS }, "near miss"));
+        }
+        if self.contact.is_some() {
+            entries.push(Entry::new(Sample::Dot { colour: VERMILION, radius: RING_RADIUS }, "contact"));
+        }
+        entries
+    }
+}
+
+fn pair([first, second]: [usize; 2]) -> String {
+    format!("benches {first} and {second}")
+}

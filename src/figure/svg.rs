@@ -1,0 +1,96 @@
+//! Drawings as Scalable Vector Graphics, in millimetres.
+
+use std::fmt::Write as _;
+
+use super::drawing::Drawing;
+use super::mark::{Mark, Stroke};
+use super::palette::Colour;
+use super::path::{Path, Rect, Step};
+
+/// The drawing as an SVG document, which refers to nothing outside it, no font either.
+pub(super) fn document(drawing: &Drawing) -> String {
+    let (width, height) = (Number(drawing.size().x), Number(drawing.size().y));
+    let title = escaped(drawing.title());
+    let mut text = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}mm\" height=\"{height}mm\" \
+         viewBox=\"0 0 {width} {height}\" role=\"img\">\n<title>{title}</title>\n"
+    );
+    let clips = clips(drawing);
+    // Writing into a String cannot fail.
+    for (index, clip) in clips.iter().enumerate() {
+        let _ = writeln!(text, "<clipPath id=\"clip{index}\"><path d=\"{}\"/></clipPath>", path_data(&clip.path()));
+    }
+    for mark in drawing.marks() {
+        let clip = mark.clip.and_then(|clip| clips.iter().position(|known| *known == clip));
+        let _ = writeln!(text, "<path{} d=\"{}\"/>", attributes(mark, clip), path_data(&mark.path));
+    }
+    text.push_str("</svg>\n");
+    text
+}
+
+/// The areas that marks are clipped to, each once.
+fn clips(drawing: &Drawing) -> Vec<Rect> {
+    let mut clips = Vec::new();
+    for clip in drawing.marks().iter().filter_map(|mark| mark.clip) {
+        if !clips.contains(&clip) {
+            clips.push(clip);
+        }
+    }
+    clips
+}
+
+fn attributes(mark: &Mark, clip: Option<usize>) -> String {
+    let mut text = match &mark.label {
+        Some(label) => format!(" role=\"img\" aria-label=\"{}\"", escaped(label)),
+        None => String::new(),
+    };
+    let fill = mark.fill.map_or("none".to_owned(), hex);
+    // Writing into a String cannot fail.
+    let _ = write!(text, " fill=\"{fill}\"");
+    if let Some(Stroke { colour, width, style }) = mark.stroke {
+        let (colour, width) = (hex(colour), Number(width));
+        let _ = write!(text, " stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"");
+        let lengths: Vec<String> = style.lengths().iter().map(f32::to_string).collect();
+        if !lengths.is_empty() {
+            let _ = write!(text, " stroke-dasharray=\"{}\"", lengths.join(" "));
+        }
+    }
+    if let Some(clip) = clip {
+        let _ = write!(text, " clip-path=\"url(#clip{clip})\"");
+    }
+    text
+}
+
+fn path_data(path: &Path) -> String {
+    let mut text = String::new();
+    for step in &path.steps {
+        // Writing into a String cannot fail.
+        let _ = match step {
+            Step::Move(end) => write!(text, "M{} {}", Number(end.x), Number(end.y)),
+            Step::Line(end) => write!(text, "L{} {}", Number(end.x), Number(end.y)),
+            Step::Curve(control, end) => {
+                write!(text, "Q{} {} {} {}", Number(control.x), Number(control.y), Number(end.x), Number(end.y))
+            }
+            Step::Close => write!(text, "Z"),
+        };
+    }
+    text
+}
+
+fn hex(Colour { red, green, blue }: Colour) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}
+
+/// Words as XML has them, in text and in attributes.
+fn escaped(words: &str) -> String {
+    words.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// A length in millimetres to the micrometre, which no printer tells apart from the whole number.
+struct Number(f64);
+
+impl std::fmt::Display for Number {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "{}", (self.0 * 1000.0).round() / 1000.0 + 0.0)
+    }
+}

@@ -1,0 +1,73 @@
+//! Every figure, from the paper's dragon on its routes. What a file must have in it is in `python/test_figures.py`.
+//!
+//! The figures stay in the folder that cargo gives to tests, so that somebody can look at them.
+
+mod paper;
+
+use std::path::Path;
+use std::process::Command;
+use std::{env, fs};
+
+use bench_dragon::figure::{Drawing, FigureFormat};
+
+const PYTHON: &str = "BENCH_DRAGON_PYTHON";
+
+fn drawings() -> [(&'static str, Drawing); 6] {
+    [
+        ("plan", paper::plan_view().draw()),
+        ("turnaround", paper::turning_plan_view().draw()),
+        ("contact", paper::contact_view().draw()),
+        ("clearance", paper::clearance_over_time().draw()),
+        ("speeds", paper::speeds_over_time().draw()),
+        ("sensitivity", paper::sensitivity().draw()),
+    ]
+}
+
+#[test]
+fn a_stock_reader_finds_what_print_needs() {
+    let python = env::var_os(PYTHON).unwrap_or_else(|| {
+        panic!("{PYTHON} is not set: run the tests with tests/run, which installs tests/requirements.txt and sets it")
+    });
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("figures");
+    fs::create_dir_all(&folder).expect("a folder");
+    for (name, drawing) in drawings() {
+        for (suffix, format) in [("svg", FigureFormat::Svg), ("png", FigureFormat::Png)] {
+            fs::write(folder.join(name).with_extension(suffix), drawing.encode(format)).expect("a file");
+        }
+    }
+    let status = Command::new(python)
+        .args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/python/test_figures.py"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .env("FIGURES", &folder)
+        .status()
+        .expect("a Python interpreter");
+    assert!(status.success(), "the Python reader found something else");
+}
+
+#[test]
+fn equal_data_give_equal_bytes() {
+    for format in [FigureFormat::Svg, FigureFormat::Png] {
+        let files = [paper::contact_view(), paper::contact_view()].map(|view| view.draw().encode(format));
+        assert!(files[0] == files[1], "{format:?}");
+    }
+}
+
+#[test]
+fn figures_of_almost_nothing_can_be_drawn() {
+    let mut clearance = paper::clearance_over_time();
+    clearance.near_misses.clear();
+    clearance.contact = None;
+    clearance.samples.truncate(1);
+    let mut speeds = paper::speeds_over_time();
+    speeds.handles.truncate(1);
+    (speeds.largest, speeds.limit_mps, speeds.detail_s) = (None, None, None);
+    let mut sensitivity = paper::sensitivity();
+    for (_, value) in sensitivity.quantities.iter_mut().flat_map(|quantity| quantity.curves.iter_mut().flatten()) {
+        *value = None;
+    }
+    for drawing in [clearance.draw(), speeds.draw(), sensitivity.draw()] {
+        assert!(drawing.encode(FigureFormat::Svg).ends_with(b"</svg>\n"));
+        assert!(drawing.encode(FigureFormat::Png).starts_with(b"\x89PNG\r\n\x1a\n"));
+    }
+}

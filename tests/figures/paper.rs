@@ -1,0 +1,175 @@
+//! The paper's dragon on its routes, as the figures take it.
+
+use std::sync::Arc;
+
+use bench_dragon::dragon::{
+    Board, ChainSolver, ClearanceSearch, Dimensions, Dragon, Handle, PairClearance, first_contact,
+};
+use bench_dragon::figure::{
+    ClearanceOverTime, ContactMark, ContactView, HandleSpeed, LargestSpeed, NearMiss, PlanView, Quantity, Sensitivity,
+    SpeedsOverTime, TurnMarks,
+};
+use bench_dragon::route::{Route, Spiral, Turnaround};
+use glam::DVec2;
+
+fn dragon(route: impl Route + 'static) -> Dragon {
+    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's dimensions");
+    Dragon::new(dimensions, Arc::new(route)).expect("the dragon can stand")
+}
+
+fn inward() -> Dragon {
+    dragon(Spiral::new(0.55, 16.0).expect("the paper's spiral"))
+}
+
+fn turnaround() -> Turnaround {
+    Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround")
+}
+
+fn handles(dragon: &Dragon, travel_m: f64) -> Vec<Handle> {
+    ChainSolver::new(dragon).solve(dragon, travel_m).expect("the travel is in the run").to_vec()
+}
+
+fn boards(dragon: &Dragon, handles: &[Handle]) -> Vec<Board> {
+    let mut boards = Vec::new();
+    dragon.place_boards(handles, &mut boards);
+    boards
+}
+
+fn corners(boards: &[Board]) -> Vec<[DVec2; 4]> {
+    boards.iter().map(Board::corners).collect()
+}
+
+fn polyline(route: &dyn Route, from_m: f64, to_m: f64) -> Vec<DVec2> {
+    let steps = ((to_m - from_m) / 0.1).ceil();
+    let travel_m = |step: i32| from_m + (to_m - from_m) * f64::from(step) / steps;
+    (0..=steps as i32).map(|step| route.point(route.place(travel_m(step))).position).collect()
+}
+
+fn positions(handles: &[Handle]) -> Vec<DVec2> {
+    handles.iter().map(|handle| handle.position).collect()
+}
+
+pub(crate) fn plan_view() -> PlanView {
+    let dragon = inward();
+    let handles = handles(&dragon, 300.0);
+    PlanView {
+        title: "The dragon at 300 s".to_owned(),
+        route: polyline(dragon.route(), -440.0, dragon.route().end_travel_m()),
+        boards: corners(&boards(&dragon, &handles)),
+        hinges: positions(&handles),
+        turn: None,
+    }
+}
+
+pub(crate) fn turning_plan_view() -> PlanView {
+    let turnaround = turnaround();
+    let [entry_arc, exit_arc] = turnaround.arcs();
+    let (middle_m, end_m) = (entry_arc.length_m(), entry_arc.length_m() + exit_arc.length_m());
+    let dragon = dragon(turnaround);
+    let handles = handles(&dragon, 40.0);
+    PlanView {
+        title: "The dragon on its turnaround at 40 s".to_owned(),
+        route: polyline(dragon.route(), -460.0, 100.0),
+        boards: corners(&boards(&dragon, &handles)),
+        hinges: positions(&handles),
+        turn: Some(TurnMarks {
+            radius_m: 4.5,
+            arcs: [polyline(dragon.route(), 0.0, middle_m), polyline(dragon.route(), middle_m, end_m)],
+            joints: [0.0, middle_m, end_m]
+                .map(|travel_m| dragon.route().point(dragon.route().place(travel_m)).position),
+        }),
+    }
+}
+
+pub(crate) fn contact_view() -> ContactView {
+    let dragon = inward();
+    let contact = first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("the paper's dragon touches itself");
+    let handles = handles(&dragon, contact.travel_m);
+    ContactView {
+        title: format!("First contact, at {:.6} s: benches 0 and 8", contact.travel_m),
+        route: polyline(dragon.route(), -440.0, dragon.route().end_travel_m()),
+        boards: corners(&boards(&dragon, &handles)),
+        hinges: positions(&handles),
+        benches: contact.benches,
+        point: contact.point,
+    }
+}
+
+/// The least clearance a hundred times a second over the last minute, and four times a second before.
+pub(crate) fn clearance_over_time() -> ClearanceOverTime {
+    let dragon = inward();
+    let contact = first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("the paper's dragon touches itself");
+    let mut search = ClearanceSearch::default();
+    let mut nearest = |time_s: f64| {
+        search.nearest(&boards(&dragon, &handles(&dragon, time_s))).expect("there are more than two boards")
+    };
+    let coarse = (0..1408).map(|step| 0.25 * f64::from(step));
+    let fine = (0..).map(|step| 352.0 + 0.01 * f64::from(step)).take_while(|time_s| *time_s < contact.travel_m);
+    let pairs: Vec<(f64, PairClearance)> = coarse.chain(fine).map(|time_s| (time_s, nearest(time_s))).collect();
+    let is_low = |three: &&[(f64, PairClearance)]| {
+        let [before, low, after] = [0, 1, 2].map(|index| three[index].1.clearance_m);
+        low < before && low < after && three.iter().all(|(_, pair)| pair.benches == three[1].1.benches)
+    };
+    let near_miss = |three: &[(f64, PairClearance)]| {
+        let (time_s, PairClearance { clearance_m, benches, .. }) = three[1];
+        NearMiss { time_s, clearance_m, benches }
+    };
+    ClearanceOverTime {
+        title: "Least clearance up to the first contact".to_owned(),
+        samples: pairs.iter().map(|(time_s, pair)| DVec2::new(*time_s, pair.clearance_m)).collect(),
+        near_misses: pairs.windows(3).filter(is_low).map(near_miss).collect(),
+        contact: Some(ContactMark { time_s: contact.travel_m, benches: contact.benches }),
+    }
+}
+
+pub(crate) fn speeds_over_time() -> SpeedsOverTime {
+    let dragon = dragon(turnaround());
+    let times: Vec<f64> = (0..=4000).map(|step| -100.0 + 0.05 * f64::from(step)).collect();
+    let chains: Vec<Vec<Handle>> = times.iter().map(|time_s| handles(&dragon, *time_s)).collect();
+    let line = |handle: usize| {
+        let samples = times.iter().zip(&chains).map(|(time_s, chain)| DVec2::new(*time_s, chain[handle].speed_ratio));
+        let name = if handle == 0 { "head".to_owned() } else { format!("handle {handle}") };
+        HandleSpeed { name, samples: samples.collect() }
+    };
+    let all = times.iter().zip(&chains).flat_map(|(time_s, chain)| {
+        chain.iter().enumerate().map(|(handle, state)| (state.speed_ratio, *time_s, handle))
+    });
+    let (speed_mps, time_s, handle) = all.max_by(|a, b| a.0.total_cmp(&b.0)).expect("there are samples");
+    SpeedsOverTime {
+        title: "Speeds on the turnaround, head at 1 m/s".to_owned(),
+        handles: [0, 1, 2, 5, 51, 201].map(line).into(),
+        largest: Some(LargestSpeed { time_s, speed_mps, handle }),
+        limit_mps: Some(2.0),
+        detail_s: Some(-2.0..=30.0),
+    }
+}
+
+/// Made up: lines that rise, fall, bend, jump and end.
+pub(crate) fn sensitivity() -> Sensitivity {
+    let parameters = ["pitch", "head length", "body length", "width", "hole offset", "speed"].map(str::to_owned);
+    let curve = |parameter: usize, size: f64| {
+        let point = |step: i32| {
+            let change = f64::from(step);
+            let slope = [1.0, -0.4, 0.2, -0.8, 0.1, 0.0][parameter];
+            let value = size * (1.0 + 0.01 * slope * change + 0.0005 * slope * change * change);
+            let jump = if parameter == 3 && step > 2 { 0.02 * size } else { 0.0 };
+            (change, (parameter != 1 || step < 4).then_some(value + jump))
+        };
+        (-5..=5).map(point).collect()
+    };
+    let quantity = |(name, size): (&str, f64)| Quantity {
+        name: name.to_owned(),
+        curves: (0..6).map(|parameter| curve(parameter, size)).collect(),
+    };
+    let quantities = [
+        ("first contact (s)", 412.474),
+        ("least clearance (mm)", 0.865),
+        ("largest speed ÷ head speed", 1.604_793),
+        ("smallest pitch (m)", 0.450_337),
+    ];
+    Sensitivity {
+        title: "What a change of one parameter by up to ±5 % does".to_owned(),
+        parameters: parameters.into(),
+        quantities: quantities.map(quantity).into(),
+    }
+}
