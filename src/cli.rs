@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use bench_dragon::config::{RATE_HZ, TIME_SCALE};
+use bench_dragon::figure::FigureFormat;
 use bench_dragon_ipc::service::MAX_READERS;
 use bench_dragon_ipc::{Instance, Request};
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
@@ -312,13 +313,10 @@ pub(crate) enum Question {
   bench-dragon solve poses --from 0 --to 300 --xlsx poses.xlsx")]
     Poses(PosesArgs),
     /// When do two benches first touch, and where?
-    #[command(after_help = "Example:\n  bench-dragon solve contact --config stage.toml --format json")]
-    Contact {
-        #[command(flatten)]
-        config: ConfigArgs,
-        #[command(flatten)]
-        format: FormatArgs,
-    },
+    #[command(after_help = "Examples:
+  bench-dragon solve contact --config stage.toml --format json
+  bench-dragon solve contact --figure contact.svg")]
+    Contact(ContactArgs),
 }
 
 /// Arguments of `solve poses`.
@@ -330,10 +328,38 @@ pub(crate) struct PosesArgs {
     #[arg(long, value_name = "FILE.xlsx", value_parser = xlsx)]
     pub(crate) xlsx: Option<PathBuf>,
     #[command(flatten)]
+    pub(crate) figure: FigureArgs,
+    #[command(flatten)]
     pub(crate) config: ConfigArgs,
     /// How to print.
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t)]
     pub(crate) format: TableFormat,
+}
+
+/// Arguments of `solve contact`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct ContactArgs {
+    #[command(flatten)]
+    pub(crate) config: ConfigArgs,
+    #[command(flatten)]
+    pub(crate) figure: FigureArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// Where to draw.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct FigureArgs {
+    /// Draw a figure into this file, .svg or .png; a file of that name is replaced.
+    #[arg(long, value_name = "FILE", value_parser = figure)]
+    pub(crate) figure: Option<FigureFile>,
+}
+
+/// A file to draw into.
+#[derive(Clone, Debug)]
+pub(crate) struct FigureFile {
+    pub(crate) path: PathBuf,
+    pub(crate) format: FigureFormat,
 }
 
 /// Which times: a list, or even steps.
@@ -394,6 +420,12 @@ fn xlsx(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     let is_xlsx = path.extension().is_some_and(|suffix| suffix.eq_ignore_ascii_case("xlsx"));
     if is_xlsx { Ok(path) } else { Err("must end in .xlsx".to_owned()) }
+}
+
+fn figure(text: &str) -> Result<FigureFile, String> {
+    let path = PathBuf::from(text);
+    let format = FigureFormat::of(&path).ok_or("must end in .svg or .png")?;
+    Ok(FigureFile { path, format })
 }
 
 fn rate(text: &str) -> Result<u32, String> {

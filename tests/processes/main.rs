@@ -10,6 +10,7 @@ mod commands;
 mod directory;
 mod echo;
 mod eventually;
+mod figures;
 mod late_join;
 mod monitor;
 mod overflow;

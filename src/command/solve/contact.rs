@@ -1,10 +1,13 @@
 //! `solve contact`: when do two benches first touch, and where?
 
-use bench_dragon::config::Config;
+use anyhow::Context as _;
+use bench_dragon::config::Overrides;
 use bench_dragon::dragon::first_contact;
 use serde::Serialize;
 
-use crate::cli::Format;
+use super::figures;
+use crate::cli::{ContactArgs, Format};
+use crate::command::load_config;
 use crate::command::output::{print_json, print_line};
 
 #[derive(Serialize)]
@@ -14,11 +17,16 @@ struct Answer {
     point_m: Option<[f64; 2]>,
 }
 
-pub(super) fn run(config: &Config, format: Format) -> anyhow::Result<()> {
+pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
+    let config = load_config(&args.config, Overrides::default())?;
     let dragon = config.dragon();
     let contact = first_contact(dragon, dragon.start_travel_m(), dragon.end_travel_m());
+    if let Some(file) = &args.figure.figure {
+        let contact = contact.context("--figure has nothing to show: no benches touch before the run ends")?;
+        figures::save(&figures::contact_view(&config, &contact).draw(), file)?;
+    }
     let time_s = contact.map(|contact| contact.travel_m / config.head_speed_mps());
-    if format == Format::Json {
+    if args.format.format == Format::Json {
         return print_json(&Answer {
             time_s,
             benches: contact.map(|contact| contact.benches),
@@ -35,6 +43,9 @@ pub(super) fn run(config: &Config, format: Format) -> anyhow::Result<()> {
             ))?;
         }
         _ => print_line(format_args!("no contact before the run ends, at {:.6} s", config.end_s()))?,
+    }
+    if let Some(file) = &args.figure.figure {
+        print_line(format_args!("drawn to {}", file.path.display()))?;
     }
     Ok(())
 }

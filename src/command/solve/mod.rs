@@ -2,21 +2,17 @@
 
 use std::process::ExitCode;
 
-use bench_dragon::config::Overrides;
-
 use crate::cli::Question;
-use crate::command::load_config;
 
 mod contact;
+mod figures;
 mod poses;
 mod times;
 
 pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
     match question {
         Question::Poses(args) => poses::run(&args)?,
-        Question::Contact { config, format } => {
-            contact::run(&load_config(&config, Overrides::default())?, format.format)?;
-        }
+        Question::Contact(args) => contact::run(&args)?,
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -1,16 +1,15 @@
 //! `solve poses`: where is every handle, and how fast?
 
-use std::path::Path;
-
 use bench_dragon::config::{Config, Overrides};
 use bench_dragon::dragon::ChainSolver;
 use bench_dragon::table::{Cell, Column, Csv, Exporter as _, Table, Text, Xlsx};
 use serde::Serialize;
 
+use super::figures;
 use super::times::{MAX_POSITIONS, times_s};
 use crate::cli::{PosesArgs, TableFormat};
 use crate::command::output::{print_bytes, print_json, print_line};
-use crate::command::{load_config, whole_file};
+use crate::command::{BadInput, load_config, whole_file};
 
 /// Decimals that people see, of metres and of metres per second.
 const DECIMALS: usize = 6;
@@ -41,18 +40,36 @@ pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
         // One column tells what the row is.
         most = most.min(Xlsx::MAX_COLUMNS - 1);
     }
-    let answer = Answer::at(&times_s(&args.times, &(config.start_s()..=config.end_s()), most)?, &config);
+    let times_s = times_s(&args.times, &(config.start_s()..=config.end_s()), most)?;
+    let figure_s = args.figure.figure.as_ref().map(|_| one_time(&times_s)).transpose()?;
+    let answer = Answer::at(&times_s, &config);
     if let Some(path) = &args.xlsx {
         whole_file::write(path, &Xlsx.export(&answer.sheets())?)?;
+    }
+    if let (Some(file), Some(time_s)) = (&args.figure.figure, figure_s) {
+        let view = figures::plan_view(&config, time_s, travel_m(time_s, &config));
+        figures::save(&view.draw(), file)?;
     }
     match args.format {
         TableFormat::Json => print_json(&answer),
         TableFormat::Csv => print_bytes(&Csv.export(&[answer.by_time()])?),
-        TableFormat::Text => match &args.xlsx {
-            Some(path) => answer.print_summary(path),
-            None => print_bytes(&Text.export(&answer.poses.iter().map(Pose::table).collect::<Vec<_>>())?),
-        },
+        TableFormat::Text if args.xlsx.is_some() || args.figure.figure.is_some() => answer.print_files(args),
+        TableFormat::Text => print_bytes(&Text.export(&answer.poses.iter().map(Pose::table).collect::<Vec<_>>())?),
     }
+}
+
+/// The time of a figure, which shows one.
+fn one_time(times_s: &[f64]) -> Result<f64, BadInput> {
+    match times_s {
+        [time_s] => Ok(*time_s),
+        _ => Err(BadInput(format!("--figure shows one time, not {}: give one with --at", times_s.len()))),
+    }
+}
+
+/// Travel at a time of the run, which rounding must not put outside it.
+fn travel_m(time_s: f64, config: &Config) -> f64 {
+    let dragon = config.dragon();
+    (config.head_speed_mps() * time_s).clamp(dragon.start_travel_m(), dragon.end_travel_m())
 }
 
 impl Answer {
@@ -98,22 +115,26 @@ impl Answer {
         std::iter::once(Cell::from(label)).chain(values).collect()
     }
 
-    fn print_summary(&self, path: &Path) -> anyhow::Result<()> {
-        let handles = self.poses.first().map_or(0, |pose| pose.handles.len());
-        let times = self.poses.len();
-        let times = if times == 1 { "1 time".to_owned() } else { format!("{times} times") };
-        Ok(print_line(format_args!(
-            "positions and speeds of {handles} handles at {times} written to {}",
-            path.display()
-        ))?)
+    /// Tells which files were written, in place of what is in them.
+    fn print_files(&self, args: &PosesArgs) -> anyhow::Result<()> {
+        if let Some(path) = &args.xlsx {
+            let handles = self.poses.first().map_or(0, |pose| pose.handles.len());
+            let times = self.poses.len();
+            let times = if times == 1 { "1 time".to_owned() } else { format!("{times} times") };
+            let path = path.display();
+            print_line(format_args!("positions and speeds of {handles} handles at {times} written to {path}"))?;
+        }
+        if let Some(file) = &args.figure.figure {
+            print_line(format_args!("the dragon at {} s drawn to {}", self.poses[0].time_s, file.path.display()))?;
+        }
+        Ok(())
     }
 }
 
 impl Pose {
     fn at(time_s: f64, config: &Config, chain: &mut ChainSolver) -> Self {
-        let (dragon, head_speed_mps) = (config.dragon(), config.head_speed_mps());
-        let travel_m = (time_s * head_speed_mps).clamp(dragon.start_travel_m(), dragon.end_travel_m());
-        let handles = chain.solve(dragon, travel_m).expect("the travel is in the run");
+        let head_speed_mps = config.head_speed_mps();
+        let handles = chain.solve(config.dragon(), travel_m(time_s, config)).expect("the travel is in the run");
         let handles = handles.iter().enumerate().map(|(index, handle)| Handle {
             index,
             x_m: handle.position.x,
