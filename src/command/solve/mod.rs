@@ -2,21 +2,24 @@
 
 use std::process::ExitCode;
 
-use bench_dragon::config::Overrides;
-
 use crate::cli::Question;
-use crate::command::load_config;
 
 mod contact;
 mod poses;
+mod profile;
+mod progress;
+mod save_config;
+mod speed_limit;
 mod times;
+mod turn;
+mod turn_plan;
 
 pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
     match question {
         Question::Poses(args) => poses::run(&args)?,
-        Question::Contact { config, format } => {
-            contact::run(&load_config(&config, Overrides::default())?, format.format)?;
-        }
+        Question::Contact(args) => contact::run(&args)?,
+        Question::Turn(args) => turn::run(&args)?,
+        Question::SpeedLimit(args) => speed_limit::run(&args)?,
     }
     Ok(ExitCode::SUCCESS)
 }
