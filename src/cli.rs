@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use bench_dragon::config::{RATE_HZ, TIME_SCALE};
+use bench_dragon::config::{NEAR_M, RATE_HZ, TIME_SCALE};
 use bench_dragon::figure::FigureFormat;
 use bench_dragon_ipc::service::MAX_READERS;
 use bench_dragon_ipc::{Instance, Request};
@@ -315,8 +315,73 @@ pub(crate) enum Question {
     /// When do two benches first touch, and where?
     #[command(after_help = "Examples:
   bench-dragon solve contact --config stage.toml --format json
-  bench-dragon solve contact --figure contact.svg")]
+  bench-dragon solve contact --figure contact.svg
+  bench-dragon solve contact --profile --step 0.5 --figure clearance.svg")]
     Contact(ContactArgs),
+    /// Does the dragon get through a turn, and how near do its benches come to each other?
+    #[command(after_help = "Examples:
+  bench-dragon solve turn
+  bench-dragon solve turn --pitch 1.5 --radius-ratio 1.2 --save-config turn.toml")]
+    Turn(TurnArgs),
+    /// How fast may the head walk if no handle is ever to be faster than a limit?
+    #[command(after_help = "Examples:
+  bench-dragon solve speed-limit --limit 2
+  bench-dragon solve speed-limit --limit 2 --config stage.toml --save-config fast.toml")]
+    SpeedLimit(SpeedLimitArgs),
+}
+
+/// Which turn.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct TurnPlanArgs {
+    /// Metres between neighbouring turns of the spiral, over the configuration's.
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) pitch: Option<f64>,
+    /// Diameter in metres of the circle that the S lies in, over the configuration's.
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) turn_diameter: Option<f64>,
+    /// Radius of the entry arc ÷ that of the exit arc, over the configuration's.
+    #[arg(long, value_name = "RATIO", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) radius_ratio: Option<f64>,
+    /// The configuration, TOML, with a turnaround as its route; the paper's turnaround without one.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) config: Option<PathBuf>,
+}
+
+/// Where an answer goes as a configuration.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct SaveConfigArgs {
+    /// Write the answer as a whole configuration, which `show --config` plays; a file of that name is replaced.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) save_config: Option<PathBuf>,
+}
+
+/// Arguments of `solve turn`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct TurnArgs {
+    #[command(flatten)]
+    pub(crate) plan: TurnPlanArgs,
+    #[command(flatten)]
+    pub(crate) save: SaveConfigArgs,
+    #[command(flatten)]
+    pub(crate) figure: FigureArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// Arguments of `solve speed-limit`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct SpeedLimitArgs {
+    /// Speed in m/s that no handle may exceed.
+    #[arg(long, value_name = "MPS", allow_negative_numbers = true, value_parser = speed_limit)]
+    pub(crate) limit: f64,
+    #[command(flatten)]
+    pub(crate) plan: TurnPlanArgs,
+    #[command(flatten)]
+    pub(crate) save: SaveConfigArgs,
+    #[command(flatten)]
+    pub(crate) figure: FigureArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
 }
 
 /// Arguments of `solve poses`.
@@ -339,6 +404,16 @@ pub(crate) struct PosesArgs {
 /// Arguments of `solve contact`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct ContactArgs {
+    /// Also tell the clearance over time and its near misses, up to the contact or the run's end; with --figure, draw
+    /// them instead of the boards at the contact.
+    #[arg(long)]
+    pub(crate) profile: bool,
+    /// Seconds from one time of the profile to the next.
+    #[arg(long, value_name = "SECONDS", requires = "profile", default_value = "1", allow_negative_numbers = true, value_parser = step)]
+    pub(crate) step: i64,
+    /// Clearance in metres under which a local minimum is a near miss [default: the configured near_m].
+    #[arg(long, value_name = "METRES", requires = "profile", allow_negative_numbers = true, value_parser = near)]
+    pub(crate) near: Option<f64>,
     #[command(flatten)]
     pub(crate) config: ConfigArgs,
     #[command(flatten)]
@@ -426,6 +501,14 @@ fn figure(text: &str) -> Result<FigureFile, String> {
     let path = PathBuf::from(text);
     let format = FigureFormat::of(&path).ok_or("must end in .svg or .png")?;
     Ok(FigureFile { path, format })
+}
+
+fn near(text: &str) -> Result<f64, String> {
+    within(text, &NEAR_M)
+}
+
+fn speed_limit(text: &str) -> Result<f64, String> {
+    within(text, &(0.001..=1000.0))
 }
 
 fn rate(text: &str) -> Result<u32, String> {

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use crate::dragon::{Dimensions, Dragon, DragonError, Handle, RunEnd, Slope, rising_root};
-use crate::number::Number;
 use crate::route::{Route, Turnaround};
 
 /// Arc under a chord of a curve with |κ| ≤ K, per metre of the chord, at most, where K times the chord is under 2:
@@ -25,7 +24,7 @@ pub enum Infeasible {
     #[error(transparent)]
     Dragon(#[from] DragonError),
     /// It comes to a place that a handle does not get past.
-    #[error("{end} after {} m of travel", Number(*travel_m))]
+    #[error("{end} after {travel_m:.6} m of travel")]
     Fault {
         /// Travel of the head.
         travel_m: f64,

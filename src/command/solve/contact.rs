@@ -1,11 +1,12 @@
 //! `solve contact`: when do two benches first touch, and where?
 
 use anyhow::Context as _;
-use bench_dragon::config::Overrides;
-use bench_dragon::dragon::first_contact;
+use bench_dragon::config::{Config, Overrides};
+use bench_dragon::dragon::{Contact, RunEnd, first_contact};
 use serde::Serialize;
 
 use super::figures;
+use super::profile::Profile;
 use crate::cli::{ContactArgs, Format};
 use crate::command::load_config;
 use crate::command::output::{print_json, print_line};
@@ -15,37 +16,59 @@ struct Answer {
     time_s: Option<f64>,
     benches: Option<[usize; 2]>,
     point_m: Option<[f64; 2]>,
+    #[serde(flatten)]
+    profile: Option<Profile>,
 }
 
 pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
     let config = load_config(&args.config, Overrides::default())?;
     let dragon = config.dragon();
     let contact = first_contact(dragon, dragon.start_travel_m(), dragon.end_travel_m());
-    if let Some(file) = &args.figure.figure {
-        let contact = contact.context("--figure has nothing to show: no benches touch before the run ends")?;
-        figures::save(&figures::contact_view(&config, &contact).draw(), file)?;
-    }
-    let time_s = contact.map(|contact| contact.travel_m / config.head_speed_mps());
-    if args.format.format == Format::Json {
-        return print_json(&Answer {
-            time_s,
-            benches: contact.map(|contact| contact.benches),
-            point_m: contact.map(|contact| contact.point.to_array()),
-        });
-    }
-    match (contact, time_s) {
-        (Some(contact), Some(time_s)) => {
-            let [a, b] = contact.benches;
-            let point = contact.point;
-            print_line(format_args!(
-                "first contact at {time_s:.6} s, benches {a} and {b}, at ({:.6}, {:.6}) m",
-                point.x, point.y
-            ))?;
+    let answer = Answer {
+        time_s: contact.map(|contact| contact.travel_m / config.head_speed_mps()),
+        benches: contact.map(|contact| contact.benches),
+        point_m: contact.map(|contact| contact.point.to_array()),
+        profile: args.profile.then(|| Profile::of(&config, contact.as_ref(), args)).transpose()?,
+    };
+    draw(args, &config, contact.as_ref(), answer.profile.as_ref())?;
+    match args.format.format {
+        Format::Json => print_json(&answer),
+        Format::Text => {
+            if let Some(profile) = &answer.profile {
+                print_line(profile.text())?;
+            }
+            print_line(text(&config, contact.as_ref()))?;
+            figures::tell(&args.figure)
         }
-        _ => print_line(format_args!("no contact before the run ends, at {:.6} s", config.end_s()))?,
     }
-    if let Some(file) = &args.figure.figure {
-        print_line(format_args!("drawn to {}", file.path.display()))?;
+}
+
+/// Draws the clearance over time where a profile was asked for, else the boards at the contact.
+fn draw(
+    args: &ContactArgs,
+    config: &Config,
+    contact: Option<&Contact>,
+    profile: Option<&Profile>,
+) -> anyhow::Result<()> {
+    let Some(file) = &args.figure.figure else { return Ok(()) };
+    if let Some(profile) = profile {
+        return figures::save(&figures::clearance_over_time(config, contact, &profile.near_misses).draw(), file);
     }
-    Ok(())
+    let contact = contact.context("--figure has nothing to show: no benches touch before the run ends")?;
+    figures::save(&figures::contact_view(config, contact).draw(), file)
+}
+
+fn text(config: &Config, contact: Option<&Contact>) -> String {
+    if let Some(&Contact { travel_m, benches: [first, second], point }) = contact {
+        let time_s = travel_m / config.head_speed_mps();
+        return format!(
+            "first contact at {time_s:.6} s, benches {first} and {second}, at ({:.6}, {:.6}) m",
+            point.x, point.y
+        );
+    }
+    let end_s = config.end_s();
+    match config.dragon().run_end() {
+        RunEnd::RouteEnd => format!("no contact before the run ends, at {end_s:.6} s"),
+        fault => format!("no contact before the run ends, at {end_s:.6} s, where {fault}"),
+    }
 }

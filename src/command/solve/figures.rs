@@ -1,12 +1,19 @@
 //! The figures' data, taken from the dragon.
 
+use anyhow::bail;
 use bench_dragon::config::{Config, RoutePlan};
 use bench_dragon::dragon::{Board, ChainSolver, Contact, Dragon, Handle};
-use bench_dragon::figure::{ContactView, Drawing, PlanView, TurnMarks};
+use bench_dragon::figure::{
+    ClearanceOverTime, ContactMark, ContactView, Drawing, HandleSpeed, LargestSpeed, PlanView, SpeedsOverTime,
+    TurnMarks,
+};
+use bench_dragon::plan::{ClosestApproach, LargestRatio, clearance_profile};
 use bench_dragon::route::{Route, Turnaround};
 use glam::DVec2;
 
-use crate::cli::FigureFile;
+use super::profile::NearMiss;
+use crate::cli::{FigureArgs, FigureFile};
+use crate::command::output::print_line;
 use crate::command::whole_file;
 
 /// How far a drawn route may lie off the true one: a fortieth of a millimetre where the surroundings of a contact are
@@ -14,22 +21,52 @@ use crate::command::whole_file;
 const SAGITTA_M: f64 = 0.0005;
 /// Most points of a drawn route. One that needs more is drawn coarser.
 const MAX_POINTS: f64 = 20_000.0;
+/// Points of a line over time: a few for each dot of a printed page.
+const SAMPLES: u32 = 4_000;
+/// Handles whose speeds are drawn, where the dragon has them: those that a turn sets apart, and one far back.
+const DRAWN_HANDLES: [usize; 5] = [0, 1, 2, 5, 51];
+/// Seconds around the largest speed that are drawn larger, at a head speed of 1 m/s: the head's way through a turn.
+const DETAIL_S: f64 = 16.0;
 
 /// Draws into a file.
 pub(super) fn save(drawing: &Drawing, file: &FigureFile) -> anyhow::Result<()> {
     whole_file::write(&file.path, &drawing.encode(file.format))
 }
 
+/// Tells where the figure went, if one was asked for.
+pub(super) fn tell(args: &FigureArgs) -> anyhow::Result<()> {
+    match &args.figure {
+        Some(file) => Ok(print_line(format_args!("drawn to {}", file.path.display()))?),
+        None => Ok(()),
+    }
+}
+
+/// Fails where a figure was asked for and there is nothing to draw.
+pub(super) fn refuse(args: &FigureArgs, reason: &str) -> anyhow::Result<()> {
+    match &args.figure {
+        Some(_) => bail!("--figure has nothing to show: {reason}"),
+        None => Ok(()),
+    }
+}
+
 /// The dragon on its route at a time.
 pub(super) fn plan_view(config: &Config, time_s: f64, travel_m: f64) -> PlanView {
-    let dragon = config.dragon();
+    plan_of(config.dragon(), turnaround(config).as_ref(), format!("The dragon at {time_s} s"), travel_m)
+}
+
+/// The dragon on a turn, with its head at a travel.
+pub(super) fn turn_view(dragon: &Dragon, turnaround: &Turnaround, title: String, travel_m: f64) -> PlanView {
+    plan_of(dragon, Some(turnaround), title, travel_m)
+}
+
+fn plan_of(dragon: &Dragon, turnaround: Option<&Turnaround>, title: String, travel_m: f64) -> PlanView {
     let handles = handles(dragon, travel_m);
     PlanView {
-        title: format!("The dragon at {time_s} s"),
+        title,
         route: route_around(dragon, &handles),
         boards: corners(dragon, &handles),
         hinges: handles.iter().map(|handle| handle.position).collect(),
-        turn: turnaround(config).map(|turnaround| turn_marks(&turnaround)),
+        turn: turnaround.map(turn_marks),
     }
 }
 
@@ -47,6 +84,77 @@ pub(super) fn contact_view(config: &Config, contact: &Contact) -> ContactView {
         benches: contact.benches,
         point: contact.point,
     }
+}
+
+/// The clearance up to a contact or the run's end, with its near misses.
+pub(super) fn clearance_over_time(
+    config: &Config,
+    contact: Option<&Contact>,
+    near_misses: &[NearMiss],
+) -> ClearanceOverTime {
+    let (dragon, speed_mps) = (config.dragon(), config.head_speed_mps());
+    let end_m = contact.map_or(dragon.end_travel_m(), |contact| contact.travel_m);
+    let points = clearance_profile(dragon, &even_travels(dragon.start_travel_m(), end_m), || ());
+    let sample = |point: &ClosestApproach| DVec2::new(point.travel_m / speed_mps, point.pair.clearance_m);
+    let near_miss = |miss: &NearMiss| bench_dragon::figure::NearMiss {
+        time_s: miss.time_s,
+        clearance_m: miss.clearance_m,
+        benches: miss.benches,
+    };
+    ClearanceOverTime {
+        title: "Least clearance of all pairs of benches".to_owned(),
+        samples: points.iter().map(sample).collect(),
+        near_misses: near_misses.iter().map(near_miss).collect(),
+        contact: contact.map(|contact| ContactMark { time_s: contact.travel_m / speed_mps, benches: contact.benches }),
+    }
+}
+
+/// Speeds of some handles around the time of the largest, with the head as fast as a limit allows.
+pub(super) fn speeds_over_time(
+    dragon: &Dragon,
+    largest: &LargestRatio,
+    planned_speed_mps: f64,
+    limit_mps: f64,
+) -> SpeedsOverTime {
+    let head_speed_mps = limit_mps / largest.ratio;
+    let travels_m = even_travels(dragon.start_travel_m(), dragon.end_travel_m());
+    let mut handles: Vec<HandleSpeed> = drawn_handles(dragon, largest.handle)
+        .map(|handle| HandleSpeed { name: handle_name(handle), samples: Vec::with_capacity(travels_m.len()) })
+        .collect();
+    let mut solver = ChainSolver::new(dragon);
+    for &travel_m in &travels_m {
+        let chain = solver.solve(dragon, travel_m).expect("the travel lies within the run");
+        for (speeds, handle) in handles.iter_mut().zip(drawn_handles(dragon, largest.handle)) {
+            let speed_mps = head_speed_mps * chain[handle].speed_ratio;
+            speeds.samples.push(DVec2::new(travel_m / head_speed_mps, speed_mps));
+        }
+    }
+    let time_s = largest.travel_m / head_speed_mps;
+    let detail_s = DETAIL_S / head_speed_mps;
+    SpeedsOverTime {
+        title: format!("Speeds of handles, the head at {head_speed_mps:.6} m/s (planned: {planned_speed_mps} m/s)"),
+        handles,
+        largest: Some(LargestSpeed { time_s, speed_mps: limit_mps, handle: largest.handle }),
+        limit_mps: Some(limit_mps),
+        detail_s: Some(time_s - detail_s..=time_s + detail_s),
+    }
+}
+
+/// The handles that are drawn, the fastest among them.
+fn drawn_handles(dragon: &Dragon, fastest: usize) -> impl Iterator<Item = usize> {
+    let count = dragon.dimensions().handles();
+    let mut drawn: Vec<usize> = DRAWN_HANDLES.into_iter().chain([fastest]).filter(|&handle| handle < count).collect();
+    drawn.sort_unstable();
+    drawn.dedup();
+    drawn.into_iter()
+}
+
+fn handle_name(handle: usize) -> String {
+    if handle == 0 { "head".to_owned() } else { format!("handle {handle}") }
+}
+
+fn even_travels(from_m: f64, to_m: f64) -> Vec<f64> {
+    (0..=SAMPLES).map(|i| from_m + (to_m - from_m) * f64::from(i) / f64::from(SAMPLES)).collect()
 }
 
 fn handles(dragon: &Dragon, travel_m: f64) -> Vec<Handle> {

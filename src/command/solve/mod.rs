@@ -7,12 +7,20 @@ use crate::cli::Question;
 mod contact;
 mod figures;
 mod poses;
+mod profile;
+mod progress;
+mod save_config;
+mod speed_limit;
 mod times;
+mod turn;
+mod turn_plan;
 
 pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
     match question {
         Question::Poses(args) => poses::run(&args)?,
         Question::Contact(args) => contact::run(&args)?,
+        Question::Turn(args) => turn::run(&args)?,
+        Question::SpeedLimit(args) => speed_limit::run(&args)?,
     }
     Ok(ExitCode::SUCCESS)
 }

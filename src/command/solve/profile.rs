@@ -1,0 +1,98 @@
+//! The clearance over time and its near misses, as `solve contact --profile` tells them.
+
+use std::fmt::Write as _;
+
+use bench_dragon::config::Config;
+use bench_dragon::dragon::Contact;
+use bench_dragon::plan::{ClosestApproach, clearance_profile, near_misses};
+use serde::Serialize;
+
+use super::progress::Progress;
+use crate::cli::ContactArgs;
+use crate::command::BadInput;
+
+/// Most times of a profile: each is a chain and a search through all pairs.
+const MAX_TIMES: usize = 1_000_000;
+
+const NANOSECONDS: f64 = 1e9;
+
+#[derive(Serialize)]
+pub(super) struct Profile {
+    profile: Vec<Point>,
+    pub(super) near_misses: Vec<NearMiss>,
+}
+
+#[derive(Serialize)]
+struct Point {
+    time_s: f64,
+    clearance_m: f64,
+    benches: [usize; 2],
+}
+
+#[derive(Serialize)]
+pub(super) struct NearMiss {
+    pub(super) time_s: f64,
+    pub(super) clearance_m: f64,
+    pub(super) benches: [usize; 2],
+    point_m: [f64; 2],
+}
+
+impl Profile {
+    /// The profile up to the contact, or to the run's end, with that as its last time.
+    pub(super) fn of(config: &Config, contact: Option<&Contact>, args: &ContactArgs) -> Result<Self, BadInput> {
+        let (dragon, speed_mps) = (config.dragon(), config.head_speed_mps());
+        let (from_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+        let to_m = contact.map_or(end_m, |contact| contact.travel_m);
+        let step_s = args.step as f64 / NANOSECONDS;
+        let count = ((to_m - from_m) / (speed_mps * step_s)).ceil();
+        if count >= MAX_TIMES as f64 {
+            return Err(BadInput(format!(
+                "--step is {step_s}, which makes {count} times, must make at most {MAX_TIMES}"
+            )));
+        }
+        let time_s = |i: usize| config.start_s() + (i as f64 * args.step as f64) / NANOSECONDS;
+        let times_m = (0..count as usize).map(|i| speed_mps * time_s(i)).filter(|&travel_m| travel_m < to_m);
+        let travels_m: Vec<f64> = times_m.chain([to_m]).collect();
+        let progress = Progress::new("near misses", 1.0);
+        let limit_m = args.near.unwrap_or_else(|| config.near_m());
+        let misses = near_misses(dragon, from_m, to_m, limit_m, |share| progress.add(share));
+        drop(progress);
+        let progress = Progress::new("profile", travels_m.len() as f64);
+        let points = clearance_profile(dragon, &travels_m, || progress.add(1.0));
+        let at = |approach: &ClosestApproach| approach.travel_m / speed_mps;
+        Ok(Self {
+            profile: points
+                .iter()
+                .map(|point| Point {
+                    time_s: at(point),
+                    clearance_m: point.pair.clearance_m,
+                    benches: point.pair.benches,
+                })
+                .collect(),
+            near_misses: misses
+                .iter()
+                .map(|miss| NearMiss {
+                    time_s: at(miss),
+                    clearance_m: miss.pair.clearance_m,
+                    benches: miss.pair.benches,
+                    point_m: miss.pair.point.to_array(),
+                })
+                .collect(),
+        })
+    }
+
+    pub(super) fn text(&self) -> String {
+        let mut text = format!("{:>12} {:>14} {:>14}\n", "s", "clearance m", "benches");
+        // Writing into a String cannot fail.
+        for Point { time_s, clearance_m, benches: [first, second] } in &self.profile {
+            // The last one, at a contact, may be 0 from either side.
+            let clearance_m = if clearance_m.abs() < 5e-10 { 0.0 } else { *clearance_m };
+            let _ = writeln!(text, "{time_s:>12.6} {clearance_m:>14.9} {first:>6} {second:>7}");
+        }
+        let _ = writeln!(text, "\n{} near misses", self.near_misses.len());
+        for NearMiss { time_s, clearance_m, benches: [first, second], point_m: [x, y] } in &self.near_misses {
+            let _ = writeln!(text, "{time_s:>12.6} {clearance_m:>14.9} {first:>6} {second:>7}  at ({x:.6}, {y:.6}) m");
+        }
+        text
+    }
+}

@@ -1,0 +1,99 @@
+//! `solve speed-limit`: how fast may the head walk if no handle is ever to be faster than a limit?
+
+use std::sync::Arc;
+
+use bench_dragon::config::{Config, Overrides, RoutePlan};
+use bench_dragon::dragon::Dragon;
+use bench_dragon::plan::{Infeasible, LargestRatio, largest_speed_ratio, passage_through};
+use serde::Serialize;
+
+use super::figures;
+use super::save_config::save_config;
+use super::turn_plan::planned_turn;
+use crate::cli::{ConfigArgs, Format, SpeedLimitArgs};
+use crate::command::load_config;
+use crate::command::output::{print_json, print_line};
+
+#[derive(Serialize)]
+struct Answer {
+    head_speed_mps: Option<f64>,
+    largest_ratio: Option<f64>,
+    /// At the configured head speed.
+    time_s: Option<f64>,
+    handle: Option<usize>,
+    infeasible: Option<String>,
+}
+
+pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
+    let (config, passage) = passage(args)?;
+    let largest = passage.as_ref().map_err(|infeasible| *infeasible).and_then(|dragon| largest_speed_ratio(dragon));
+    let answer = Answer::of(&largest, args.limit, config.head_speed_mps());
+    if let (Some(file), Ok(dragon), Ok(largest)) = (&args.figure.figure, &passage, &largest) {
+        let view = figures::speeds_over_time(dragon, largest, config.head_speed_mps(), args.limit);
+        figures::save(&view.draw(), file)?;
+    }
+    match args.format.format {
+        Format::Json => print_json(&answer)?,
+        Format::Text => print_line(text(&answer, args.limit))?,
+    }
+    if let Some(reason) = &answer.infeasible {
+        figures::refuse(&args.figure, reason)?;
+        return save_config(&args.save, Err(reason));
+    }
+    if args.format.format == Format::Text {
+        figures::tell(&args.figure)?;
+    }
+    match answer.head_speed_mps {
+        Some(head_speed_mps) if args.save.save_config.is_some() => {
+            save_config(&args.save, Ok(&config.with_head_speed(head_speed_mps)?))
+        }
+        _ => Ok(()),
+    }
+}
+
+impl Answer {
+    fn of(largest: &Result<LargestRatio, Infeasible>, limit_mps: f64, planned_speed_mps: f64) -> Self {
+        let found = largest.as_ref().ok();
+        Self {
+            head_speed_mps: found.map(|largest| limit_mps / largest.ratio),
+            largest_ratio: found.map(|largest| largest.ratio),
+            time_s: found.map(|largest| largest.travel_m / planned_speed_mps),
+            handle: found.map(|largest| largest.handle),
+            infeasible: largest.as_ref().err().map(ToString::to_string),
+        }
+    }
+}
+
+/// The configuration and its dragon: on the whole passage through a turn, or on a spiral that the configuration names.
+fn passage(args: &SpeedLimitArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>, Infeasible>)> {
+    let plan = &args.plan;
+    let asks_for_turn = plan.pitch.or(plan.turn_diameter).or(plan.radius_ratio).is_some();
+    if plan.config.is_some() && !asks_for_turn {
+        let config = load_config(&ConfigArgs { config: plan.config.clone() }, Overrides::default())?;
+        if let RoutePlan::Spiral(_) = config.route() {
+            let dragon = Arc::clone(config.dragon());
+            return Ok((config, Ok(dragon)));
+        }
+    }
+    let (config, plan) = planned_turn(plan)?;
+    let turnaround = plan.turnaround(config.head_speed_mps())?;
+    let passage = passage_through(turnaround, *config.dragon().dimensions());
+    Ok((config, passage.map(Arc::new)))
+}
+
+fn text(answer: &Answer, limit_mps: f64) -> String {
+    match answer {
+        Answer {
+            head_speed_mps: Some(head_speed_mps),
+            largest_ratio: Some(ratio),
+            time_s: Some(time_s),
+            handle: Some(handle),
+            ..
+        } => format!(
+            "the head may walk at {head_speed_mps:.6} m/s: no handle is faster than {limit_mps} m/s then\n\
+             handle {handle} is the fastest, {ratio:.6} times as fast as the head, at {time_s:.6} s of the \
+             configured speed"
+        ),
+        Answer { infeasible, .. } => format!("infeasible: {}", infeasible.as_deref().unwrap_or_default()),
+    }
+}

@@ -1,0 +1,27 @@
+//! The turn that a question is about.
+
+use anyhow::Context as _;
+use bench_dragon::config::{Config, Overrides, RoutePlan, TurnaroundPlan};
+
+use crate::cli::{ConfigArgs, TurnPlanArgs};
+use crate::command::{BadInput, load_config};
+
+/// The configuration with its turnaround, and the flags over it; the paper's turnaround where no file is named.
+pub(super) fn planned_turn(args: &TurnPlanArgs) -> anyhow::Result<(Config, TurnaroundPlan)> {
+    let config = load_config(&ConfigArgs { config: args.config.clone() }, Overrides::default())?;
+    let plan = match (config.route(), &args.config) {
+        (RoutePlan::Turnaround(plan), _) => plan,
+        (RoutePlan::Spiral(_), None) => TurnaroundPlan::default(),
+        (RoutePlan::Spiral(_), Some(path)) => {
+            let told = "[route] kind is \"spiral\", must be \"turnaround\" for a question about a turn";
+            return Err(BadInput(told.to_owned())).with_context(|| path.display().to_string());
+        }
+    };
+    let plan = TurnaroundPlan {
+        pitch_m: args.pitch.unwrap_or(plan.pitch_m),
+        turn_diameter_m: args.turn_diameter.unwrap_or(plan.turn_diameter_m),
+        radius_ratio: args.radius_ratio.unwrap_or(plan.radius_ratio),
+        ..plan
+    };
+    Ok((config.with_route(RoutePlan::Turnaround(plan))?, plan))
+}
