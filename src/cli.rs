@@ -318,6 +318,11 @@ pub(crate) enum Question {
   bench-dragon solve contact --figure contact.svg
   bench-dragon solve contact --profile --step 0.5 --figure clearance.svg")]
     Contact(ContactArgs),
+    /// How tight may the spiral be if the head is to come to a circle with no contact on the way?
+    #[command(after_help = "Examples:
+  bench-dragon solve pitch --turn-diameter 9
+  bench-dragon solve pitch --turn-diameter 9 --config stage.toml --save-config tightest.toml")]
+    Pitch(PitchArgs),
     /// Does the dragon get through a turn, and how near do its benches come to each other?
     #[command(after_help = "Examples:
   bench-dragon solve turn
@@ -328,6 +333,20 @@ pub(crate) enum Question {
   bench-dragon solve speed-limit --limit 2
   bench-dragon solve speed-limit --limit 2 --config stage.toml --save-config fast.toml")]
     SpeedLimit(SpeedLimitArgs),
+}
+
+/// Arguments of `solve pitch`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct PitchArgs {
+    /// Diameter in metres of the circle that the head is to come to [default: the configured turnaround's, else 9].
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) turn_diameter: Option<f64>,
+    #[command(flatten)]
+    pub(crate) config: ConfigArgs,
+    #[command(flatten)]
+    pub(crate) save: SaveConfigArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
 }
 
 /// Which turn.

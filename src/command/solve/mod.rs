@@ -6,6 +6,7 @@ use crate::cli::Question;
 
 mod contact;
 mod figures;
+mod pitch;
 mod poses;
 mod profile;
 mod progress;
@@ -19,6 +20,7 @@ pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
     match question {
         Question::Poses(args) => poses::run(&args)?,
         Question::Contact(args) => contact::run(&args)?,
+        Question::Pitch(args) => pitch::run(&args)?,
         Question::Turn(args) => turn::run(&args)?,
         Question::SpeedLimit(args) => speed_limit::run(&args)?,
     }

@@ -59,7 +59,7 @@ pub enum PitchError {
     Route(RouteError),
     /// No spiral that may be configured starts outside the circle, or the circle is too tight for the benches.
     #[error(
-        "turn_diameter_m is {}, must be at least {} and under {}, where start_turns {} begin at the greatest pitch",
+        "turn_diameter_m is {}, must be above {} and under {}, where start_turns {} begin at the greatest pitch",
         Number(*turn_diameter_m),
         Number(*least_m),
         Number(2.0 * start_turns * MAX_PITCH_M),
@@ -68,7 +68,7 @@ pub enum PitchError {
     TurnDiameter {
         /// Metres.
         turn_diameter_m: f64,
-        /// Least diameter in metres: 0 unless the body's links are longer than the head's.
+        /// Bound on the diameter in metres: 0 unless the body's links are longer than the head's.
         least_m: f64,
         /// Full turns from the centre to the start.
         start_turns: f64,
@@ -137,7 +137,7 @@ pub fn smallest_pitch(
     let link_radius_m = LEAST_RADIUS_PER_LINK * dimensions.link_m(1);
     // No handle but the first is nearer to the centre than half of the head's link.
     let least_m = if 0.5 * dimensions.link_m(0) > link_radius_m { 0.0 } else { 2.0 * link_radius_m };
-    let is_possible = turn_diameter_m > 0.0 && turn_diameter_m >= least_m;
+    let is_possible = turn_diameter_m > least_m;
     if !(is_possible && turn_diameter_m < 2.0 * start_turns * MAX_PITCH_M) {
         return Err(PitchError::TurnDiameter { turn_diameter_m, least_m, start_turns });
     }

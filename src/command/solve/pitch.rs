@@ -1,0 +1,100 @@
+//! `solve pitch`: how tight may the spiral be if the head is to come to a circle with no contact on the way?
+
+use bench_dragon::config::{Config, Overrides, RoutePlan, SpiralPlan, TurnaroundPlan};
+use bench_dragon::plan::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
+use serde::Serialize;
+
+use super::save_config::save_config;
+use crate::cli::{Format, PitchArgs};
+use crate::command::output::{print_json, print_line};
+use crate::command::{BadInput, load_config};
+
+#[derive(Serialize)]
+struct Answer {
+    pitch_m: Option<f64>,
+    /// What goes wrong at a pitch just under it.
+    limit: Option<Limit>,
+    infeasible: Option<String>,
+}
+
+#[derive(Serialize)]
+struct Limit {
+    kind: &'static str,
+    /// The pair that touches.
+    benches: Option<[usize; 2]>,
+    /// Where.
+    point_m: Option<[f64; 2]>,
+}
+
+pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
+    let config = load_config(&args.config, Overrides::default())?;
+    let (start_turns, planned_diameter_m) = match config.route() {
+        RoutePlan::Spiral(plan) => (plan.start_turns, TurnaroundPlan::default().turn_diameter_m),
+        RoutePlan::Turnaround(plan) => (SpiralPlan::default().start_turns, plan.turn_diameter_m),
+    };
+    let turn_diameter_m = args.turn_diameter.unwrap_or(planned_diameter_m);
+    let found = match smallest_pitch(config.dragon().dimensions(), start_turns, turn_diameter_m) {
+        Err(error @ (PitchError::Route(_) | PitchError::TurnDiameter { .. })) => {
+            return Err(BadInput(error.to_string()).into());
+        }
+        found => found.map_err(|error| error.to_string()),
+    };
+    match args.format.format {
+        Format::Json => print_json(&Answer::of(&found))?,
+        Format::Text => print_line(text(&found, turn_diameter_m))?,
+    }
+    if args.save.save_config.is_none() {
+        return Ok(());
+    }
+    let tightest = |smallest: &SmallestPitch| -> anyhow::Result<Config> {
+        Ok(config.with_route(RoutePlan::Spiral(SpiralPlan { pitch_m: smallest.pitch_m, start_turns }))?)
+    };
+    match &found {
+        Ok(smallest) => save_config(&args.save, Ok(&tightest(smallest)?)),
+        Err(reason) => save_config(&args.save, Err(reason)),
+    }
+}
+
+impl Answer {
+    fn of(found: &Result<SmallestPitch, String>) -> Self {
+        let smallest = found.as_ref().ok();
+        Self {
+            pitch_m: smallest.map(|smallest| smallest.pitch_m),
+            limit: smallest.map(|smallest| Limit::of(smallest.limit)),
+            infeasible: found.as_ref().err().cloned(),
+        }
+    }
+}
+
+impl Limit {
+    fn of(limit: PitchLimit) -> Self {
+        let (kind, contact) = match limit {
+            PitchLimit::Contact(contact) => ("contact", Some(contact)),
+            PitchLimit::Stop => ("stop", None),
+            PitchLimit::Start => ("start", None),
+            PitchLimit::Width => ("width", None),
+        };
+        Self {
+            kind,
+            benches: contact.map(|contact| contact.benches),
+            point_m: contact.map(|contact| contact.point.to_array()),
+        }
+    }
+}
+
+fn text(found: &Result<SmallestPitch, String>, turn_diameter_m: f64) -> String {
+    let SmallestPitch { pitch_m, limit } = match found {
+        Ok(smallest) => *smallest,
+        Err(reason) => return format!("infeasible: {reason}"),
+    };
+    let limit = match limit {
+        PitchLimit::Contact(contact) => {
+            let ([first, second], point) = (contact.benches, contact.point);
+            format!("benches {first} and {second} would touch, at ({:.6}, {:.6}) m", point.x, point.y)
+        }
+        PitchLimit::Stop => "handle 1 would stop before the head is there".to_owned(),
+        PitchLimit::Start => "the spiral would start inside the circle, or too near to its centre".to_owned(),
+        PitchLimit::Width => "boards would overlap from one turn to the next".to_owned(),
+    };
+    format!("smallest pitch {pitch_m:.6} m for a circle of diameter {turn_diameter_m} m\nany tighter, {limit}")
+}
