@@ -5,8 +5,8 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use bench_dragon::dragon::{ChainSolver, Dimensions, Dragon, first_contact};
-use bench_dragon::plan::smallest_pitch;
-use bench_dragon::route::Spiral;
+use bench_dragon::plan::{largest_speed_ratio, passage_through, smallest_pitch};
+use bench_dragon::route::{Spiral, Turnaround};
 use criterion::{Criterion, criterion_group, criterion_main};
 
 fn paper_dimensions() -> Dimensions {
@@ -37,6 +37,18 @@ fn pitch(criterion: &mut Criterion) {
     criterion.bench_function("smallest pitch to a circle of 9 m", |bencher| bencher.iter(smallest));
 }
 
+/// From the measures to the largest ratio on the whole passage of all benches.
+fn speed_limit(criterion: &mut Criterion) {
+    let turnaround = Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround is valid");
+    let largest = || {
+        let dragon =
+            passage_through(black_box(turnaround), paper_dimensions()).expect("the paper's dragon gets through");
+        largest_speed_ratio(&dragon).expect("every handle walks")
+    };
+    assert!((2.0 / largest().ratio - 1.246_266).abs() <= 5.001e-7, "{:?}", largest());
+    criterion.bench_function("speed limit of the paper's turnaround", |bencher| bencher.iter(largest));
+}
+
 fn chain(criterion: &mut Criterion) {
     let dragon = paper_dragon();
     let mut solver = ChainSolver::new(&dragon);
@@ -45,5 +57,5 @@ fn chain(criterion: &mut Criterion) {
     criterion.bench_function("chain of 224 handles", |bencher| bencher.iter(|| tail(black_box(300.0))));
 }
 
-criterion_group!(planner, contact, pitch, chain);
+criterion_group!(planner, contact, pitch, speed_limit, chain);
 criterion_main!(planner);
