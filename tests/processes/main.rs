@@ -14,6 +14,7 @@ mod figures;
 mod late_join;
 mod monitor;
 mod overflow;
+mod planner;
 mod poses;
 mod poses_files;
 mod process;

@@ -1,0 +1,164 @@
+//! The planner's questions as people ask them: the known answers as JSON, answers that are played, and questions that
+//! have no answer.
+
+use std::fs;
+
+use serde_json::{Value, json};
+
+use crate::process::{Ended, Process};
+use crate::stage::{Stage, program};
+
+/// The paper's turnaround with an exit arc so tight that handle 1 stops.
+const TOO_TIGHT: &str = "[route]\nkind = \"turnaround\"\nradius_ratio = 3.0\n";
+
+fn solve(args: &[&str]) -> Ended {
+    Process::start(program(&[&["solve"], args].concat())).end()
+}
+
+fn answer(args: &[&str]) -> Value {
+    solve(&[args, &["--format", "json"]].concat()).expect_clean().last_json()
+}
+
+/// Fails unless a number is as the table has it, to six decimals.
+fn assert_six(actual: &Value, expected: f64) {
+    let number = actual.as_f64().unwrap_or_else(|| panic!("{actual} is no number"));
+    assert!((number - expected).abs() <= 5.001e-7, "{number}, not {expected}");
+}
+
+/// The one line that a refused question gets.
+fn refusal(args: &[&str]) -> String {
+    let ended = solve(args);
+    assert_eq!((ended.code(), ended.stdout.as_str()), (Some(2), ""), "{args:?}: {}", ended.stderr);
+    assert_eq!(ended.stderr.lines().count(), 1, "{}", ended.stderr);
+    ended.stderr.trim_end().to_owned()
+}
+
+#[test]
+fn contact_and_near_miss_are_what_the_table_says() {
+    let contact = answer(&["contact", "--profile", "--step", "100"]);
+    assert_six(&contact["time_s"], 412.473_838);
+    assert_eq!(contact["benches"], json!([0, 8]));
+    let profile = contact["profile"].as_array().expect("a profile");
+    let clearances = [0.169_279, 0.157_908, 0.164_999, 0.120_694, 0.025_533];
+    for (point, clearance_m) in profile.iter().zip(clearances) {
+        assert_six(&point["clearance_m"], clearance_m);
+    }
+    assert_eq!((profile.len(), &profile[4]["time_s"], &profile[5]["time_s"]), (6, &json!(400.0), &contact["time_s"]));
+    let misses = contact["near_misses"].as_array().expect("near misses");
+    let last = misses.last().expect("a near miss");
+    assert_eq!(last["benches"], json!([0, 11]));
+    assert!((last["time_s"].as_f64().expect("a time") - 409.832).abs() <= 5.001e-4, "{last}");
+    assert!((last["clearance_m"].as_f64().expect("a clearance") - 0.000_865).abs() <= 5.001e-7, "{last}");
+}
+
+#[test]
+fn a_contact_without_a_profile_has_the_three_keys_of_old() {
+    let contact = answer(&["contact"]);
+    let keys: Vec<&String> = contact.as_object().expect("an object").keys().collect();
+    assert_eq!(keys, ["benches", "point_m", "time_s"]);
+}
+
+#[test]
+fn smallest_pitch_is_what_the_table_says() {
+    let pitch = answer(&["pitch", "--turn-diameter", "9"]);
+    assert_six(&pitch["pitch_m"], 0.450_337);
+    assert_eq!((&pitch["limit"]["kind"], &pitch["infeasible"]), (&json!("contact"), &Value::Null));
+}
+
+#[test]
+fn turn_is_what_the_table_says() {
+    let turn = answer(&["turn"]);
+    assert_six(&turn["radii_m"][0], 3.005_418);
+    assert_six(&turn["radii_m"][1], 1.502_709);
+    assert_six(&turn["length_m"], 13.621_245);
+    assert_six(&turn["entry_m"][0], -2.711_856);
+    assert_six(&turn["entry_m"][1], -3.591_078);
+    assert_six(&turn["exit_m"][1], 3.591_078);
+    assert_eq!((&turn["contact"], &turn["infeasible"]), (&Value::Null, &Value::Null));
+    assert!(turn["least_clearance"]["clearance_m"].as_f64().expect("a clearance") > 0.0);
+}
+
+#[test]
+fn speed_limit_is_what_the_table_says() {
+    let limit = answer(&["speed-limit", "--limit", "2"]);
+    assert_six(&limit["head_speed_mps"], 1.246_266);
+    assert_six(&limit["largest_ratio"], 1.604_793);
+    assert!((limit["time_s"].as_f64().expect("a time") - 14.480).abs() <= 5.001e-4, "{limit}");
+}
+
+#[test]
+fn a_saved_speed_limit_is_played_with_every_handle_under_it() {
+    let stage = Stage::new();
+    let file = stage.path("fast.toml").display().to_string();
+    let planned = answer(&["speed-limit", "--limit", "2", "--save-config", &file]);
+    let around = ["--start-at=11", "--until", "12", "--rate", "100", "--time-scale", "0.5"];
+    let server = stage.serve(&[&["--config", "fast.toml", "--readers", "1"], &around[..]].concat());
+    let shots = crate::reader::Reader::join(&stage).read_to_end();
+    assert_eq!(server.summary()["frames"], shots.len());
+    let fastest_mps = shots
+        .iter()
+        .flat_map(|shot| &shot.handles)
+        .map(|handle| handle.velocity_mps[0].hypot(handle.velocity_mps[1]))
+        .fold(0.0, f64::max);
+    assert!(fastest_mps <= 2.0 + 1e-12 && fastest_mps > 1.9999, "{fastest_mps} m/s, planned {planned}");
+}
+
+#[test]
+fn a_saved_pitch_reaches_the_circle_without_a_contact() {
+    let stage = Stage::new();
+    let file = stage.path("tightest.toml").display().to_string();
+    answer(&["pitch", "--turn-diameter", "9", "--save-config", &file]);
+    let contact = answer(&["contact", "--config", &file]);
+    let poses = answer(&["poses", "--at", &contact["time_s"].to_string(), "--config", &file]);
+    let head = &poses["poses"][0]["handles"][0];
+    let [x, y] = ["x_m", "y_m"].map(|key| head[key].as_f64().expect("a number"));
+    assert!(x.hypot(y) < 4.5, "the first contact is inside the circle, with the head at ({x}, {y})");
+}
+
+#[test]
+fn a_turn_that_no_dragon_walks_has_null_answers_and_the_reason() {
+    let stage = Stage::new();
+    let file = stage.path("tight.toml").display().to_string();
+    fs::write(&file, TOO_TIGHT).expect("a file");
+    let turn = answer(&["turn", "--config", &file]);
+    assert_eq!((&turn["least_clearance"], &turn["contact"]), (&Value::Null, &Value::Null));
+    assert!(turn["infeasible"].as_str().expect("a reason").starts_with("handle 1 would stop"), "{turn}");
+    let limit = answer(&["speed-limit", "--limit", "2", "--config", &file]);
+    assert_eq!((&limit["head_speed_mps"], &limit["time_s"]), (&Value::Null, &Value::Null));
+    assert_eq!(limit["infeasible"], turn["infeasible"]);
+    let saved = stage.path("saved.toml").display().to_string();
+    let ended = solve(&["speed-limit", "--limit", "2", "--config", &file, "--save-config", &saved]);
+    assert_eq!(ended.code(), Some(1));
+    assert!(ended.stderr.starts_with("error: --save-config has nothing to save: handle 1"), "{}", ended.stderr);
+    assert!(!stage.path("saved.toml").exists());
+}
+
+#[test]
+fn a_spiral_that_never_touches_has_no_contact() {
+    let stage = Stage::new();
+    let file = stage.path("wide.toml").display().to_string();
+    fs::write(&file, "[dragon]\nbenches = 4\n[route]\npitch_m = 2.0\nstart_turns = 4\n").expect("a file");
+    let contact = answer(&["contact", "--config", &file]);
+    assert_eq!(contact, json!({ "time_s": null, "benches": null, "point_m": null }));
+}
+
+#[test]
+fn questions_that_cannot_be_are_refused_in_one_line() {
+    let stage = Stage::new();
+    let file = stage.path("spiral.toml").display().to_string();
+    fs::write(&file, "").expect("a file");
+    let told = "[route] kind is \"spiral\", must be \"turnaround\" for a question about a turn";
+    assert_eq!(refusal(&["turn", "--config", &file]), format!("error: {file}: {told}"));
+    for (args, start) in [
+        (&["pitch", "--turn-diameter", "-1"][..], "error: turn_diameter_m is -1, must be above 0 and under 32000"),
+        (&["pitch", "--turn-diameter", "1e6"], "error: turn_diameter_m is 1000000, must be above 0 and under 32000"),
+        (&["turn", "--radius-ratio", "0"], "error: [route] radius_ratio is 0, must be from 0.01 to 100"),
+        (&["turn", "--pitch", "0.1"], "error: pitch_m is 0.1, must be above width_m 0.3"),
+        (&["speed-limit", "--limit", "0"], "error: invalid value '0' for '--limit <MPS>': must be from 0.001 to 1000"),
+        (&["contact", "--step", "1"], "error: "),
+        (&["contact", "--profile", "--step", "1e-9"], "error: --step is 0.000000001"),
+    ] {
+        let told = refusal(args);
+        assert!(told.starts_with(start), "{args:?}: {told}");
+    }
+}
