@@ -57,7 +57,11 @@ impl<'a> Chain<'a> {
     /// A chain whose head stands at `travel_m`, whether or not a dragon can walk there: it ends at a link that nowhere
     /// behind meets the route.
     pub(super) fn new(route: &'a dyn Route, dimensions: &'a Dimensions, travel_m: f64) -> Self {
-        let place = route.place(travel_m);
+        Self::from_place(route, dimensions, route.place(travel_m))
+    }
+
+    /// The same with the head at a place.
+    pub(crate) fn from_place(route: &'a dyn Route, dimensions: &'a Dimensions, place: f64) -> Self {
         Self { route, dimensions, last: Some((place, route.point(place), 1.0)), handed_out: 0 }
     }
 
