@@ -62,7 +62,7 @@ fn paper_dragon_comes_to_nine_metres_at_the_published_pitch() {
 #[test]
 fn a_feasible_pitch_below_infeasible_ones_is_found() {
     let dimensions = Dimensions::new(7, 3.57, 2.30, 0.31, 0.18).expect("valid benches");
-    let (start_turns, diameter_m) = (3.14, 3.35);
+    let (start_turns, diameter_m) = (3.15, 3.35);
     let smallest = smallest_pitch(&dimensions, start_turns, diameter_m).expect("there is one");
     let walk = |pitch_m| a_walk_is_free(dimensions, start_turns, diameter_m, pitch_m, 2e-3);
     assert!(walk(smallest.pitch_m + 1e-6) && !walk(smallest.pitch_m - 1e-4), "{smallest:?}");
@@ -122,7 +122,7 @@ fn few_benches_are_limited_by_width_start_or_the_heads_link() {
 fn circles_out_of_reach_are_refused() {
     let refuse =
         |diameter_m| smallest_pitch(&paper_dimensions(223), 16.0, diameter_m).expect_err("refused").to_string();
-    let range = "must be at least 0 and under 32000, where start_turns 16 begin at the greatest pitch";
+    let range = "must be above 0 and under 32000, where start_turns 16 begin at the greatest pitch";
     assert_eq!(refuse(40_000.0), format!("turn_diameter_m is 40000, {range}"));
     assert_eq!(refuse(f64::NAN), format!("turn_diameter_m is NaN, {range}"));
     assert_eq!(refuse(0.0), format!("turn_diameter_m is 0, {range}"));

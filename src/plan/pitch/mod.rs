@@ -1,9 +1,9 @@
 //! The smallest pitch at which the head comes in to a circle with no contact on the way.
 //!
-//! A pitch is *feasible* if the spiral starts outside the circle, with the head's link spanning less than half a turn, and
-//! the dragon walks from there to where the head is on the circle, every handle moving forward and no two boards touching. The feasible pitches need not be an interval: a tighter spiral shifts the benches of
-//! the next turn along the head's board, and may so bring a gap to where a wider one has a corner. So the threshold
-//! cannot be bisected.
+//! A pitch is *feasible* if the spiral starts outside the circle, with the head's link spanning less than half a turn,
+//! and the dragon walks from there to where the head is on the circle, every handle moving forward and no two boards
+//! touching. The feasible pitches need not be an interval: a tighter spiral shifts the benches of the next turn along
+//! the head's board, and may so bring a gap to where a wider one has a corner. So the threshold cannot be bisected.
 //!
 //! It is climbed to instead, from the lowest pitch that can be thought of, in steps over which every pitch is proved to
 //! be infeasible: by a *witness*, which is a place of the head where two boards overlap, or where the head's link stops,
@@ -48,7 +48,7 @@ const TOLERANCE_PER_RADIUS: f64 = 1e-13;
 /// Bound on searches of the whole way. Each finds another witness or steps on by the tolerance; a dozen are usual.
 const MAX_SEARCHES: usize = 10_000;
 
-/// A body link of length d walks wherever its front handle is further out than this times d: K·d < 2 there.
+/// A body link of length d walks wherever its front handle is further out than this times d, 1.5^(-3/2): K·d < 2 there.
 const LEAST_RADIUS_PER_LINK: f64 = 0.544_331_053_951_817_4;
 
 /// Why there is no smallest pitch.
@@ -68,7 +68,7 @@ pub enum PitchError {
     TurnDiameter {
         /// Metres.
         turn_diameter_m: f64,
-        /// Bound on the diameter in metres: 0 unless the body's links are longer than the head's.
+        /// Least diameter in metres: 0 unless the body's links are longer than the head's.
         least_m: f64,
         /// Full turns from the centre to the start.
         start_turns: f64,
@@ -80,7 +80,7 @@ pub enum PitchError {
         turn_diameter_m: f64,
     },
     /// More searches than allowed.
-    #[error("no pitch up to {} m is right, and {MAX_SEARCHES} searches do not tell whether a wider one is", Number(*pitch_m))]
+    #[error("no pitch up to {} m is feasible, and {MAX_SEARCHES} searches do not tell of wider ones", Number(*pitch_m))]
     Undecided {
         /// All pitches below are infeasible.
         pitch_m: f64,
@@ -112,8 +112,8 @@ pub enum PitchLimit {
 /// The smallest pitch at which a dragon, led in from `start_turns` turns out, comes to where its head is on the circle of
 /// diameter `turn_diameter_m` around the centre with no two boards overlapping on the way.
 ///
-/// It is the infimum of the feasible pitches, to some 10⁻¹³ of the start's radius and never under it. Works by proved steps from below,
-/// as the module tells, and ends with one whole contact search at the pitch that it returns.
+/// It is the infimum of the feasible pitches, to some 10⁻¹³ of the start's radius and never under it. Works by proved
+/// steps from below, as the module tells, and ends with a contact search of the whole way at the pitch that it returns.
 ///
 /// ```
 /// use bench_dragon::{dragon::Dimensions, plan::smallest_pitch};
@@ -136,9 +136,9 @@ pub fn smallest_pitch(
     Spiral::new(MAX_PITCH_M, start_turns).map_err(PitchError::Route)?;
     let link_radius_m = LEAST_RADIUS_PER_LINK * dimensions.link_m(1);
     // No handle but the first is nearer to the centre than half of the head's link.
-    let least_m = if 0.5 * dimensions.link_m(0) > link_radius_m { 0.0 } else { 2.0 * link_radius_m };
-    let is_possible = turn_diameter_m > least_m;
-    if !(is_possible && turn_diameter_m < 2.0 * start_turns * MAX_PITCH_M) {
+    let walks = dimensions.benches() == 1 || 0.5 * dimensions.link_m(0) > link_radius_m;
+    let least_m = if walks { 0.0 } else { 2.0 * link_radius_m };
+    if !(turn_diameter_m > least_m && turn_diameter_m < 2.0 * start_turns * MAX_PITCH_M) {
         return Err(PitchError::TurnDiameter { turn_diameter_m, least_m, start_turns });
     }
     climb(&Way { dimensions, start_turns, circle_radius_m: 0.5 * turn_diameter_m })
@@ -157,7 +157,7 @@ fn climb(way: &Way<'_>) -> Result<SmallestPitch, PitchError> {
         match Verdict::of(way, tried_m, spiral) {
             Verdict::Feasible if search == 0 => return Ok(SmallestPitch { pitch_m, limit }),
             Verdict::Feasible => return Ok(SmallestPitch { pitch_m: tried_m, limit }),
-            Verdict::Infeasible(None) => pitch_m = tried_m,
+            Verdict::Infeasible(None) => (pitch_m, limit) = (tried_m, PitchLimit::Stop),
             Verdict::Infeasible(Some(witness)) => (pitch_m, limit) = witness.proves_up_to(way, tried_m),
         }
     }
@@ -226,7 +226,7 @@ impl Witness {
 /// What is known of a pitch.
 enum Verdict {
     Feasible,
-    /// With a witness that may cover wider pitches, unless it is too slight.
+    /// With a witness that may cover wider pitches, or because the head's link stops so late that none was seen.
     Infeasible(Option<Witness>),
 }
 

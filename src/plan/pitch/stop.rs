@@ -41,7 +41,7 @@ impl Stop {
     }
 
     /// A pitch up to which the link provably does not walk here, from one at which it stops.
-    pub(super) fn proves_up_to(&self, way: &Way<'_>, pitch_m: f64) -> f64 {
+    pub(super) fn proves_up_to(self, way: &Way<'_>, pitch_m: f64) -> f64 {
         let mut proved_m = pitch_m;
         let mut step_m = FIRST_STEP * pitch_m;
         while step_m > way.tolerance_m(pitch_m) {
@@ -57,7 +57,7 @@ impl Stop {
 
     /// Greatest cosine between link and tangent over all pitches from one to a greater one, in m²: not over 0 if the link
     /// walks at none of them.
-    fn walk(&self, way: &Way<'_>, pitch_m: f64, greater_m: f64) -> f64 {
+    fn walk(self, way: &Way<'_>, pitch_m: f64, greater_m: f64) -> f64 {
         let Some(spiral) = way.spiral(greater_m) else { return f64::INFINITY };
         let place = Way::place(greater_m, self.radius_m);
         let Some(rear) = Chain::from_place(&spiral, way.dimensions, place).nth(1) else { return f64::NEG_INFINITY };
