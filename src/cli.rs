@@ -7,6 +7,7 @@ use std::str::FromStr;
 
 use bench_dragon::config::{NEAR_M, RATE_HZ, TIME_SCALE};
 use bench_dragon::figure::FigureFormat;
+use bench_dragon::plan::Parameter;
 use bench_dragon_ipc::service::MAX_READERS;
 use bench_dragon_ipc::{Instance, Request};
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
@@ -333,6 +334,11 @@ pub(crate) enum Question {
   bench-dragon solve speed-limit --limit 2
   bench-dragon solve speed-limit --limit 2 --config stage.toml --save-config fast.toml")]
     SpeedLimit(SpeedLimitArgs),
+    /// How do first contact, least clearance, largest speed and smallest pitch change with each measure?
+    #[command(after_help = "Examples:
+  bench-dragon solve sensitivity
+  bench-dragon solve sensitivity --range 10 --parameter pitch,width --xlsx sensitivity.xlsx --figure sensitivity.svg")]
+    Sensitivity(SensitivityArgs),
 }
 
 /// Arguments of `solve pitch`.
@@ -399,6 +405,33 @@ pub(crate) struct SpeedLimitArgs {
     pub(crate) save: SaveConfigArgs,
     #[command(flatten)]
     pub(crate) figure: FigureArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// Arguments of `solve sensitivity`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct SensitivityArgs {
+    /// By how much each value is varied to either side, in percent.
+    #[arg(long, value_name = "PERCENT", default_value = "5", allow_negative_numbers = true, value_parser = range_percent)]
+    pub(crate) range: f64,
+    /// Values to either side of the planned one.
+    #[arg(long, value_name = "COUNT", default_value_t = 2, allow_negative_numbers = true, value_parser = range_steps)]
+    pub(crate) steps: u32,
+    /// What to vary, with commas in between: pitch, head-length, body-length, width, hole-offset, speed [default: all].
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parameter)]
+    pub(crate) parameter: Vec<Parameter>,
+    /// Diameter in metres of the circle that a spiral is walked to [default: the configured turning circle, else 9].
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = diameter)]
+    pub(crate) turn_diameter: Option<f64>,
+    /// Write a workbook with a sheet of what is printed and one of all values; a file of that name is replaced.
+    #[arg(long, value_name = "FILE.xlsx", value_parser = xlsx)]
+    pub(crate) xlsx: Option<PathBuf>,
+    /// Draw how the answers change; a file of that name is replaced.
+    #[arg(long, value_name = "FILE.svg|FILE.png", value_parser = figure)]
+    pub(crate) figure: Option<FigureFile>,
+    #[command(flatten)]
+    pub(crate) config: ConfigArgs,
     #[command(flatten)]
     pub(crate) format: FormatArgs,
 }
@@ -508,6 +541,26 @@ fn nanoseconds(text: &str) -> Result<i64, String> {
 fn step(text: &str) -> Result<i64, String> {
     let step_ns = nanoseconds(text).ok().filter(|step_ns| *step_ns > 0);
     step_ns.ok_or_else(|| format!("must be above 0 and at most {MAX_STEPPED_S}, with at most nine decimals"))
+}
+
+fn range_percent(text: &str) -> Result<f64, String> {
+    let value: Option<f64> = text.parse().ok().filter(|value| *value > 0.0 && *value < 100.0);
+    value.ok_or_else(|| "must be above 0 and under 100".to_owned())
+}
+
+fn range_steps(text: &str) -> Result<u32, String> {
+    within(text, &(1..=100))
+}
+
+fn diameter(text: &str) -> Result<f64, String> {
+    let value: Option<f64> = text.parse().ok().filter(|value: &f64| *value > 0.0 && value.is_finite());
+    value.ok_or_else(|| "must be above 0 and finite".to_owned())
+}
+
+fn parameter(text: &str) -> Result<Parameter, String> {
+    let name = |parameter: &Parameter| parameter.to_string().replace(' ', "-");
+    let found = Parameter::ALL.into_iter().find(|parameter| name(parameter) == text);
+    found.ok_or_else(|| format!("must be one of {}", Parameter::ALL.each_ref().map(name).join(", ")))
 }
 
 fn xlsx(text: &str) -> Result<PathBuf, String> {

@@ -1,8 +1,9 @@
 //! How the handles move when a measure changes a little: the chain rule to first order.
 //!
 //! Every handle stays on the route: it moves as the route does at the handle's travel, and by some way σ along the
-//! tangent. Every link keeps its length d, so with u its heading, (Ṗ_front − Ṗ_rear)·u = ḋ. The head's σ is known, and
-//! this gives the others' one after the other, exactly (the implicit function theorem).
+//! tangent. Every link keeps its length d, so with u its heading and p and r its front and rear handles, (p − r)·u changes
+//! as d does. The head's σ is known, and this gives the others' one after the other, exactly (the implicit function
+//! theorem).
 
 use glam::DVec2;
 

@@ -1,25 +1,32 @@
 //! The planner: what a choreographer asks before the show.
 
+mod answers;
 mod board_variation;
 mod chain_variation;
 mod cores;
+mod derivative;
 mod least_clearance;
+mod local;
 mod parameter;
 mod passage;
 mod peak;
 mod pitch;
 mod profile;
+mod sensitivity;
 mod setting;
 mod speed_limit;
 mod turn;
 
+pub use answers::{Quantity, Unanswered};
 pub use board_variation::{BoardVariation, Kink, Witness};
 pub use chain_variation::{Change, HandleVariation, handle_variations};
+pub use derivative::Undefined;
 pub use least_clearance::{ClosestApproach, least_clearance};
 pub use parameter::Parameter;
 pub use passage::{Infeasible, passage_through};
 pub use pitch::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
 pub use profile::{clearance_profile, near_misses};
+pub use sensitivity::{Curve, NoDerivative, Response, Sample, Sensitivity};
 pub use setting::Setting;
 pub use speed_limit::{LargestRatio, largest_speed_ratio};
 pub use turn::{TurnPassage, walk_through};

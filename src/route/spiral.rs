@@ -24,6 +24,7 @@ pub struct Spiral {
     curve: Archimedean,
     /// Arc length from the centre to t = 0.
     start_length_m: f64,
+    end_travel_m: f64,
 }
 
 impl Spiral {
@@ -35,7 +36,18 @@ impl Spiral {
         RouteError::check_pitch(pitch_m)?;
         RouteError::check_start_turns(start_turns)?;
         let curve = Archimedean { radius_per_radian_m: pitch_m / TAU };
-        Ok(Self { pitch_m, curve, start_length_m: curve.length_m(TAU * start_turns) })
+        let start_length_m = curve.length_m(TAU * start_turns);
+        Ok(Self { pitch_m, curve, start_length_m, end_travel_m: start_length_m })
+    }
+
+    /// The same spiral, walked only as far as a circle of this diameter about its centre.
+    ///
+    /// # Errors
+    /// The circle must lie inside the start.
+    pub fn to_circle(self, diameter_m: f64) -> Result<Self, RouteError> {
+        let end_travel_m = self.travel(-0.5 * diameter_m.max(0.0) / self.curve.radius_per_radian_m);
+        RouteError::check_span(self.start_travel_m(), end_travel_m)?;
+        Ok(Self { end_travel_m, ..self })
     }
 }
 
@@ -45,7 +57,7 @@ impl Route for Spiral {
     }
 
     fn end_travel_m(&self) -> f64 {
-        self.start_length_m
+        self.end_travel_m
     }
 
     fn pitch_m(&self) -> f64 {
@@ -57,7 +69,7 @@ impl Route for Spiral {
     }
 
     fn place(&self, travel_m: f64) -> f64 {
-        -self.curve.angle(self.start_length_m - travel_m)
+        -self.curve.angle(self.start_length_m - travel_m.min(self.end_travel_m))
     }
 
     fn point(&self, place: f64) -> RoutePoint {

@@ -11,6 +11,7 @@ mod poses;
 mod profile;
 mod progress;
 mod save_config;
+mod sensitivity;
 mod speed_limit;
 mod times;
 mod turn;
@@ -23,6 +24,7 @@ pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
         Question::Pitch(args) => pitch::run(&args)?,
         Question::Turn(args) => turn::run(&args)?,
         Question::SpeedLimit(args) => speed_limit::run(&args)?,
+        Question::Sensitivity(args) => sensitivity::run(&args)?,
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -1,0 +1,204 @@
+//! The four answers for one setting, each with its derivatives.
+
+use std::fmt::{self, Display, Formatter};
+use std::sync::Arc;
+
+use thiserror::Error;
+
+use crate::config::{RoutePlan, SpiralPlan};
+use crate::dragon::{Contact, Dimensions, DimensionsError, Dragon, DragonError, RunEnd, first_contact};
+use crate::number::Number;
+use crate::route::{PitchFamily, RouteError};
+
+use super::derivative::{self, Derivatives};
+use super::local::VariedDragon;
+use super::pitch::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
+use super::{
+    ClosestApproach, Infeasible, LargestRatio, Setting, largest_speed_ratio, least_clearance, passage_through,
+};
+
+/// What is asked of a setting.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Show time of the first contact of the planned run.
+    FirstContact,
+    /// Least clearance of any pair over the passage, below 0 where benches overlap.
+    LeastClearance,
+    /// Largest speed of any handle over the passage ÷ speed of the head.
+    LargestSpeedRatio,
+    /// Smallest pitch at which the head reaches the turning circle on a spiral with no contact on the way.
+    SmallestPitch,
+}
+
+impl Quantity {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::FirstContact, Self::LeastClearance, Self::LargestSpeedRatio, Self::SmallestPitch];
+
+    /// Its name in answers, the unit last.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::FirstContact => "first_contact_s",
+            Self::LeastClearance => "least_clearance_m",
+            Self::LargestSpeedRatio => "largest_speed_ratio",
+            Self::SmallestPitch => "smallest_pitch_m",
+        }
+    }
+
+    /// The unit that it is given in; none for a ratio.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::FirstContact => "s",
+            Self::LeastClearance | Self::SmallestPitch => "m",
+            Self::LargestSpeedRatio => "",
+        }
+    }
+}
+
+impl Display for Quantity {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::FirstContact => "first contact",
+            Self::LeastClearance => "least clearance",
+            Self::LargestSpeedRatio => "largest speed ratio",
+            Self::SmallestPitch => "smallest pitch",
+        })
+    }
+}
+
+/// Why there is no answer.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum Unanswered {
+    /// No benches touch on the planned run.
+    #[error("no contact before the run ends: {0}")]
+    NoContact(RunEnd),
+    /// Fewer than three benches.
+    #[error("there are no two benches that could touch")]
+    NoPairs,
+    /// Impossible benches.
+    #[error(transparent)]
+    Dimensions(#[from] DimensionsError),
+    /// An impossible route.
+    #[error(transparent)]
+    Route(#[from] RouteError),
+    /// Benches and route that do not go together.
+    #[error(transparent)]
+    Dragon(#[from] DragonError),
+    /// A passage that cannot be walked.
+    #[error(transparent)]
+    Infeasible(#[from] Infeasible),
+    /// No pitch is right.
+    #[error(transparent)]
+    Pitch(#[from] PitchError),
+    /// The spiral begins inside of the circle.
+    #[error("the spiral starts inside of the turning circle, of {} m", Number(*.0))]
+    StartsInside(f64),
+    /// The pitch is what is asked for.
+    #[error("the pitch is the answer, whatever is planned")]
+    OwnPitch,
+}
+
+/// An answer, and what decides it.
+#[derive(Debug)]
+pub(super) struct Answer {
+    value: f64,
+    decided_by: Decision,
+}
+
+/// What decides an answer.
+#[derive(Debug)]
+enum Decision {
+    Contact { run: VariedDragon, contact: Contact, speed_mps: f64 },
+    Clearance { passage: VariedDragon, closest: ClosestApproach },
+    Ratio { passage: VariedDragon, largest: LargestRatio },
+    Pitch { limit: PitchLimit, passage: VariedDragon },
+}
+
+impl Answer {
+    /// In the quantity's unit.
+    pub(super) fn value(&self) -> f64 {
+        self.value
+    }
+
+    /// Of the value, per unit of each parameter.
+    pub(super) fn derivatives(&self) -> Derivatives {
+        match &self.decided_by {
+            Decision::Contact { run, contact, speed_mps } => derivative::of_contact_time(run, contact, *speed_mps),
+            Decision::Clearance { passage, closest } => {
+                derivative::of_least_clearance(passage, closest.travel_m, closest.pair.benches)
+            }
+            Decision::Ratio { passage, largest } => derivative::of_largest_ratio(passage, largest),
+            Decision::Pitch { limit, passage } => derivative::of_smallest_pitch(limit, passage),
+        }
+    }
+}
+
+/// The answer to one question.
+pub(super) fn answer(quantity: Quantity, setting: &Setting, turn_diameter_m: f64) -> Result<Answer, Unanswered> {
+    match quantity {
+        Quantity::FirstContact => contact_time(setting),
+        Quantity::LeastClearance => {
+            let passage = passage(setting, turn_diameter_m)?;
+            let (start_m, end_m) = (passage.dragon.start_travel_m(), passage.dragon.end_travel_m());
+            let closest = least_clearance(&passage.dragon, start_m, end_m).ok_or(Unanswered::NoPairs)?;
+            Ok(Answer { value: closest.pair.clearance_m, decided_by: Decision::Clearance { passage, closest } })
+        }
+        Quantity::LargestSpeedRatio => {
+            let passage = passage(setting, turn_diameter_m)?;
+            let largest = largest_speed_ratio(&passage.dragon)?;
+            Ok(Answer { value: largest.ratio, decided_by: Decision::Ratio { passage, largest } })
+        }
+        Quantity::SmallestPitch => pitch(setting, turn_diameter_m),
+    }
+}
+
+fn contact_time(setting: &Setting) -> Result<Answer, Unanswered> {
+    let (run, speed_mps) = (planned(setting)?, setting.speed_mps);
+    let (start_m, end_m) = (run.dragon.start_travel_m(), run.dragon.end_travel_m());
+    let contact = first_contact(&run.dragon, start_m, end_m).ok_or(Unanswered::NoContact(run.dragon.run_end()))?;
+    let value = contact.travel_m / speed_mps;
+    Ok(Answer { value, decided_by: Decision::Contact { run, contact, speed_mps } })
+}
+
+/// On a turnaround, that of the spiral which starts as far out as the paper's.
+fn pitch(setting: &Setting, turn_diameter_m: f64) -> Result<Answer, Unanswered> {
+    let start_turns = match setting.route {
+        RoutePlan::Spiral(plan) => plan.start_turns,
+        RoutePlan::Turnaround(_) => SpiralPlan::default().start_turns,
+    };
+    let SmallestPitch { pitch_m, limit } = smallest_pitch(&setting.dimensions, start_turns, turn_diameter_m)?;
+    let passage = spiral_passage(SpiralPlan { pitch_m, start_turns }, setting.dimensions, turn_diameter_m)?;
+    Ok(Answer { value: pitch_m, decided_by: Decision::Pitch { limit, passage } })
+}
+
+/// The run as planned.
+fn planned(setting: &Setting) -> Result<VariedDragon, Unanswered> {
+    match setting.route {
+        RoutePlan::Spiral(plan) => varied(setting.dimensions, plan.spiral()?),
+        RoutePlan::Turnaround(plan) => varied(setting.dimensions, plan.turnaround(setting.speed_mps)?),
+    }
+}
+
+/// The passage: on a spiral from the start until the head is on the circle, on a turnaround that of all benches.
+fn passage(setting: &Setting, turn_diameter_m: f64) -> Result<VariedDragon, Unanswered> {
+    match setting.route {
+        RoutePlan::Spiral(plan) => spiral_passage(plan, setting.dimensions, turn_diameter_m),
+        RoutePlan::Turnaround(plan) => {
+            let turnaround = plan.turnaround(setting.speed_mps)?;
+            let dragon = passage_through(turnaround, setting.dimensions)?;
+            Ok(VariedDragon { dragon, family: Arc::new(turnaround) })
+        }
+    }
+}
+
+fn spiral_passage(plan: SpiralPlan, dimensions: Dimensions, turn_diameter_m: f64) -> Result<VariedDragon, Unanswered> {
+    let spiral = plan.spiral()?;
+    let spiral = spiral.to_circle(turn_diameter_m).map_err(|_| Unanswered::StartsInside(turn_diameter_m))?;
+    let passage = varied(dimensions, spiral)?;
+    Infeasible::check(&passage.dragon)?;
+    Ok(passage)
+}
+
+fn varied(dimensions: Dimensions, route: impl PitchFamily + 'static) -> Result<VariedDragon, Unanswered> {
+    let family = Arc::new(route);
+    Ok(VariedDragon { dragon: Dragon::new(dimensions, family.clone())?, family })
+}

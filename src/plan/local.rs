@@ -1,0 +1,123 @@
+//! A dragon at one travel, with how it changes there.
+
+use std::sync::Arc;
+
+use crate::dragon::{Board, Dragon, Handle};
+use crate::route::PitchFamily;
+
+use super::Parameter;
+use super::board_variation::{BoardVariation, Kink, Witness};
+use super::chain_variation::{Change, HandleVariation, handle_variations};
+
+/// A dragon whose route is one of a family over the pitch.
+#[derive(Clone, Debug)]
+pub(super) struct VariedDragon {
+    pub(super) dragon: Dragon,
+    /// The dragon's route.
+    pub(super) family: Arc<dyn PitchFamily>,
+}
+
+/// How a number changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Rates {
+    /// Per metre that the head walks.
+    pub(super) travel: f64,
+    /// Per unit of each parameter, the head's travel being held.
+    measures: [f64; Parameter::ALL.len()],
+}
+
+impl Rates {
+    /// Per unit of a parameter, the head's travel being held.
+    pub(super) fn of(&self, parameter: Parameter) -> f64 {
+        self.measures[parameter as usize]
+    }
+
+    /// The same of the number less one that changes by `rate` per metre of pitch alone.
+    pub(super) fn less_pitch(mut self, rate: f64) -> Self {
+        self.measures[Parameter::Pitch as usize] -= rate;
+        self
+    }
+
+    fn each<E>(rate: impl Fn(Change) -> Result<f64, E>) -> Result<Self, E> {
+        let mut rates = Self { travel: rate(Change::Travel)?, measures: [0.0; Parameter::ALL.len()] };
+        for parameter in Parameter::ALL {
+            rates.measures[parameter as usize] = rate(Change::Measure(parameter))?;
+        }
+        Ok(rates)
+    }
+}
+
+/// The front of a dragon at one travel.
+#[derive(Debug)]
+pub(super) struct Local<'a> {
+    varied: &'a VariedDragon,
+    handles: Vec<Handle>,
+}
+
+impl<'a> Local<'a> {
+    /// The first `handles` handles with the head at a travel within the run.
+    pub(super) fn new(varied: &'a VariedDragon, travel_m: f64, handles: usize) -> Self {
+        let chain = varied.dragon.chain(travel_m).expect("the travel lies within the run");
+        Self { varied, handles: chain.take(handles).collect() }
+    }
+
+    /// Of the clearance of two benches.
+    pub(super) fn clearance(&self, benches: [usize; 2]) -> Result<Rates, Kink> {
+        let boards = benches.map(|bench| self.board(bench));
+        let witness = Witness::of(&boards[0], &boards[1])?;
+        Rates::each(|change| {
+            let handles = self.variations(change);
+            let [first, second] = [0, 1].map(|i| {
+                let (bench, link_m) = (benches[i], self.varied.dragon.dimensions().link_m(benches[i]));
+                BoardVariation::new(&boards[i], bench, link_m, &handles[bench..], change)
+            });
+            Ok(witness.variation([&boards[0], &boards[1]], [&first, &second]))
+        })
+    }
+
+    /// How the clearance of two benches changes per metre that the head walks.
+    pub(super) fn closing(&self, benches: [usize; 2]) -> Result<f64, Kink> {
+        self.clearance(benches).map(|rates| rates.travel)
+    }
+
+    /// Of the last handle's speed ratio.
+    pub(super) fn speed_ratio(&self) -> Rates {
+        self.of_handle(self.handles.len() - 1, |handle| handle.speed_ratio)
+    }
+
+    /// Of a handle's travel.
+    pub(super) fn handle_travel(&self, handle: usize) -> Rates {
+        self.of_handle(handle, |handle| handle.travel)
+    }
+
+    /// How the head's distance from the centre changes.
+    pub(super) fn head_radius(&self) -> Rates {
+        let outward = self.handles[0].position.normalize();
+        self.of_handle(0, |handle| handle.position.dot(outward))
+    }
+
+    /// Each handle that stands on a joint of the route, with the joint, as far as `tolerance_m` can tell.
+    pub(super) fn on_joints(&self, tolerance_m: f64) -> Vec<(usize, usize)> {
+        let route = self.varied.dragon.route();
+        let travels_m: Vec<f64> = route.joints().iter().map(|&joint| route.travel(joint)).collect();
+        let mut found = Vec::new();
+        for (handle, travel_m) in self.handles.iter().map(|handle| route.travel(handle.place)).enumerate() {
+            let joint = travels_m.iter().position(|joint_m| (travel_m - joint_m).abs() <= tolerance_m);
+            found.extend(joint.map(|joint| (handle, joint)));
+        }
+        found
+    }
+
+    fn of_handle(&self, handle: usize, rate: impl Fn(&HandleVariation) -> f64) -> Rates {
+        let rates = Rates::each(|change| Ok::<_, std::convert::Infallible>(rate(&self.variations(change)[handle])));
+        rates.unwrap_or_else(|never| match never {})
+    }
+
+    fn variations(&self, change: Change) -> Vec<HandleVariation> {
+        handle_variations(self.varied.dragon.dimensions(), &*self.varied.family, &self.handles, change)
+    }
+
+    fn board(&self, bench: usize) -> Board {
+        self.varied.dragon.board(bench, &self.handles[bench], &self.handles[bench + 1])
+    }
+}
