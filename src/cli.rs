@@ -75,7 +75,11 @@ pub(crate) enum Command {
     /// Answer a choreographer's question, without a server.
     #[command(after_help = "Examples:
   bench-dragon solve poses --at 0,60,300 --format json
-  bench-dragon solve contact --config stage.toml")]
+  bench-dragon solve contact --config stage.toml
+  bench-dragon solve pitch --turn-diameter 9
+  bench-dragon solve turn --shortest
+  bench-dragon solve speed-limit --limit 2 --save-config fast.toml
+  bench-dragon solve sensitivity --figure sensitivity.svg")]
     Solve(SolveArgs),
     /// Print the iceoryx2 configuration of an instance.
     #[command(after_help = "Example, with the iox2 command:
