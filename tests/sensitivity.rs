@@ -110,6 +110,16 @@ fn speed_changes_times_alone_and_the_pitch_is_no_answer_to_itself() {
     }
 }
 
+#[test]
+fn smallest_pitch_is_told_where_no_contact_limits_it() {
+    let setting = paper(RoutePlan::Spiral(SpiralPlan::default()));
+    let parameters = vec![Parameter::Width];
+    let wide = Sensitivity { setting, turn_diameter_m: 30.0, range: 0.05, steps: 1, parameters };
+    let Response { value, curves, .. } = &wide.study(|| ())[3];
+    assert!((value.clone().expect("16 turns reach 15 m") - 15.0 / 16.0).abs() < 1e-9);
+    assert_eq!(curves[0].derivative, Err(NoDerivative::Undefined(Undefined::Start)));
+}
+
 /// Handle 1 would stop on the turn if the head were 5 % longer. Boards wider than the pitch overlap anywhere.
 #[test]
 fn impossible_values_have_a_reason_and_leave_the_rest() {

@@ -110,7 +110,8 @@ enum Decision {
     Contact { run: VariedDragon, contact: Contact, speed_mps: f64 },
     Clearance { passage: VariedDragon, closest: ClosestApproach },
     Ratio { passage: VariedDragon, largest: LargestRatio },
-    Pitch { limit: PitchLimit, passage: VariedDragon },
+    TouchingPitch { passage: VariedDragon, contact: Contact },
+    UntouchingPitch(PitchLimit),
 }
 
 impl Answer {
@@ -127,7 +128,8 @@ impl Answer {
                 derivative::of_least_clearance(passage, closest.travel_m, closest.pair.benches)
             }
             Decision::Ratio { passage, largest } => derivative::of_largest_ratio(passage, largest),
-            Decision::Pitch { limit, passage } => derivative::of_smallest_pitch(limit, passage),
+            Decision::TouchingPitch { passage, contact } => derivative::of_touching_pitch(passage, contact),
+            Decision::UntouchingPitch(limit) => derivative::of_untouching_pitch(limit),
         }
     }
 }
@@ -166,8 +168,14 @@ fn pitch(setting: &Setting, turn_diameter_m: f64) -> Result<Answer, Unanswered> 
         RoutePlan::Turnaround(_) => SpiralPlan::default().start_turns,
     };
     let SmallestPitch { pitch_m, limit } = smallest_pitch(&setting.dimensions, start_turns, turn_diameter_m)?;
-    let passage = spiral_passage(SpiralPlan { pitch_m, start_turns }, setting.dimensions, turn_diameter_m)?;
-    Ok(Answer { value: pitch_m, decided_by: Decision::Pitch { limit, passage } })
+    let decided_by = match limit {
+        PitchLimit::Contact(contact) => {
+            let plan = SpiralPlan { pitch_m, start_turns };
+            Decision::TouchingPitch { passage: spiral_passage(plan, setting.dimensions, turn_diameter_m)?, contact }
+        }
+        limit => Decision::UntouchingPitch(limit),
+    };
+    Ok(Answer { value: pitch_m, decided_by })
 }
 
 /// The run as planned.

@@ -111,18 +111,26 @@ pub(super) fn of_least_clearance(varied: &VariedDragon, travel_m: f64, benches: 
     derivatives(|parameter| extremum?.rate(parameter))
 }
 
-/// Of the smallest pitch, from what limits it, and the passage at that pitch.
-pub(super) fn of_smallest_pitch(limit: &PitchLimit, passage: &VariedDragon) -> Derivatives {
-    derivatives(|parameter| match (parameter, limit) {
-        (Parameter::Pitch, _) => Err(Undefined::OwnPitch),
-        (Parameter::Speed, _) => Ok(0.0),
-        (_, PitchLimit::Start) => Err(Undefined::Start),
-        (_, PitchLimit::Width) => Ok(if parameter == Parameter::Width { 1.0 } else { 0.0 }),
-        (_, PitchLimit::Stop) => Err(Undefined::Stop),
-        (_, PitchLimit::Contact(contact)) => {
-            let extremum = Extremum::of_clearance(passage, contact.travel_m, contact.benches)?;
-            Ok(-extremum.rate(parameter)? / extremum.rate(Parameter::Pitch)?)
-        }
+/// Of the smallest pitch that a contact limits, on the passage at that pitch.
+pub(super) fn of_touching_pitch(passage: &VariedDragon, contact: &Contact) -> Derivatives {
+    let extremum = Extremum::of_clearance(passage, contact.travel_m, contact.benches);
+    of_pitch(|parameter| Ok(-extremum?.rate(parameter)? / extremum?.rate(Parameter::Pitch)?))
+}
+
+/// Of the smallest pitch that no contact limits.
+pub(super) fn of_untouching_pitch(limit: &PitchLimit) -> Derivatives {
+    of_pitch(|parameter| match limit {
+        PitchLimit::Width => Ok(if parameter == Parameter::Width { 1.0 } else { 0.0 }),
+        PitchLimit::Start => Err(Undefined::Start),
+        PitchLimit::Stop | PitchLimit::Contact(_) => Err(Undefined::Stop),
+    })
+}
+
+fn of_pitch(of_measure: impl Fn(Parameter) -> Result<f64, Undefined>) -> Derivatives {
+    derivatives(|parameter| match parameter {
+        Parameter::Pitch => Err(Undefined::OwnPitch),
+        Parameter::Speed => Ok(0.0),
+        _ => of_measure(parameter),
     })
 }
 

@@ -68,3 +68,22 @@ fn what_cannot_be_drawn_is_told_in_one_line() {
     }
     assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 1);
 }
+
+#[test]
+fn sensitivity_is_drawn_and_tabled_and_names_why_there_is_no_number() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let files = ["--figure", "chart.svg", "--xlsx", "chart.xlsx"];
+    let args =
+        [&["sensitivity", "--parameter", "pitch,speed", "--steps", "1", "--format", "json"], &files[..]].concat();
+    let answer = solve(&args, folder.path()).expect_clean().last_json();
+    let contact = &answer["quantities"][0];
+    assert_eq!(contact["quantity"], "first_contact_s");
+    assert!((contact["value"].as_f64().expect("a number") - 412.473_838).abs() <= 5.001e-7, "{contact}");
+    assert_eq!(contact["parameters"][1]["parameter"], "speed_mps");
+    assert_eq!(contact["parameters"][1]["derivative"].as_f64(), contact["value"].as_f64().map(|time_s| -time_s));
+    let pitch_of_pitch = &answer["quantities"][3]["parameters"][0];
+    assert!(pitch_of_pitch["derivative"].is_null());
+    assert_eq!(pitch_of_pitch["derivative_reason"], "the pitch is the answer, whatever is planned");
+    assert!(begins(&folder.path().join("chart.svg"), b"<svg "));
+    assert!(begins(&folder.path().join("chart.xlsx"), b"PK"));
+}
