@@ -331,7 +331,8 @@ pub(crate) enum Question {
     /// Does the dragon get through a turn, and how near do its benches come to each other?
     #[command(after_help = "Examples:
   bench-dragon solve turn
-  bench-dragon solve turn --pitch 1.5 --radius-ratio 1.2 --save-config turn.toml")]
+  bench-dragon solve turn --pitch 1.5 --radius-ratio 1.2
+  bench-dragon solve turn --shortest --save-config short.toml")]
     Turn(TurnArgs),
     /// How fast may the head walk if no handle is ever to be faster than a limit?
     #[command(after_help = "Examples:
@@ -387,6 +388,9 @@ pub(crate) struct SaveConfigArgs {
 /// Arguments of `solve turn`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct TurnArgs {
+    /// Look for the shortest S inside the turning circle, over where it begins and the ratio of its radii.
+    #[arg(long, conflicts_with = "radius_ratio")]
+    pub(crate) shortest: bool,
     #[command(flatten)]
     pub(crate) plan: TurnPlanArgs,
     #[command(flatten)]

@@ -157,14 +157,15 @@ struct Moment {
 }
 
 impl Moment {
-    fn new(travel_m: f64, seats: [Seat; 2]) -> Self {
-        Self { travel_m, seats, approach: seats[0].board.approach(&seats[1].board) }
+    fn new(travel_m: f64, first: Seat, second: Seat) -> Self {
+        Self { travel_m, approach: first.board.approach(&second.board), seats: [first, second] }
     }
 }
 
 impl Pair<'_> {
     fn at(&self, pose: &Pose) -> Moment {
-        Moment::new(pose.travel_m, self.benches.map(|bench| pose.seat(bench)))
+        let [first, second] = self.benches;
+        Moment::new(pose.travel_m, pose.seat(first), pose.seat(second))
     }
 
     /// Solves the chain as far as the second bench.
@@ -176,7 +177,7 @@ impl Pair<'_> {
             Seat::new(self.dragon, bench, front, rear)
         };
         let [first, second] = self.benches;
-        Moment::new(travel_m, [seat(first, first), seat(second, second - first - 2)])
+        Moment::new(travel_m, seat(first, first), seat(second, second - first - 2))
     }
 
     fn halve(

@@ -84,6 +84,12 @@ impl Dimensions {
         Ok(Self { benches, head_length_m, body_length_m, width_m, hole_offset_m })
     }
 
+    /// The same benches, but for their number, which must not be 0 nor over the largest allowed.
+    pub(crate) fn with_benches(self, benches: usize) -> Self {
+        assert!((1..=MAX_BENCHES).contains(&benches), "a dragon of {benches} benches");
+        Self { benches, ..self }
+    }
+
     /// Number of benches, N.
     pub fn benches(&self) -> usize {
         self.benches

@@ -25,6 +25,13 @@ const JUMP_PER_LINK: f64 = 0.25;
 /// Width to which faults and the run's end are pinned down, in metres and units of place.
 const TOLERANCE: f64 = 1e-12;
 
+/// Part of an interval that golden section leaves out: 1 − 1/φ.
+const GOLDEN: f64 = 0.381_966_011_250_105_1;
+
+/// Part of the way between two looks to which the place of a dip is known: its depth is then, as a square of that, right
+/// to rounding.
+const DIP_TOLERANCE: f64 = 1e-7;
+
 /// What ends a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RunEnd {
@@ -140,12 +147,41 @@ impl Faults<'_> {
     fn between_looks(&self, from: f64, to: f64) -> Option<Fault> {
         let Some(start) = self.rear(from) else { return Some(Fault { place: from, jump: true }) };
         let fails = |place| self.rear(place).is_none_or(|rear| !rear.walks() || self.jumps(&start, &rear));
-        if !fails(to) {
-            return None;
-        }
-        let (place, beyond) = turning_point(from, to, TOLERANCE, fails);
+        let failing = if fails(to) { to } else { self.dip(from, to)? };
+        let (place, beyond) = turning_point(from, failing, TOLERANCE, fails);
         let jump = self.rear(beyond).is_none_or(|rear| self.jumps(&start, &rear));
         Some(Fault { place, jump })
+    }
+
+    /// A place between two looks at which the rear handle stops, though it walks at both.
+    ///
+    /// The link's angle with the tangent at its front handle changes by at most |κ| + 2/d per metre as long as the rear
+    /// handle is the slower one, as it is where it comes near to a stop. So its cosine dips under 0 only if at either
+    /// look it is no more than that over half of the way; where it may, golden section looks for where it is least.
+    fn dip(&self, from: f64, to: f64) -> Option<f64> {
+        let cosine = |place| self.rear(place).map_or(f64::NEG_INFINITY, |rear| rear.cos_front);
+        let arc_m = self.route.travel(to) - self.route.travel(from);
+        let rear = self.route.step_back(from, 1.5 * std::f64::consts::PI * self.length_m);
+        let rate = self.route.curvature_bound(rear, to) + 2.0 / self.length_m;
+        if cosine(from).min(cosine(to)) > 0.5 * rate * arc_m {
+            return None;
+        }
+        let (mut low, mut high) = (from, to);
+        let inner = |low: f64, high: f64| low + GOLDEN * (high - low);
+        let mut near = (inner(low, high), cosine(inner(low, high)));
+        let mut far = (inner(high, low), cosine(inner(high, low)));
+        while near.1.min(far.1) > 0.0 && high - low > DIP_TOLERANCE * (to - from) {
+            if near.1 < far.1 {
+                high = far.0;
+                far = near;
+                near = (inner(low, high), cosine(inner(low, high)));
+            } else {
+                low = near.0;
+                near = far;
+                far = (inner(high, low), cosine(inner(high, low)));
+            }
+        }
+        [near, far].into_iter().find(|&(_, least)| least <= 0.0).map(|(place, _)| place)
     }
 
     /// Whether a rear handle cannot have walked from one end to the other.

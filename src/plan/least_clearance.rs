@@ -76,7 +76,7 @@ pub fn least_clearance(dragon: &Dragon, from_travel_m: f64, to_travel_m: f64) ->
         }
         valley
     });
-    valleys.into_iter().flatten().fold(Some(start), |least, found| least.map(|least| nearer(least, found)))
+    Some(valleys.into_iter().flatten().fold(start, nearer))
 }
 
 /// The strides' ends in stretches for one core at a time, each of which begins where the one before it ends.

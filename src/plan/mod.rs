@@ -14,6 +14,7 @@ mod pitch;
 mod profile;
 mod sensitivity;
 mod setting;
+mod shortest_turn;
 mod speed_limit;
 mod turn;
 
@@ -28,5 +29,6 @@ pub use pitch::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
 pub use profile::{clearance_profile, near_misses};
 pub use sensitivity::{Curve, NoDerivative, Response, Sample, Sensitivity};
 pub use setting::Setting;
+pub use shortest_turn::{Obstacle, ShortestTurn, shortest_turn};
 pub use speed_limit::{LargestRatio, largest_speed_ratio};
 pub use turn::{TurnPassage, walk_through};

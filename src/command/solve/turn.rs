@@ -2,12 +2,16 @@
 
 use std::fmt::Write as _;
 
+use anyhow::bail;
+use bench_dragon::config::{RoutePlan, TurnaroundPlan};
 use bench_dragon::dragon::Dimensions;
-use bench_dragon::plan::{ClosestApproach, TurnPassage, passage_through, walk_through};
+use bench_dragon::number::Number;
+use bench_dragon::plan::{ClosestApproach, ShortestTurn, TurnPassage, passage_through, shortest_turn, walk_through};
 use bench_dragon::route::{CircularArc, Turnaround};
 use serde::Serialize;
 
 use super::figures;
+use super::progress::Progress;
 use super::save_config::save_config;
 use super::turn_plan::planned_turn;
 use crate::cli::{Format, TurnArgs};
@@ -25,6 +29,20 @@ struct Answer {
     least_clearance: Option<Nearness>,
     contact: Option<Touch>,
     infeasible: Option<String>,
+    #[serde(flatten)]
+    shortest: Option<Shortest>,
+}
+
+/// What `--shortest` adds.
+#[derive(Serialize)]
+struct Shortest {
+    /// Radius at which the S begins and ends.
+    entry_radius_m: f64,
+    radius_ratio: f64,
+    /// How much shorter it is than the configured one.
+    saving_m: f64,
+    /// What is in the way of a shorter one with a lower and with a higher ratio.
+    limits: [Option<String>; 2],
 }
 
 #[derive(Serialize)]
@@ -45,15 +63,42 @@ struct Touch {
 pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
     let (config, plan) = planned_turn(&args.plan)?;
     let speed_mps = config.head_speed_mps();
-    let turnaround = plan.turnaround(speed_mps)?;
-    let passage = walk_through(turnaround, *config.dragon().dimensions());
-    let answer = Answer::of(&turnaround, &passage, speed_mps);
+    let dimensions = *config.dragon().dimensions();
+    let planned = plan.turnaround(speed_mps)?;
+    let (config, turnaround, passage, shortest) = if args.shortest {
+        let (plan, passage, shortest) = find_shortest(&planned, dimensions, plan)?;
+        (config.with_route(RoutePlan::Turnaround(plan))?, plan.turnaround(speed_mps)?, passage, Some(shortest))
+    } else {
+        (config, planned, walk_through(planned, dimensions), None)
+    };
+    let answer = Answer { shortest, ..Answer::of(&turnaround, &passage, speed_mps) };
     match args.format.format {
         Format::Json => print_json(&answer)?,
         Format::Text => print_line(answer.text().trim_end())?,
     }
-    draw(args, &turnaround, *config.dragon().dimensions(), &passage, speed_mps)?;
+    draw(args, &turnaround, dimensions, &passage, speed_mps)?;
     save_config(&args.save, answer.infeasible.as_deref().map_or(Ok(&config), Err))
+}
+
+/// The shortest S inside the planned circle, as a plan of its own.
+fn find_shortest(
+    planned: &Turnaround,
+    dimensions: Dimensions,
+    plan: TurnaroundPlan,
+) -> anyhow::Result<(TurnaroundPlan, TurnPassage, Shortest)> {
+    let progress = Progress::new("shortest turn", 1.0);
+    let Some(found) = shortest_turn(*planned, dimensions, |share| progress.add(share)) else {
+        bail!("the dragon gets through no S inside a circle of diameter {} m", Number(plan.turn_diameter_m));
+    };
+    let ShortestTurn { turnaround, radius_ratio, closest, limits } = found;
+    let shortest = Shortest {
+        entry_radius_m: 0.5 * turnaround.turn_diameter_m(),
+        radius_ratio,
+        saving_m: planned.turn_length_m() - turnaround.turn_length_m(),
+        limits: limits.map(|limit| limit.map(|obstacle| obstacle.to_string())),
+    };
+    let plan = TurnaroundPlan { turn_diameter_m: turnaround.turn_diameter_m(), radius_ratio, ..plan };
+    Ok((plan, TurnPassage::Clear { closest }, shortest))
 }
 
 /// Draws the dragon where its benches come nearest, or where they touch.
@@ -109,6 +154,7 @@ impl Answer {
                 TurnPassage::Infeasible(infeasible) => Some(infeasible.to_string()),
                 _ => None,
             },
+            shortest: None,
         }
     }
 
@@ -137,6 +183,14 @@ impl Answer {
                 "{:<16} at {time_s:.6} s, benches {first} and {second}, at ({x:.6}, {y:.6}) m",
                 "first contact"
             );
+        }
+        if let Some(Shortest { entry_radius_m, radius_ratio, saving_m, limits }) = &self.shortest {
+            let _ = writeln!(text, "{:<16} on the radius {entry_radius_m:.6} m, ratio {radius_ratio:.6}", "begins");
+            let _ = writeln!(text, "{:<16} {saving_m:.6} m", "saving");
+            for (side, limit) in ["lower ratio", "higher ratio"].iter().zip(limits) {
+                let limit = limit.as_deref().unwrap_or("nothing");
+                let _ = writeln!(text, "{:<16} {limit}, if it began any further in with a {side}", "limit");
+            }
         }
         if let Some(reason) = &self.infeasible {
             let _ = writeln!(text, "{:<16} {reason}", "infeasible");

@@ -1,0 +1,253 @@
+//! The shortest S in which a dragon can turn round inside a circle.
+//!
+//! The S may begin further in than on the circle, where the spiral has any radius ρ up to the circle's. It is
+//! 2·α·ρ / sin α long, with α = atan(2π·ρ/pitch), whatever the ratio of its radii (see `route::turnaround`), and so the
+//! longer the larger ρ. What is sought is the least ρ for which the dragon gets through with some ratio.
+//!
+//! *Method.* Neither the radii nor the ratios with which it does need be an interval. So [`RADII`] radii are tried from
+//! the centre outward, each with [`RATIOS`] ratios. Between two ratios at which different things are in the way, say a
+//! handle that stops on the one arc and on the other, there may be some at which nothing is: such an interval is halved
+//! until something clear is found, or the two obstacles meet. The first radius with a clear ratio and the one before it
+//! then bracket the answer, and halving with the same question at each radius finds it.
+//!
+//! While it is sought the dragon is followed from its entry until the head has gone once round on the way out, behind
+//! which only what is straighter follows; the answer itself is walked through as a whole.
+//!
+//! *Guarantee.* The answer is clear on the whole passage. That nothing shorter is, is as sure as the sampling is dense:
+//! between two radii or ratios tried, at which the same is in the way, clear ones would be missed. Where the set of
+//! clear turns comes down to a tip between two obstacles, as on the paper's turnaround, the tip is found exactly.
+
+use std::f64::consts::PI;
+use std::fmt::{self, Display, Formatter};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use super::cores::on_all_cores;
+use super::least_clearance::ClosestApproach;
+use super::passage::{Infeasible, passage_through};
+use super::turn::{TurnPassage, walk_through};
+use crate::dragon::{Contact, Dimensions, Dragon, DragonError, RunEnd, first_contact};
+use crate::route::{Route, Turnaround};
+
+/// Radii tried, evenly up to the circle's.
+const RADII: usize = 64;
+
+/// Ratios tried with each radius, evenly in their logarithm.
+const RATIOS: usize = 17;
+
+/// The largest ratio tried, entry to exit or exit to entry.
+const LARGEST_RATIO: f64 = 4.0;
+
+/// The ratio is halved in on until this part of what the radius may still lose is left: between two obstacles that meet
+/// in a tip, the ratios that are clear are about as far apart as their radius is from the tip's.
+const RATIO_PER_RADIUS: f64 = 1.0 / 16.0;
+
+/// Radius in metres to which the answer is found.
+const TOLERANCE_M: f64 = 1e-10;
+
+/// How far beside the answer's ratio the limits are told.
+const BESIDE: f64 = 1e-6;
+
+/// The shortest S.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShortestTurn {
+    /// The way in and out with it; its turning circle is the one that the S begins on.
+    pub turnaround: Turnaround,
+    /// Radius of the entry arc ÷ that of the exit arc.
+    pub radius_ratio: f64,
+    /// Where two benches come nearest on the whole passage; none with fewer than three.
+    pub closest: Option<ClosestApproach>,
+    /// What is in the way of a tighter S with a lower ratio and with a higher one.
+    pub limits: [Option<Obstacle>; 2],
+}
+
+/// What is in the way of a dragon on a turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Obstacle {
+    /// A handle would stop or jump.
+    Fault {
+        /// Travel of the head, from where it enters the S.
+        travel_m: f64,
+        /// What would happen.
+        end: RunEnd,
+        /// The piece of the route on which the handle before stands: the way in, the entry arc, the exit arc, the way
+        /// out.
+        piece: usize,
+    },
+    /// Two benches touch.
+    Contact(Contact),
+    /// The dragon cannot stand before it.
+    Dragon(DragonError),
+}
+
+impl Display for Obstacle {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Fault { travel_m, end, .. } => write!(formatter, "{end} after {travel_m:.6} m"),
+            Self::Contact(Contact { travel_m, benches: [first, second], .. }) => {
+                write!(formatter, "benches {first} and {second} touch after {travel_m:.6} m")
+            }
+            Self::Dragon(error) => write!(formatter, "{error}"),
+        }
+    }
+}
+
+impl Obstacle {
+    /// Whether the same thing is in the way, wherever it happens: of two contacts, whether the same bench runs into
+    /// others.
+    fn resembles(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Fault { end, piece, .. }, Self::Fault { end: other_end, piece: other_piece, .. }) => {
+                (end, piece) == (other_end, other_piece)
+            }
+            (Self::Contact(contact), Self::Contact(other)) => contact.benches[0] == other.benches[0],
+            (Self::Dragon(_), Self::Dragon(_)) => true,
+            _ => false,
+        }
+    }
+}
+
+/// The shortest S inside the turning circle of this turnaround that the dragon gets through on its whole passage; none if
+/// it gets through no S that was tried.
+///
+/// `progress` hears of the share of the work that is done, from any thread.
+pub fn shortest_turn(
+    turnaround: Turnaround,
+    dimensions: Dimensions,
+    progress: impl Fn(f64) + Sync,
+) -> Option<ShortestTurn> {
+    [Extent::OnceRound, Extent::Whole].into_iter().find_map(|extent| {
+        let search = Search { turnaround, dimensions, extent };
+        let (radius_m, ratio, limits) = search.tightest(&progress)?;
+        let turnaround = search.turn(radius_m, ratio);
+        match walk_through(turnaround, dimensions) {
+            TurnPassage::Clear { closest } => Some(ShortestTurn { turnaround, radius_ratio: ratio, closest, limits }),
+            // Something is in the way before or after what was looked at: once more, looking at all of it.
+            _ => None,
+        }
+    })
+}
+
+/// How much of a passage is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Extent {
+    /// From the entry until the head has gone once round on the way out.
+    OnceRound,
+    /// The whole passage.
+    Whole,
+}
+
+/// A ratio and what is in its way.
+#[derive(Clone, Copy)]
+struct Trial {
+    ratio: f64,
+    obstacle: Option<Obstacle>,
+}
+
+/// A radius and ratio with which the dragon gets through, and what is in the way of a smaller radius.
+type Tightest = (f64, f64, [Option<Obstacle>; 2]);
+
+struct Search {
+    turnaround: Turnaround,
+    dimensions: Dimensions,
+    extent: Extent,
+}
+
+impl Search {
+    fn tightest(&self, progress: &(impl Fn(f64) + Sync)) -> Option<Tightest> {
+        let largest_m = 0.5 * self.turnaround.turn_diameter_m();
+        let step_m = largest_m / RADII as f64;
+        let ratios: Vec<f64> =
+            (0..RATIOS).map(|i| LARGEST_RATIO.powf(2.0 * i as f64 / (RATIOS - 1) as f64 - 1.0)).collect();
+        let (first, mut ratio) = (1..=RADII).find_map(|i| {
+            progress(0.5 / RADII as f64);
+            self.clear_ratio(step_m * i as f64, step_m, &ratios).map(|ratio| (i, ratio))
+        })?;
+        let (mut tight_m, mut clear_m) = (step_m * (first - 1) as f64, step_m * first as f64);
+        // Two ratios to either side: what is clear there shrinks into what was clear before.
+        let beside = LARGEST_RATIO.powf(2.0 / (RATIOS - 1) as f64);
+        while clear_m - tight_m > TOLERANCE_M {
+            let middle_m = 0.5 * (tight_m + clear_m);
+            let around = [-2, -1, 0, 1, 2].map(|i| ratio * beside.powi(i));
+            match self.clear_ratio(middle_m, clear_m - tight_m, &around) {
+                Some(found) => (clear_m, ratio) = (middle_m, found),
+                None => tight_m = middle_m,
+            }
+            progress(0.5 / 32.0);
+        }
+        let limits = [1.0 - BESIDE, 1.0 + BESIDE].map(|side| self.obstacle(tight_m, ratio * side));
+        Some((clear_m, ratio, limits))
+    }
+
+    /// A ratio with which the dragon gets through an S that begins at this radius, which may still lose `excess_m`: one
+    /// of those given or one between two of them at which different things are in the way.
+    fn clear_ratio(&self, radius_m: f64, excess_m: f64, ratios: &[f64]) -> Option<f64> {
+        let trials = on_all_cores(ratios.len(), |i| self.trial(radius_m, ratios[i]));
+        let clear = trials.iter().find(|trial| trial.obstacle.is_none());
+        clear.map(|trial| trial.ratio).or_else(|| {
+            let finest = 1.0 + RATIO_PER_RADIUS * excess_m / radius_m;
+            let gaps: Vec<&[Trial]> = trials.windows(2).collect();
+            let found = on_all_cores(gaps.len(), |gap| self.between(radius_m, gaps[gap][0], gaps[gap][1], finest));
+            found.into_iter().find_map(ControlFlow::break_value)
+        })
+    }
+
+    /// Breaks with a clear ratio between two that are not, if what is in the way differs and they are further apart than
+    /// by the factor `finest`.
+    fn between(&self, radius_m: f64, low: Trial, high: Trial, finest: f64) -> ControlFlow<f64> {
+        let (Some(below), Some(above)) = (low.obstacle, high.obstacle) else {
+            return ControlFlow::Break(if low.obstacle.is_none() { low.ratio } else { high.ratio });
+        };
+        if high.ratio <= low.ratio * finest || below.resembles(&above) {
+            return ControlFlow::Continue(());
+        }
+        let middle = self.trial(radius_m, (low.ratio * high.ratio).sqrt());
+        self.between(radius_m, low, middle, finest)?;
+        self.between(radius_m, middle, high, finest)
+    }
+
+    fn trial(&self, radius_m: f64, ratio: f64) -> Trial {
+        Trial { ratio, obstacle: self.obstacle(radius_m, ratio) }
+    }
+
+    fn turn(&self, radius_m: f64, ratio: f64) -> Turnaround {
+        let turn = Turnaround::new(self.turnaround.pitch_m(), 2.0 * radius_m, ratio);
+        let (start_m, end_m) = (self.turnaround.start_travel_m(), self.turnaround.end_travel_m());
+        turn.and_then(|turn| turn.between(start_m, end_m)).expect("a smaller circle on the same spiral is valid")
+    }
+
+    /// The first thing in the way.
+    fn obstacle(&self, radius_m: f64, ratio: f64) -> Option<Obstacle> {
+        let turn = self.turn(radius_m, ratio);
+        let round_m = turn.turn_length_m() + 2.0 * PI * (radius_m + turn.pitch_m());
+        let once_round = turn.between(0.0, round_m).expect("once round is ahead");
+        // Faults are those of the first two links, for all others are like the second.
+        if let Err(obstacle) = self.walked(once_round, self.dimensions.benches().min(2)) {
+            return Some(obstacle);
+        }
+        if self.extent == Extent::OnceRound {
+            return match self.walked(once_round, self.dimensions.benches()) {
+                Ok(dragon) => first_contact(&dragon, 0.0, round_m).map(Obstacle::Contact),
+                Err(obstacle) => Some(obstacle),
+            };
+        }
+        match passage_through(turn, self.dimensions) {
+            Ok(dragon) => first_contact(&dragon, dragon.start_travel_m(), dragon.end_travel_m()).map(Obstacle::Contact),
+            Err(Infeasible::Dragon(error)) => Some(Obstacle::Dragon(error)),
+            Err(Infeasible::Fault { travel_m, end }) => {
+                Some(Obstacle::Fault { travel_m, end, piece: turn.joints().len() })
+            }
+        }
+    }
+
+    /// A dragon of so many benches that walks all of a turn, or what is in its way.
+    fn walked(&self, turn: Turnaround, benches: usize) -> Result<Dragon, Obstacle> {
+        let dragon = Dragon::new(self.dimensions.with_benches(benches), Arc::new(turn));
+        let dragon = dragon.map_err(Obstacle::Dragon)?;
+        let (travel_m, end) = (dragon.end_travel_m(), dragon.run_end());
+        let (RunEnd::HandleStops { handle } | RunEnd::HandleJumps { handle }) = end else { return Ok(dragon) };
+        let ahead = dragon.chain(travel_m).expect("the run's end is in it").nth(handle - 1).expect("the handle ahead");
+        let piece = turn.joints().partition_point(|&joint| joint < ahead.place);
+        Err(Obstacle::Fault { travel_m, end, piece })
+    }
+}
