@@ -13,22 +13,22 @@ pub(super) struct Archimedean {
 
 impl Archimedean {
     /// Arc length from the centre to `angle`.
-    pub(super) fn length_m(&self, angle: f64) -> f64 {
+    pub(super) fn length_m(self, angle: f64) -> f64 {
         self.radius_per_radian_m * unit_length(angle)
     }
 
     /// The angle at an arc length from the centre; 0 at lengths below 0.
-    pub(super) fn angle(&self, length_m: f64) -> f64 {
+    pub(super) fn angle(self, length_m: f64) -> f64 {
         unit_angle((length_m / self.radius_per_radian_m).max(0.0))
     }
 
     /// Metres of arc per radian.
-    pub(super) fn pace_m(&self, angle: f64) -> f64 {
+    pub(super) fn pace_m(self, angle: f64) -> f64 {
         self.radius_per_radian_m * unit_pace(angle)
     }
 
     /// The curve at `angle`, walked towards the centre.
-    pub(super) fn inward(&self, angle: f64) -> RoutePoint {
+    pub(super) fn inward(self, angle: f64) -> RoutePoint {
         let (sin, cos) = angle.sin_cos();
         let unit_pace = unit_pace(angle);
         // −d/dθ of b·θ·(cos θ, sin θ).
@@ -45,7 +45,7 @@ impl Archimedean {
     /// Outward the pace grows by at most b per radian, so a step of δ covers at most δ·(pace + b·δ) of arc; this is the
     /// δ for which that bound equals `arc_m`. The pace also is at least (pace + b·x)/√2 after x radians, so the step
     /// covers at least 1/√8 of the bound.
-    pub(super) fn step_out(&self, angle: f64, arc_m: f64) -> f64 {
+    pub(super) fn step_out(self, angle: f64, arc_m: f64) -> f64 {
         let unit_arc = arc_m / self.radius_per_radian_m;
         let unit_pace = unit_pace(angle);
         2.0 * unit_arc / (unit_pace + (unit_pace * unit_pace + 4.0 * unit_arc).sqrt())
@@ -55,12 +55,12 @@ impl Archimedean {
     /// centre.
     ///
     /// Inward the pace falls, and its mean over any stretch that ends at `angle` is at least half of what it is there.
-    pub(super) fn step_in(&self, angle: f64, arc_m: f64) -> f64 {
+    pub(super) fn step_in(self, angle: f64, arc_m: f64) -> f64 {
         arc_m / self.pace_m(angle)
     }
 
     /// |κ| = (2 + θ²) / (b·(1 + θ²)^(3/2)) in 1/m, which falls all the way out.
-    pub(super) fn curvature(&self, angle: f64) -> f64 {
+    pub(super) fn curvature(self, angle: f64) -> f64 {
         let squared = angle * angle;
         (2.0 + squared) / (self.radius_per_radian_m * (1.0 + squared).sqrt() * (1.0 + squared))
     }

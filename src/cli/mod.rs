@@ -1,0 +1,350 @@
+//! The command line's types. What the commands do is in [`crate::command`].
+
+mod solve;
+
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use bench_dragon::config::{RATE_HZ, TIME_SCALE};
+use bench_dragon_ipc::service::MAX_READERS;
+use bench_dragon_ipc::{Instance, Request};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+pub(crate) use solve::{
+    ContactArgs, FigureArgs, FigureFile, PitchArgs, PosesArgs, Question, SaveConfigArgs, SensitivityArgs, SolveArgs,
+    SpeedLimitArgs, TableFormat, TimesArgs, TurnArgs, TurnPlanArgs,
+};
+
+/// Real-time motion server for the bench dragon.
+#[derive(Debug, Parser)]
+#[command(name = "bench-dragon", version, about, propagate_version = true, disable_help_subcommand = true)]
+#[command(after_help = "Examples:
+  bench-dragon show --time-scale 20           the paper's dragon, to its first contact
+  bench-dragon serve --config stage.toml      a server alone
+  bench-dragon ctl pause                      a command to it
+  bench-dragon solve contact --format json    when do two benches touch?
+
+Exit status: 0 done, 1 failed, 2 bad arguments or configuration, 3 contact seen with --fail-on-contact.
+RUST_LOG=debug tells more of what goes on.")]
+pub(crate) struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Play a show: serve, monitor and record until contact, the end or Ctrl-C, then report.
+    #[command(after_help = "Examples:
+  bench-dragon show --time-scale 20
+  bench-dragon show --config stage.toml --out rehearsal-3 --fail-on-contact")]
+    Show(ShowArgs),
+    /// Advance the dragon at a fixed rate and publish every frame.
+    #[command(after_help = "Examples:
+  bench-dragon serve
+  bench-dragon serve --config stage.toml --rate 250 --start-at 120 --held")]
+    Serve(ServeArgs),
+    /// Watch for benches that come near, touch and part.
+    #[command(after_help = "Examples:
+  bench-dragon monitor
+  bench-dragon monitor --format json --fail-on-contact")]
+    Monitor(MonitorArgs),
+    /// Record every frame into an MCAP file.
+    #[command(after_help = "Examples:
+  bench-dragon record rehearsal.mcap
+  bench-dragon record rehearsal.mcap --rotate-mb 1000 --max-total-mb 20000
+  bench-dragon record --repair rehearsal.mcap")]
+    Record(RecordArgs),
+    /// Send one command to the server and print its reply.
+    #[command(after_help = "Examples:
+  bench-dragon ctl pause
+  bench-dragon ctl speed 0.8
+  bench-dragon ctl seek 300")]
+    Ctl(CtlArgs),
+    /// Print frames as they come.
+    #[command(after_help = "Examples:
+  bench-dragon echo --count 1
+  bench-dragon echo --format json | jq .sim_time_ns")]
+    Echo(EchoArgs),
+    /// Print rate, gaps and latency of the frames that arrive.
+    #[command(after_help = "Examples:
+  bench-dragon hz
+  bench-dragon hz --seconds 10 --format json")]
+    Hz(HzArgs),
+    /// Answer a choreographer's question, without a server.
+    #[command(after_help = "Examples:
+  bench-dragon solve poses --at 0,60,300 --format json
+  bench-dragon solve contact --config stage.toml
+  bench-dragon solve pitch --turn-diameter 9
+  bench-dragon solve turn --shortest
+  bench-dragon solve speed-limit --limit 2 --save-config fast.toml
+  bench-dragon solve sensitivity --figure sensitivity.svg")]
+    Solve(SolveArgs),
+    /// Print the iceoryx2 configuration of an instance.
+    #[command(after_help = "Example, with the iox2 command:
+  mkdir -p config && bench-dragon iox2-config > config/iceoryx2.toml && iox2 service list")]
+    Iox2Config(BusArgs),
+}
+
+/// How to print.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// For people.
+    #[default]
+    Text,
+    /// For machines; stable.
+    Json,
+}
+
+/// Which instance to talk to.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct BusArgs {
+    /// The instance: 1 to 24 of a-z, 0-9 and -.
+    #[arg(long, value_name = "NAME", default_value_t, value_parser = instance, global = true)]
+    pub(crate) instance: Instance,
+}
+
+/// How to print.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct FormatArgs {
+    /// How to print.
+    #[arg(long, value_enum, value_name = "FORMAT", default_value_t, global = true)]
+    pub(crate) format: Format,
+}
+
+/// Which dragon.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct ConfigArgs {
+    /// The configuration, TOML; the paper's dragon without one.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) config: Option<PathBuf>,
+}
+
+/// How a server paces.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct PaceArgs {
+    /// Frames a second.
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = rate)]
+    pub(crate) rate: Option<u32>,
+    /// Show seconds per wall-clock second, 0.001 to 1000.
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true, value_parser = time_scale)]
+    pub(crate) time_scale: Option<f64>,
+    /// Show time in seconds to start at [default: the run's start].
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) start_at: Option<f64>,
+    /// Show time in seconds to end at.
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) until: Option<f64>,
+}
+
+/// Arguments of `show`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct ShowArgs {
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    #[command(flatten)]
+    pub(crate) config: ConfigArgs,
+    #[command(flatten)]
+    pub(crate) pace: PaceArgs,
+    /// Folder for the recording and summary.json [default: show-DATE-TIME in the current folder].
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Let a restarted server walk on at once, instead of standing held until `ctl release`.
+    #[arg(long)]
+    pub(crate) auto_resume: bool,
+    /// Exit with status 3 where benches touched.
+    #[arg(long)]
+    pub(crate) fail_on_contact: bool,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// Arguments of `serve`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct ServeArgs {
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    #[command(flatten)]
+    pub(crate) config: ConfigArgs,
+    #[command(flatten)]
+    pub(crate) pace: PaceArgs,
+    /// Stand held at the start, until `ctl release`.
+    #[arg(long)]
+    pub(crate) held: bool,
+    /// Stand paused at the start, or once the hold is lifted.
+    #[arg(long, hide = true)]
+    pub(crate) paused: bool,
+    /// Begin once this many readers are connected, after ten seconds at the latest.
+    #[arg(long, value_name = "COUNT", default_value_t = 0, allow_negative_numbers = true, value_parser = readers)]
+    pub(crate) readers: usize,
+    /// Travel in metres to start at, where the speed was changed on the way.
+    #[arg(long, value_name = "METRES", hide = true, allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) start_travel: Option<f64>,
+    /// Speed in m/s to start with, where it was changed on the way.
+    #[arg(long, value_name = "MPS", hide = true, value_parser = finite)]
+    pub(crate) start_speed: Option<f64>,
+    #[command(flatten)]
+    pub(crate) child: ChildArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// Arguments of a process that `show` starts.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct ChildArgs {
+    /// End when this process, the parent, ends.
+    #[arg(long, value_name = "PID", hide = true)]
+    pub(crate) parent: Option<u32>,
+}
+
+/// Arguments of `monitor`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct MonitorArgs {
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    /// End with status 3 at the first contact.
+    #[arg(long)]
+    pub(crate) fail_on_contact: bool,
+    /// With --format json, print a line of progress this often.
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = period)]
+    pub(crate) progress: Option<f64>,
+    #[command(flatten)]
+    pub(crate) child: ChildArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// Arguments of `record`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct RecordArgs {
+    /// The recording to write, or with --repair to finish.
+    #[arg(value_name = "FILE")]
+    pub(crate) file: PathBuf,
+    /// Finish a recording whose recorder was killed, instead of recording.
+    #[arg(long, conflicts_with_all = ["rotate_mb", "max_total_mb"])]
+    pub(crate) repair: bool,
+    /// Begin a new file after this many megabytes.
+    #[arg(long, value_name = "MB", allow_negative_numbers = true, value_parser = file_megabytes)]
+    pub(crate) rotate_mb: Option<u64>,
+    /// Remove the oldest files of this recording over this many megabytes in all.
+    #[arg(long, value_name = "MB", allow_negative_numbers = true, value_parser = total_megabytes)]
+    pub(crate) max_total_mb: Option<u64>,
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    #[command(flatten)]
+    pub(crate) child: ChildArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// Arguments of `ctl`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct CtlArgs {
+    /// The command.
+    #[command(subcommand)]
+    pub(crate) order: Order,
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// Commands to the server.
+#[derive(Clone, Copy, Debug, Subcommand)]
+pub(crate) enum Order {
+    /// Stop walking until `resume`.
+    Pause,
+    /// Go on after a pause.
+    Resume,
+    /// Walk at another speed of the head.
+    Speed {
+        /// Metres per show second, 0 to 10.
+        #[arg(value_name = "MPS", allow_negative_numbers = true, value_parser = speed)]
+        speed_mps: f64,
+    },
+    /// Go to a show time.
+    Seek {
+        /// Seconds.
+        #[arg(value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
+        sim_time_s: f64,
+    },
+    /// Stop for safety; only `release` lifts it.
+    Hold,
+    /// Lift a hold.
+    Release,
+    /// End the server.
+    Stop,
+}
+
+/// Arguments of `echo`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct EchoArgs {
+    /// Frames to print; until Ctrl-C without it.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
+    pub(crate) count: Option<u64>,
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// Arguments of `hz`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct HzArgs {
+    /// Lines to print, one a second; until Ctrl-C without it.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
+    pub(crate) seconds: Option<u64>,
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+fn instance(name: &str) -> Result<Instance, String> {
+    Instance::new(name).map_err(|_| format!("must be 1 to {} of a-z, 0-9 and -", Instance::MAX_LEN))
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    let value = text.parse().ok().filter(|value: &f64| value.is_finite());
+    value.ok_or_else(|| "must be a finite number".to_owned())
+}
+
+fn rate(text: &str) -> Result<u32, String> {
+    within(text, &RATE_HZ)
+}
+
+fn time_scale(text: &str) -> Result<f64, String> {
+    within(text, &TIME_SCALE)
+}
+
+fn period(text: &str) -> Result<f64, String> {
+    within(text, &(0.01..=3600.0))
+}
+
+fn file_megabytes(text: &str) -> Result<u64, String> {
+    within(text, &(1..=1_000_000))
+}
+
+fn total_megabytes(text: &str) -> Result<u64, String> {
+    within(text, &(4..=1_000_000_000))
+}
+
+fn readers(text: &str) -> Result<usize, String> {
+    within(text, &(0..=MAX_READERS))
+}
+
+fn count(text: &str) -> Result<u64, String> {
+    within(text, &(1..=u64::MAX))
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    within(text, &(0.0..=Request::MAX_SPEED_MPS))
+}
+
+fn within<Value: FromStr + PartialOrd + Display>(text: &str, allowed: &RangeInclusive<Value>) -> Result<Value, String> {
+    let value = text.parse().ok().filter(|value| allowed.contains(value));
+    value.ok_or_else(|| format!("must be from {} to {}", allowed.start(), allowed.end()))
+}
