@@ -1,18 +1,18 @@
 //! First contacts and sweeps against all pairs at every step of a fine walk, and against a search that may not know that
-//! the route is a spiral.
+//! the route is wound as a spiral.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use bench_dragon::dragon::{Board, ChainSolver, ContactSearch, Dimensions, Dragon, PairEvent, first_contact};
-use bench_dragon::route::{Route, RoutePoint, Spiral};
+use bench_dragon::route::{Route, RoutePoint, Spiral, Turnaround};
 use proptest::prelude::*;
 
-/// A spiral of which nothing is known but that it is a curve.
+/// A route of which nothing is known but that it is a curve.
 #[derive(Debug)]
-struct PlainCurve(Spiral);
+struct PlainCurve<R>(R);
 
-impl Route for PlainCurve {
+impl<R: Route> Route for PlainCurve<R> {
     fn start_travel_m(&self) -> f64 {
         self.0.start_travel_m()
     }
@@ -44,6 +44,19 @@ impl Route for PlainCurve {
     fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
         self.0.curvature_bound(rear, front)
     }
+}
+
+/// The same dragon on a turnaround and on the plain curve.
+fn turning_twins() -> impl Strategy<Value = [Dragon; 2]> {
+    let benches = (3_usize..50, 0.8..3.0_f64, 0.8..2.5_f64, 0.1..0.4_f64, 0.0..0.3_f64);
+    let turns = (0.5..2.5_f64, 4.0..9.0_f64, 0.5..2.0_f64, 20.0..90.0_f64);
+    (benches, turns).prop_filter_map("cannot stand", |((count, head_m, body_m, width_m, hole_m), turn)| {
+        let (pitch_m, diameter_m, ratio, end_m) = turn;
+        let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole_m).ok()?;
+        let turnaround = Turnaround::new(pitch_m, diameter_m, ratio).ok()?.between(-5.0, end_m).ok()?;
+        let known = Dragon::new(dimensions, Arc::new(turnaround)).ok()?;
+        Some([known, Dragon::new(dimensions, Arc::new(PlainCurve(turnaround))).ok()?])
+    })
 }
 
 /// The same dragon on a spiral and on the plain curve.
@@ -92,6 +105,18 @@ fn first_overlap(dragon: &Dragon, step_m: f64) -> Option<f64> {
     (0..=steps).map(|step| f64::from(step) * step_m).find(|&travel_m| !touching_at(dragon, travel_m).is_empty())
 }
 
+/// The first contacts from the start and from further on are the same on both routes.
+fn assert_same_contacts([known, plain]: &[Dragon; 2], begin: f64) -> Result<(), TestCaseError> {
+    let (start_m, end_m) = (known.start_travel_m(), known.end_travel_m());
+    for from_m in [start_m, start_m + begin * (end_m - start_m)] {
+        let [ours, theirs] = [known, plain].map(|dragon| first_contact(dragon, from_m, end_m));
+        prop_assert_eq!(ours.map(|contact| contact.benches), theirs.map(|contact| contact.benches));
+        let apart_m = ours.zip(theirs).map_or(0.0, |(ours, theirs)| (ours.travel_m - theirs.travel_m).abs());
+        prop_assert!(apart_m < 1e-9, "{ours:?} but {theirs:?}");
+    }
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -110,14 +135,13 @@ proptest! {
     }
 
     #[test]
-    fn what_is_known_of_spirals_hides_and_moves_no_contact([known, plain] in twin_dragons(), begin in 0.0..1.0_f64) {
-        let ends = (known.start_travel_m(), known.end_travel_m());
-        for from_m in [ends.0, begin * ends.1] {
-            let [ours, theirs] = [&known, &plain].map(|dragon| first_contact(dragon, from_m, ends.1));
-            prop_assert_eq!(ours.map(|contact| contact.benches), theirs.map(|contact| contact.benches));
-            let apart_m = ours.zip(theirs).map_or(0.0, |(ours, theirs)| (ours.travel_m - theirs.travel_m).abs());
-            prop_assert!(apart_m < 1e-9, "{ours:?} but {theirs:?}");
-        }
+    fn what_is_known_of_spirals_hides_and_moves_no_contact(twins in twin_dragons(), begin in 0.0..1.0_f64) {
+        assert_same_contacts(&twins, begin)?;
+    }
+
+    #[test]
+    fn what_is_known_of_turnarounds_hides_and_moves_no_contact(twins in turning_twins(), begin in 0.0..1.0_f64) {
+        assert_same_contacts(&twins, begin)?;
     }
 
     #[test]

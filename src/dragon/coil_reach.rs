@@ -24,6 +24,12 @@
 //! apart if its link, which turns by d/√(b² + |B|²) at least, turns by more than 2·asin(o/r). The bench behind then has
 //! the larger angles, so m ≥ 1, and it stands at r + p − b·(s/r + 2·asin(o/r)) or further out. All these bounds hold
 //! the better, the further out the front handle stands.
+//!
+//! On a way out, A is the rear handle and B the front one, and all is the same. Counted from its own half turn, a bench
+//! there and one on the way in have angles that differ by an odd number of half turns at a common point, and excesses
+//! that differ by p/2 or more, either way round. All other benches have at least a part of their link's stretch between
+//! the two ways, within the circle of radius R. Both their handles then have |x|² ≤ R² + p·d/2, as above, if K·d < 2
+//! there, and |x| ≤ R + 2·d in any case; and none of their points is further out than that and o.
 
 use std::f64::consts::TAU;
 
@@ -40,12 +46,18 @@ const ANGLE_TOLERANCE: f64 = 1e-4;
 pub(super) struct CoilReach {
     coil: Coil,
     dimensions: Dimensions,
+    /// A bound on |curvature| between the way in and the way out.
+    turn_curvature: f64,
 }
 
 impl CoilReach {
     /// The reach of a dragon whose route has a coil.
     pub(super) fn of(dragon: &Dragon) -> Option<Self> {
-        dragon.route().coil().map(|coil| Self { coil, dimensions: *dragon.dimensions() })
+        dragon.route().coil().map(|coil| {
+            let turn_end = coil.way_out.unwrap_or(coil.end_place);
+            let turn_curvature = dragon.route().curvature_bound(coil.end_place, turn_end);
+            Self { coil, dimensions: *dragon.dimensions(), turn_curvature }
+        })
     }
 
     /// θ at a place, or none beyond the coil.
@@ -82,6 +94,44 @@ impl CoilReach {
     pub(super) fn clear_from(&self, highest: f64) -> Option<f64> {
         let clear = |angle| [0, 1].iter().all(|&bench| self.turns(bench, angle) == Some(0.0));
         clear(highest).then(|| turning_point(self.coil.end_angle, highest, ANGLE_TOLERANCE, clear).1)
+    }
+
+    /// A place on the way out such that no bench touches one behind it, with its rear handle there or further on; none
+    /// beyond `highest`. Found as [`clear_from`](Self::clear_from) is.
+    pub(super) fn clear_out_from(&self, highest: f64) -> Option<f64> {
+        let way_out = self.coil.way_out?;
+        let clear = |angle| [0, 1].iter().all(|&bench| self.is_clear_out(bench, angle) == Some(true));
+        let highest_angle = self.coil.angle_out(highest).filter(|&angle| clear(angle))?;
+        let (_, angle) = turning_point(self.coil.end_angle, highest_angle, ANGLE_TOLERANCE, clear);
+        Some(way_out + (angle - self.coil.end_angle))
+    }
+
+    /// Whether `bench` touches none behind it, with its rear handle at `angle` on the way out.
+    fn is_clear_out(&self, bench: usize, angle: f64) -> Option<bool> {
+        let (b, end_angle) = (self.coil.radius_per_radian_m, self.coil.end_angle);
+        let (ours, theirs) = (self.stand(bench, angle)?, self.stand(1, end_angle)?);
+        let same_way_m = theirs.outward_m + ours.inward_m;
+        let other_way_m = same_way_m.max(ours.outward_m + theirs.inward_m);
+        let inmost_m = b * (angle - self.overhang_angle(angle)) - ours.inward_m;
+        let passes_turn = inmost_m > self.turn_reach_m() && self.keeps_apart(end_angle);
+        Some(passes_turn && same_way_m < TAU * b && other_way_m < 0.5 * TAU * b)
+    }
+
+    /// Distance from the centre that no bench reaches whose handles are not both on one of the two ways.
+    fn turn_reach_m(&self) -> f64 {
+        let b = self.coil.radius_per_radian_m;
+        let (radius_m, link_m) = (b * self.coil.end_angle, self.dimensions.link_m(1));
+        let is_slight = self.turn_curvature * link_m < 2.0;
+        let furthest_m =
+            if is_slight { radius_m.hypot((0.5 * TAU * b * link_m).sqrt()) } else { radius_m + 2.0 * link_m };
+        furthest_m + self.dimensions.overhang_m()
+    }
+
+    /// A place on the way in such that benches behind it keep further than `distance_m` from the centre.
+    pub(super) fn beyond(&self, distance_m: f64) -> Option<f64> {
+        let body = self.stand(1, self.coil.end_angle)?;
+        let angle = (distance_m + body.inward_m) / self.coil.radius_per_radian_m;
+        Some(self.place(angle.max(self.coil.end_angle) + self.overhang_angle(self.coil.end_angle)))
     }
 
     /// Bounds for a bench with its front handle at `angle` or further out, where they can be told.
@@ -151,7 +201,7 @@ mod tests {
 
     use super::*;
     use crate::dragon::{Board, ChainSolver, Handle};
-    use crate::route::Spiral;
+    use crate::route::{Route, Spiral, Turnaround};
 
     const BENCHES: usize = 40;
 
@@ -195,6 +245,32 @@ mod tests {
                     let excess_m = point.length() - reach.coil.radius_per_radian_m * angle_at(front, point);
                     let bounds = -stand.inward_m - 1e-12..=stand.outward_m + 1e-12;
                     prop_assert!(bounds.contains(&excess_m), "bench {bench}: {excess_m} m is not in {bounds:?}");
+                }
+            }
+        }
+
+        #[test]
+        fn benches_on_the_way_out_are_clear_where_the_bounds_say(
+            lengths in (1.0..3.0_f64, 1.0..3.0_f64, 0.1..0.4_f64, 0.0..0.3_f64),
+            turn in (0.6..2.5_f64, 3.0..9.0_f64, 0.5..2.0_f64),
+            part in 0.0..1.0_f64,
+        ) {
+            let ((head_m, body_m, width_m, hole_m), (pitch_m, diameter_m, ratio)) = (lengths, turn);
+            let dimensions = Dimensions::new(BENCHES, head_m, body_m, width_m, hole_m).expect("valid benches");
+            let turnaround = Turnaround::new(pitch_m, diameter_m, ratio).expect("a valid turn");
+            let turnaround = turnaround.between(-1.0, 200.0).expect("a valid span");
+            let Ok(dragon) = Dragon::new(dimensions, Arc::new(turnaround)) else { return Ok(()) };
+            let reach = CoilReach::of(&dragon).expect("the way in is a coil");
+            let Some(clear_from) = reach.clear_out_from(turnaround.place(dragon.end_travel_m())) else { return Ok(()) };
+            let from_m = turnaround.travel(clear_from);
+            let travel_m = from_m + part * part * (dragon.end_travel_m() - from_m);
+            let mut solver = ChainSolver::new(&dragon);
+            let handles = solver.solve(&dragon, travel_m).expect("within the run");
+            let mut boards = Vec::new();
+            dragon.place_boards(handles, &mut boards);
+            for first in (0..2).filter(|bench| handles[bench + 1].place >= clear_from) {
+                for second in first + 2..BENCHES {
+                    prop_assert!(!boards[first].overlaps(&boards[second]), "{first} and {second} at {travel_m} m");
                 }
             }
         }

@@ -3,7 +3,10 @@
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
+use glam::DVec2;
+
 use super::Dragon;
+use super::board::Board;
 use super::clearance::ClearanceSearch;
 use super::coil_reach::CoilReach;
 use super::contact::{Contact, PairEvent};
@@ -27,6 +30,8 @@ pub struct ContactSearch {
     reach: Option<CoilReach>,
     /// Travel before which no two benches touch, for the bounds of the coil say so.
     clear_to_m: f64,
+    /// Place of handle 2 from which on the first two benches touch none, for the bounds of the way out say so.
+    clear_from: f64,
     earlier: Pose,
     later: Pose,
     /// Places of the handles where [`first`](Self::first) began, as long as some handle stands where none before it
@@ -46,7 +51,8 @@ impl ContactSearch {
         Self {
             dragon: dragon.clone(),
             reach,
-            clear_to_m: reach.map_or(f64::NEG_INFINITY, |reach| clear_to_m(dragon, &reach)),
+            clear_to_m: reach.and_then(|reach| clear_to_m(dragon, &reach)).unwrap_or(f64::NEG_INFINITY),
+            clear_from: reach.and_then(|reach| clear_from(dragon, &reach)).unwrap_or(f64::INFINITY),
             earlier: Pose::default(),
             later: Pose::default(),
             beginning: Vec::new(),
@@ -62,7 +68,8 @@ impl ContactSearch {
     /// The chain behind a handle is a function of that handle's place, and body links are alike. So once every handle
     /// has come to where the one before it stood at the beginning, any pair lies where the pair one bench further ahead
     /// has lain before, and only pairs with one of the first two benches are looked at. They alone are looked at from
-    /// the beginning where the bounds of the coil rule out all contacts there, and on from where the last search ended.
+    /// the beginning where the bounds of the coil rule out all contacts there, and on from where the last search ended;
+    /// and only until those bounds rule out all contacts of these two.
     pub fn first(&mut self, from_travel_m: f64, to_travel_m: f64) -> Option<Contact> {
         let (from_m, to_m) = self.within_run(from_travel_m, to_travel_m)?;
         let from_m = from_m.max(self.clear_to_m);
@@ -76,6 +83,9 @@ impl ContactSearch {
         while self.earlier.travel_m < to_m {
             self.stride(to_m);
             if self.repeats() {
+                if self.is_clear_from_here() {
+                    break;
+                }
                 self.collect_leading_pairs();
             } else {
                 self.collect_pairs();
@@ -165,6 +175,12 @@ impl ContactSearch {
         self.beginning.is_empty()
     }
 
+    /// Whether the first two benches touch none from here on.
+    fn is_clear_from_here(&mut self) -> bool {
+        self.earlier.extend_to(&self.dragon, 2);
+        self.earlier.handles[2].place >= self.clear_from
+    }
+
     /// Collects all pairs that could be in touch somewhere on the way.
     fn collect_pairs(&mut self) {
         self.later.extend_to(&self.dragon, usize::MAX);
@@ -194,18 +210,22 @@ impl ContactSearch {
     fn extend_within_reach(&mut self, leading: usize) {
         let Self { dragon, reach, earlier, later, .. } = self;
         earlier.extend_to(dragon, leading);
+        later.extend_to(dragon, leading);
         let limit = reach.and_then(|reach| {
-            let front_angle = reach.angle(later.handles[0].place)?;
+            let Some(front_angle) = reach.angle(later.handles[0].place) else {
+                let reach_m = |bench| furthest_m(&earlier.boards[bench]) + drift_between(dragon, bench, earlier, later);
+                return reach.beyond((0..leading).map(reach_m).fold(0.0, f64::max));
+            };
             let turns = reach.turns(0, front_angle)?.max(reach.turns(1, front_angle)?);
             let rear_angle = reach.angle(earlier.handles[leading].place)?;
             Some(reach.place(rear_angle + TAU * turns + 2.0 * reach.overhang_angle(front_angle)))
         });
-        later.extend_while(dragon, |bench, place| bench < leading || limit.is_none_or(|limit| place >= limit));
+        later.extend_while(dragon, |_, place| limit.is_none_or(|limit| place >= limit));
         earlier.extend_to(dragon, later.boards.len());
     }
 
     fn drift_m(&self, bench: usize) -> f64 {
-        drift_m(&self.dragon, bench, &self.earlier.seat(bench), &self.later.seat(bench))
+        drift_between(&self.dragon, bench, &self.earlier, &self.later)
     }
 
     /// The first touch of any of the collected pairs.
@@ -217,9 +237,23 @@ impl ContactSearch {
     }
 }
 
-/// Travel up to which the bounds of the coil rule out all contacts; before the run if they rule out none.
-fn clear_to_m(dragon: &Dragon, reach: &CoilReach) -> f64 {
+fn drift_between(dragon: &Dragon, bench: usize, earlier: &Pose, later: &Pose) -> f64 {
+    drift_m(dragon, bench, &earlier.seat(bench), &later.seat(bench))
+}
+
+/// Distance from the centre to the board's furthest point.
+fn furthest_m(board: &Board) -> f64 {
+    board.corners().into_iter().map(DVec2::length).fold(0.0, f64::max)
+}
+
+/// Travel up to which the bounds of the coil rule out all contacts.
+fn clear_to_m(dragon: &Dragon, reach: &CoilReach) -> Option<f64> {
     let start = dragon.route().place(dragon.start_travel_m());
-    let clear_from = reach.angle(start).and_then(|angle| reach.clear_from(angle));
-    clear_from.map_or(f64::NEG_INFINITY, |angle| dragon.route().travel(reach.place(angle)))
+    let angle = reach.clear_from(reach.angle(start)?)?;
+    Some(dragon.route().travel(reach.place(angle)))
+}
+
+/// Place of a bench's rear handle from which on the bounds of the way out rule out all contacts.
+fn clear_from(dragon: &Dragon, reach: &CoilReach) -> Option<f64> {
+    reach.clear_out_from(dragon.route().place(dragon.end_travel_m()))
 }

@@ -86,7 +86,12 @@ impl Route for Spiral {
     }
 
     fn coil(&self) -> Option<Coil> {
-        Some(Coil { end_place: 0.0, end_angle: 0.0, radius_per_radian_m: self.curve.radius_per_radian_m })
+        Some(Coil {
+            end_place: 0.0,
+            end_angle: 0.0,
+            radius_per_radian_m: self.curve.radius_per_radian_m,
+            way_out: None,
+        })
     }
 }
 

@@ -236,12 +236,12 @@ impl Route for Turnaround {
         &self.joints
     }
 
-    /// The way in.
     fn coil(&self) -> Option<Coil> {
         Some(Coil {
             end_place: self.joints[0],
             end_angle: self.circle_angle,
             radius_per_radian_m: self.curve.radius_per_radian_m,
+            way_out: Some(self.joints[2]),
         })
     }
 }
