@@ -92,7 +92,13 @@ impl<'a> ApproachSearch<'a> {
         }
         let boards = &self.earlier.boards;
         let pairs = (0..2).flat_map(|first| (first + 2..boards.len()).map(move |second| [first, second]));
-        pairs.map(|benches| PairClearance::of(boards, benches)).min_by(PairClearance::order)
+        pairs.fold(None, |nearest: Option<PairClearance>, [first, second]| {
+            if nearest.is_some_and(|nearest| boards[first].is_beyond(&boards[second], nearest.clearance_m)) {
+                return nearest;
+            }
+            let pair = PairClearance::of(boards, [first, second]);
+            nearest.filter(|nearest| nearest.order(&pair).is_le()).or(Some(pair))
+        })
     }
 
     /// Walks on to `to_m`, at most a stride away, and hands out the pieces on which a pair's clearance may be under the
@@ -128,9 +134,8 @@ impl<'a> ApproachSearch<'a> {
         let boards = &self.earlier.boards;
         let pairs = (0..2).flat_map(|first| (first + 2..boards.len()).map(move |second| [first, second]));
         let within = |&[first, second]: &[usize; 2]| {
-            let (ours, theirs) = (&boards[first], &boards[second]);
-            let gap_m = ours.centre.distance(theirs.centre) - ours.radius_m() - theirs.radius_m();
-            gap_m < limit_m + drifts_m[first] + drifts_m[second]
+            let reach_m = limit_m + drifts_m[first] + drifts_m[second];
+            !boards[first].is_beyond(&boards[second], reach_m)
         };
         pairs.filter(within).collect()
     }

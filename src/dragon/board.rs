@@ -67,6 +67,12 @@ impl Board {
         DVec2::new(self.half_length, self.half_width).length()
     }
 
+    /// Whether the circles around the boards are further apart than `reach_m`, and so the boards.
+    pub(super) fn is_beyond(&self, other: &Self, reach_m: f64) -> bool {
+        let sum_m = self.radius_m() + other.radius_m() + reach_m;
+        self.centre.distance_squared(other.centre) > sum_m * sum_m.max(0.0)
+    }
+
     /// How deep a point lies in the board: its distance to the nearest edge, negative outside.
     pub(super) fn depth_m(&self, point: DVec2) -> f64 {
         (DVec2::new(self.half_length, self.half_width) - self.local(point).abs()).min_element()

@@ -113,7 +113,7 @@ impl Link<'_> {
     /// A step that would leave the bracket halves it instead. Ends when the distance is as exact as the rounding of the
     /// place allows.
     fn refine(&self, near: Sight, mut far_place: f64) -> RearEnd {
-        let rounding_m = f64::EPSILON * (near.place.abs() * near.point.pace_m + self.length_m);
+        let rounding_m = self.route.rounding_m(near.place, near.point.pace_m) + f64::EPSILON * self.length_m;
         let mut near_place = near.place;
         let mut sight = near;
         for _ in 0..MAX_REFINEMENTS {

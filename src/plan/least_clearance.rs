@@ -61,7 +61,7 @@ pub fn least_clearance(dragon: &Dragon, from_travel_m: f64, to_travel_m: f64) ->
         });
         nearest.reduce(nearer)
     });
-    let start = at_ends.into_iter().flatten().reduce(nearer)?;
+    let start = in_valley(dragon, at_ends.into_iter().flatten().reduce(nearer)?, &strides_m);
     let least_m = Least::new(start.pair.clearance_m);
     let valleys = on_all_cores(stretches.len(), |stretch| {
         let stretch_m = stretches[stretch];
@@ -77,6 +77,13 @@ pub fn least_clearance(dragon: &Dragon, from_travel_m: f64, to_travel_m: f64) ->
         valley
     });
     Some(valleys.into_iter().flatten().fold(start, nearer))
+}
+
+/// The valley that the nearest approach at a stride's end lies in, so that the search begins with a low limit.
+fn in_valley(dragon: &Dragon, nearest: ClosestApproach, strides_m: &[f64]) -> ClosestApproach {
+    let behind = strides_m.partition_point(|&end_m| end_m < nearest.travel_m);
+    let (from_m, to_m) = (strides_m[behind.saturating_sub(1)], strides_m[(behind + 1).min(strides_m.len() - 1)]);
+    nearer(nearest, ClosestApproach::between(dragon, nearest.pair.benches, from_m, to_m))
 }
 
 /// The strides' ends in stretches for one core at a time, each of which begins where the one before it ends.

@@ -68,6 +68,11 @@ pub trait Route: Debug + Send + Sync {
     /// It never lies under the true maximum and tends to it as the stretch shrinks.
     fn curvature_bound(&self, rear: f64, front: f64) -> f64;
 
+    /// How far rounding may move the point at a place, where the pace is `pace_m`, along the curve.
+    fn rounding_m(&self, place: f64, pace_m: f64) -> f64 {
+        f64::EPSILON * place.abs() * pace_m
+    }
+
     /// The places at which the curvature jumps, in walking order.
     fn joints(&self) -> &[f64] {
         &[]

@@ -232,6 +232,11 @@ impl Route for Turnaround {
         way_in.max(entry_arc).max(exit_arc).max(way_out)
     }
 
+    /// On the way out a place near 0 stands for a large angle, which is what is rounded.
+    fn rounding_m(&self, place: f64, pace_m: f64) -> f64 {
+        f64::EPSILON * place.abs().max(self.angle_out(place)) * pace_m
+    }
+
     fn joints(&self) -> &[f64] {
         &self.joints
     }
