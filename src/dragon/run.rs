@@ -25,6 +25,13 @@ const JUMP_PER_LINK: f64 = 0.25;
 /// Width to which faults and the run's end are pinned down, in metres and units of place.
 const TOLERANCE: f64 = 1e-12;
 
+/// A rear handle that walks no more than this many times as far as the front handle between two looks does not jump.
+const BRISK: f64 = 1.5;
+
+/// What a rear handle could walk, at a speed without bound, while the front handle walks [`TOLERANCE`]: the root of that,
+/// over a curvature of 1/100 m or more.
+const LEAST_JUMP_M: f64 = 1e-5;
+
 /// Part of an interval that golden section leaves out: 1 − 1/φ.
 const GOLDEN: f64 = 0.381_966_011_250_105_1;
 
@@ -147,10 +154,40 @@ impl Faults<'_> {
     fn between_looks(&self, from: f64, to: f64) -> Option<Fault> {
         let Some(start) = self.rear(from) else { return Some(Fault { place: from, jump: true }) };
         let fails = |place| self.rear(place).is_none_or(|rear| !rear.walks() || self.jumps(&start, &rear));
+        if let Some(place) = self.leap(from, to) {
+            return Some(Fault { place, jump: true });
+        }
         let failing = if fails(to) { to } else { self.dip(from, to)? };
         let (place, beyond) = turning_point(from, failing, TOLERANCE, fails);
         let jump = self.rear(beyond).is_none_or(|rear| self.jumps(&start, &rear));
         Some(Fault { place, jump })
+    }
+
+    /// A place between two looks from which the rear handle jumps.
+    ///
+    /// A crossing vanishes where the rear handle's speed has no bound, so a jump shows as a way longer than the front
+    /// handle's. Whether it is one is told by halving, each time into the half with more of that way: what is walked,
+    /// however fast, shrinks with the square root of the half at least, and a jump does not.
+    fn leap(&self, from: f64, to: f64) -> Option<f64> {
+        let travel_m = |front_place| self.rear(front_place).map(|rear| self.route.travel(rear.place));
+        let (mut low, mut high) = (from, to);
+        let (mut low_m, mut high_m) = (travel_m(low)?, travel_m(high)?);
+        if high_m - low_m <= BRISK * (self.route.travel(to) - self.route.travel(from)) {
+            return None;
+        }
+        while high - low > TOLERANCE && high_m - low_m > LEAST_JUMP_M {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                break;
+            }
+            let middle_m = travel_m(middle)?;
+            if high_m - middle_m > middle_m - low_m {
+                (low, low_m) = (middle, middle_m);
+            } else {
+                (high, high_m) = (middle, middle_m);
+            }
+        }
+        (high_m - low_m > LEAST_JUMP_M).then_some(low)
     }
 
     /// A place between two looks at which the rear handle stops, though it walks at both.
@@ -187,7 +224,7 @@ impl Faults<'_> {
     /// Whether a rear handle cannot have walked from one end to the other.
     fn jumps(&self, earlier: &RearEnd, later: &RearEnd) -> bool {
         let walked_m = self.route.travel(later.place) - self.route.travel(earlier.place);
-        later.cos_front > 0.0 && !(0.0..=JUMP_PER_LINK * self.length_m).contains(&walked_m)
+        later.cos_front > 0.0 && !(-TOLERANCE..=JUMP_PER_LINK * self.length_m).contains(&walked_m)
     }
 
     fn rear(&self, front_place: f64) -> Option<RearEnd> {
