@@ -38,12 +38,26 @@ const RATIOS: usize = 17;
 /// The largest ratio tried, entry to exit or exit to entry.
 const LARGEST_RATIO: f64 = 4.0;
 
-/// The ratio is halved in on until this part of what the radius may still lose is left: between two obstacles that meet
-/// in a tip, the ratios that are clear are about as far apart as their radius is from the tip's.
+/// Two ratios at which different handles or arcs are at fault are halved in on until they are this near: where such
+/// obstacles meet in a tip, it is a narrow one.
+const NEAREST_RATIOS: f64 = 1e-13;
+
+/// Where one of the two is a contact, until they are this part of what the radius may still lose apart, relative to it: a
+/// contact hardly depends on the ratio, so what is clear is wide as soon as it is there.
 const RATIO_PER_RADIUS: f64 = 1.0 / 16.0;
 
 /// Radius in metres to which the answer is found.
 const TOLERANCE_M: f64 = 1e-10;
+
+/// By how much the answer's radius exceeds the least one found. At the very edge a handle comes to a stop, or its speed
+/// has no bound, and rounding would tell differently from one run to the next whether it walks on.
+const MARGIN_M: f64 = 1e-5;
+
+/// As far as the ratios that are clear beside the answer are looked for, in steps of [`TOLERANCE_M`]: a hundredth.
+const FAR: f64 = 1e8;
+
+/// Halvings of the step out to where a ratio is no longer clear.
+const EDGE_HALVINGS: u32 = 12;
 
 /// How far beside the answer's ratio the limits are told.
 const BESIDE: f64 = 1e-6;
@@ -176,7 +190,9 @@ impl Search {
             progress(0.5 / 32.0);
         }
         let limits = [1.0 - BESIDE, 1.0 + BESIDE].map(|side| self.obstacle(tight_m, ratio * side));
-        Some((clear_m, ratio, limits))
+        let radius_m = clear_m + MARGIN_M;
+        let edges = [1.0 - TOLERANCE_M, 1.0 + TOLERANCE_M].map(|step| self.edge(radius_m, ratio, step));
+        Some((radius_m, (edges[0] * edges[1]).sqrt(), limits))
     }
 
     /// A ratio with which the dragon gets through an S that begins at this radius, which may still lose `excess_m`: one
@@ -185,25 +201,46 @@ impl Search {
         let trials = on_all_cores(ratios.len(), |i| self.trial(radius_m, ratios[i]));
         let clear = trials.iter().find(|trial| trial.obstacle.is_none());
         clear.map(|trial| trial.ratio).or_else(|| {
-            let finest = 1.0 + RATIO_PER_RADIUS * excess_m / radius_m;
+            let finest = RATIO_PER_RADIUS * excess_m / radius_m;
             let gaps: Vec<&[Trial]> = trials.windows(2).collect();
             let found = on_all_cores(gaps.len(), |gap| self.between(radius_m, gaps[gap][0], gaps[gap][1], finest));
             found.into_iter().find_map(ControlFlow::break_value)
         })
     }
 
-    /// Breaks with a clear ratio between two that are not, if what is in the way differs and they are further apart than
-    /// by the factor `finest`.
+    /// Breaks with a clear ratio between two that are not, if what is in the way differs; `finest` is how near contacts are
+    /// halved in on, relative to the ratio.
     fn between(&self, radius_m: f64, low: Trial, high: Trial, finest: f64) -> ControlFlow<f64> {
         let (Some(below), Some(above)) = (low.obstacle, high.obstacle) else {
             return ControlFlow::Break(if low.obstacle.is_none() { low.ratio } else { high.ratio });
         };
-        if high.ratio <= low.ratio * finest || below.resembles(&above) {
+        let faults = matches!((below, above), (Obstacle::Fault { .. }, Obstacle::Fault { .. }));
+        let nearest = if faults { NEAREST_RATIOS } else { finest };
+        if high.ratio <= low.ratio * (1.0 + nearest) || below.resembles(&above) {
             return ControlFlow::Continue(());
         }
         let middle = self.trial(radius_m, (low.ratio * high.ratio).sqrt());
         self.between(radius_m, low, middle, finest)?;
         self.between(radius_m, middle, high, finest)
+    }
+
+    /// About the last clear ratio in one direction from a clear one, or a ratio far from it.
+    fn edge(&self, radius_m: f64, ratio: f64, step: f64) -> f64 {
+        let clear = |exponent: f64| self.obstacle(radius_m, ratio * step.powf(exponent)).is_none();
+        let mut far = 1.0;
+        while far < FAR && clear(far) {
+            far *= 4.0;
+        }
+        let (mut near, mut far) = (0.25 * far, far);
+        for _ in 0..EDGE_HALVINGS {
+            let middle = 0.5 * (near + far);
+            if clear(middle) {
+                near = middle;
+            } else {
+                far = middle;
+            }
+        }
+        ratio * step.powf(near)
     }
 
     fn trial(&self, radius_m: f64, ratio: f64) -> Trial {
@@ -216,7 +253,7 @@ impl Search {
         turn.and_then(|turn| turn.between(start_m, end_m)).expect("a smaller circle on the same spiral is valid")
     }
 
-    /// The first thing in the way.
+    /// A thing in the way: a fault, or else a contact.
     fn obstacle(&self, radius_m: f64, ratio: f64) -> Option<Obstacle> {
         let turn = self.turn(radius_m, ratio);
         let round_m = turn.turn_length_m() + 2.0 * PI * (radius_m + turn.pitch_m());
@@ -227,7 +264,10 @@ impl Search {
         }
         if self.extent == Extent::OnceRound {
             return match self.walked(once_round, self.dimensions.benches()) {
-                Ok(dragon) => first_contact(&dragon, 0.0, round_m).map(Obstacle::Contact),
+                // The way out first: where links stand steep, as in the S, a search takes longest.
+                Ok(dragon) => first_contact(&dragon, turn.turn_length_m(), round_m)
+                    .or_else(|| first_contact(&dragon, 0.0, turn.turn_length_m()))
+                    .map(Obstacle::Contact),
                 Err(obstacle) => Some(obstacle),
             };
         }
