@@ -6,7 +6,9 @@ use anyhow::bail;
 use bench_dragon::config::{RoutePlan, TurnaroundPlan};
 use bench_dragon::dragon::Dimensions;
 use bench_dragon::number::Number;
-use bench_dragon::plan::{ClosestApproach, ShortestTurn, TurnPassage, passage_through, shortest_turn, walk_through};
+use bench_dragon::plan::{
+    ClosestApproach, ShortestTurn, TurnPassage, largest_speed_ratio, passage_through, shortest_turn, walk_through,
+};
 use bench_dragon::route::{CircularArc, Turnaround};
 use serde::Serialize;
 
@@ -29,6 +31,8 @@ struct Answer {
     least_clearance: Option<Nearness>,
     contact: Option<Touch>,
     infeasible: Option<String>,
+    /// Largest speed of any handle ÷ the head's on the whole passage.
+    largest_ratio: Option<f64>,
     #[serde(flatten)]
     shortest: Option<Shortest>,
 }
@@ -71,7 +75,11 @@ pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
     } else {
         (config, planned, walk_through(planned, dimensions), None)
     };
-    let answer = Answer { shortest, ..Answer::of(&turnaround, &passage, speed_mps) };
+    let largest_ratio = passage_through(turnaround, dimensions)
+        .and_then(|dragon| largest_speed_ratio(&dragon))
+        .ok()
+        .map(|largest| largest.ratio);
+    let answer = Answer { shortest, largest_ratio, ..Answer::of(&turnaround, &passage, speed_mps) };
     match args.format.format {
         Format::Json => print_json(&answer)?,
         Format::Text => print_line(answer.text().trim_end())?,
@@ -154,6 +162,7 @@ impl Answer {
                 TurnPassage::Infeasible(infeasible) => Some(infeasible.to_string()),
                 _ => None,
             },
+            largest_ratio: None,
             shortest: None,
         }
     }
@@ -183,6 +192,9 @@ impl Answer {
                 "{:<16} at {time_s:.6} s, benches {first} and {second}, at ({x:.6}, {y:.6}) m",
                 "first contact"
             );
+        }
+        if let Some(ratio) = self.largest_ratio {
+            let _ = writeln!(text, "{:<16} {ratio:.6} times as fast as the head, the fastest handle", "speed");
         }
         if let Some(Shortest { entry_radius_m, radius_ratio, saving_m, limits }) = &self.shortest {
             let _ = writeln!(text, "{:<16} on the radius {entry_radius_m:.6} m, ratio {radius_ratio:.6}", "begins");
