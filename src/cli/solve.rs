@@ -213,7 +213,7 @@ pub(crate) struct FigureFile {
 #[command(group(ArgGroup::new("times").required(true).args(["at", "from"])))]
 pub(crate) struct TimesArgs {
     /// Show times in seconds, with commas between them.
-    #[arg(long, value_name = "SECONDS", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "SECONDS", value_delimiter = ',', allow_hyphen_values = true, value_parser = finite)]
     pub(crate) at: Vec<f64>,
     /// First show time in seconds, with at most nine decimals.
     #[arg(long, value_name = "SECONDS", requires = "to", allow_negative_numbers = true, value_parser = nanoseconds)]

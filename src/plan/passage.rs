@@ -24,7 +24,7 @@ pub enum Infeasible {
     #[error(transparent)]
     Dragon(#[from] DragonError),
     /// It comes to a place that a handle does not get past.
-    #[error("{end} after {travel_m:.6} m of travel")]
+    #[error("{end} with the head at {travel_m:.6} m of travel")]
     Fault {
         /// Travel of the head.
         travel_m: f64,

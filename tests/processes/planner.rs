@@ -150,8 +150,8 @@ fn questions_that_cannot_be_are_refused_in_one_line() {
     let told = "[route] kind is \"spiral\", must be \"turnaround\" for a question about a turn";
     assert_eq!(refusal(&["turn", "--config", &file]), format!("error: {file}: {told}"));
     for (args, start) in [
-        (&["pitch", "--turn-diameter", "-1"][..], "error: turn_diameter_m is -1, must be above 0 and under 32000"),
-        (&["pitch", "--turn-diameter", "1e6"], "error: turn_diameter_m is 1000000, must be above 0 and under 32000"),
+        (&["pitch", "--turn-diameter", "-1"][..], "error: turn_diameter_m is -1, must be above 0.0286"),
+        (&["pitch", "--turn-diameter", "1e6"], "error: turn_diameter_m is 1000000, must be above 0.0286"),
         (&["turn", "--radius-ratio", "0"], "error: [route] radius_ratio is 0, must be from 0.01 to 100"),
         (&["turn", "--pitch", "0.1"], "error: pitch_m is 0.1, must be above width_m 0.3"),
         (&["speed-limit", "--limit", "0"], "error: invalid value '0' for '--limit <MPS>': must be from 0.001 to 1000"),

@@ -1,6 +1,6 @@
 //! `solve contact`: when do two benches first touch, and where?
 
-use anyhow::Context as _;
+use anyhow::{Context as _, ensure};
 use bench_dragon::config::{Config, Overrides};
 use bench_dragon::dragon::{Contact, RunEnd, first_contact};
 use serde::Serialize;
@@ -52,6 +52,7 @@ fn draw(
 ) -> anyhow::Result<()> {
     let Some(file) = &args.figure.figure else { return Ok(()) };
     if let Some(profile) = profile {
+        ensure!(profile.has_points(), "--figure has nothing to show: the dragon has no two benches but neighbours");
         return figures::save(&figures::clearance_over_time(config, contact, &profile.near_misses).draw(), file);
     }
     let contact = contact.context("--figure has nothing to show: no benches touch before the run ends")?;

@@ -81,6 +81,11 @@ impl Profile {
         })
     }
 
+    /// Whether there is a clearance at all: a dragon with fewer than three benches has none.
+    pub(super) fn has_points(&self) -> bool {
+        !self.profile.is_empty()
+    }
+
     pub(super) fn text(&self) -> String {
         let mut text = format!("{:>12} {:>14} {:>14}\n", "s", "clearance m", "benches");
         // Writing into a String cannot fail.

@@ -48,6 +48,10 @@ const TOLERANCE_PER_RADIUS: f64 = 1e-13;
 /// Bound on searches of the whole way. Each finds another witness or steps on by the tolerance; a dozen are usual.
 const MAX_SEARCHES: usize = 10_000;
 
+/// Smallest circle looked at, in lengths of the head's link: towards the centre of a spiral the head turns ever faster,
+/// and pitches that let its link follow differ ever less in what they do there.
+const LEAST_CIRCLE_PER_LINK: f64 = 0.01;
+
 /// A body link of length d walks wherever its front handle is further out than this times d, 1.5^(-3/2): K·d < 2 there.
 const LEAST_RADIUS_PER_LINK: f64 = 0.544_331_053_951_817_4;
 
@@ -68,7 +72,7 @@ pub enum PitchError {
     TurnDiameter {
         /// Metres.
         turn_diameter_m: f64,
-        /// Least diameter in metres: 0 unless the body's links are longer than the head's.
+        /// Bound on the diameter in metres: a hundredth of the head's link, or more if the body's links are longer.
         least_m: f64,
         /// Full turns from the centre to the start.
         start_turns: f64,
@@ -90,7 +94,7 @@ pub enum PitchError {
 /// The smallest feasible pitch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmallestPitch {
-    /// Metres. All pitches under it are infeasible; that of a contact or a stop is feasible itself.
+    /// Metres. All pitches under it, but for the tolerance, are infeasible; it is feasible itself.
     pub pitch_m: f64,
     /// Why none under it is.
     pub limit: PitchLimit,
@@ -125,9 +129,9 @@ pub enum PitchLimit {
 /// ```
 ///
 /// # Errors
-/// The diameter must be above 0 and such that some spiral starts outside, the turns as a route has them. A circle
-/// within which body links could stop, which they cannot if the head's link is the longer one, is refused. There may be
-/// no such pitch.
+/// The diameter must be above a hundredth of the head's link and such that some spiral starts outside, the turns as a
+/// route has them. A circle within which body links could stop, which they cannot if the head's link is the longer one,
+/// is refused. There may be no such pitch.
 pub fn smallest_pitch(
     dimensions: &Dimensions,
     start_turns: f64,
@@ -135,9 +139,10 @@ pub fn smallest_pitch(
 ) -> Result<SmallestPitch, PitchError> {
     Spiral::new(MAX_PITCH_M, start_turns).map_err(PitchError::Route)?;
     let link_radius_m = LEAST_RADIUS_PER_LINK * dimensions.link_m(1);
+    let smallest_m = LEAST_CIRCLE_PER_LINK * dimensions.link_m(0);
     // No handle but the first is nearer to the centre than half of the head's link.
     let walks = dimensions.benches() == 1 || 0.5 * dimensions.link_m(0) > link_radius_m;
-    let least_m = if walks { 0.0 } else { 2.0 * link_radius_m };
+    let least_m = if walks { smallest_m } else { smallest_m.max(2.0 * link_radius_m) };
     if !(turn_diameter_m > least_m && turn_diameter_m < 2.0 * start_turns * MAX_PITCH_M) {
         return Err(PitchError::TurnDiameter { turn_diameter_m, least_m, start_turns });
     }
@@ -149,13 +154,12 @@ fn climb(way: &Way<'_>) -> Result<SmallestPitch, PitchError> {
     // All pitches up to this one are infeasible, the last of them for this reason.
     let mut pitch_m = start_m.max(width_m);
     let mut limit = if start_m >= width_m { PitchLimit::Start } else { PitchLimit::Width };
-    for search in 0..MAX_SEARCHES {
+    for _ in 0..MAX_SEARCHES {
         let tried_m = pitch_m + way.tolerance_m(pitch_m);
         let Some(spiral) = way.spiral(tried_m) else {
             return Err(PitchError::NoPitch { turn_diameter_m: 2.0 * way.circle_radius_m });
         };
         match Verdict::of(way, tried_m, spiral) {
-            Verdict::Feasible if search == 0 => return Ok(SmallestPitch { pitch_m, limit }),
             Verdict::Feasible => return Ok(SmallestPitch { pitch_m: tried_m, limit }),
             Verdict::Infeasible(None) => (pitch_m, limit) = (tried_m, PitchLimit::Stop),
             Verdict::Infeasible(Some(witness)) => (pitch_m, limit) = witness.proves_up_to(way, tried_m),
