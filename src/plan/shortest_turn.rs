@@ -10,8 +10,10 @@
 //! until something clear is found, or the two obstacles meet. The first radius with a clear ratio and the one before it
 //! then bracket the answer, and halving with the same question at each radius finds it.
 //!
-//! While it is sought the dragon is followed from its entry until the head has gone once round on the way out, behind
-//! which only what is straighter follows; the answer itself is walked through as a whole.
+//! At first only the links are looked at: whether a handle stops or jumps depends on the head's and one body link alone.
+//! If the dragon does not touch itself on the shortest S that they walk, that is the answer. Else contacts are looked for
+//! as well, from the entry until the head has gone once round on the way out; and if that is not enough, on all of the
+//! passage. Whatever is found is walked through as a whole.
 //!
 //! *Guarantee.* The answer is clear on the whole passage. That nothing shorter is, is as sure as the sampling is dense:
 //! between two radii or ratios tried, at which the same is in the way, clear ones would be missed. Where the set of
@@ -130,13 +132,13 @@ pub fn shortest_turn(
     dimensions: Dimensions,
     progress: impl Fn(f64) + Sync,
 ) -> Option<ShortestTurn> {
-    [Extent::OnceRound, Extent::Whole].into_iter().find_map(|extent| {
+    [Extent::Links, Extent::OnceRound, Extent::Whole].into_iter().find_map(|extent| {
         let search = Search { turnaround, dimensions, extent };
         let (radius_m, ratio, limits) = search.tightest(&progress)?;
         let turnaround = search.turn(radius_m, ratio);
         match walk_through(turnaround, dimensions) {
             TurnPassage::Clear { closest } => Some(ShortestTurn { turnaround, radius_ratio: ratio, closest, limits }),
-            // Something is in the way before or after what was looked at: once more, looking at all of it.
+            // Something else is in the way: once more, looking at more.
             _ => None,
         }
     })
@@ -145,6 +147,8 @@ pub fn shortest_turn(
 /// How much of a passage is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Extent {
+    /// Whether the links walk, and no contacts: what is shortest so, and turns out to be clear, is shortest.
+    Links,
     /// From the entry until the head has gone once round on the way out.
     OnceRound,
     /// The whole passage.
@@ -261,6 +265,9 @@ impl Search {
         // Faults are those of the first two links, for all others are like the second.
         if let Err(obstacle) = self.walked(once_round, self.dimensions.benches().min(2)) {
             return Some(obstacle);
+        }
+        if self.extent == Extent::Links {
+            return None;
         }
         if self.extent == Extent::OnceRound {
             return match self.walked(once_round, self.dimensions.benches()) {
