@@ -4,33 +4,42 @@
 //! stays apart, or stays in touch, it is done, else the way is halved. So no contact can be stepped over, however
 //! short, and a near miss costs a few halvings. What is left is ways too short to matter; the pair touches or parts on
 //! those at whose ends its state differs.
+//!
+//! The search ends even where boards slide along each other, for a way of some 10⁻⁶ m is settled by `pair_motion`: its
+//! bounds are of second order, and what they bound by rounding counts as nothing.
 
 use std::ops::ControlFlow;
 
 use super::Dragon;
-use super::board::{Approach, Board};
-use super::coil_motion::CoilMotion;
+use super::board::Approach;
 use super::contact::{Contact, PairEvent};
+use super::pair_motion::{GRAZE_M, PairMotion};
 use super::passage::Passage;
 use super::pose::{Pose, Seat};
 
 /// Travel to which a touch or a parting is known, in metres: the rounding of a chain is some 10⁻¹³ m, and the clearance
-/// mostly changes at a few hundredths of the travel at least.
+/// mostly changes at a few hundredths of the travel at least. Where it hardly changes, it is known to [`GRAZE_M`].
 const RESOLUTION_M: f64 = 1e-11;
+
+/// Off a coil, bounds on how the pair moves are first taken for this part of a way, and anew for this part of that: they
+/// cost as much as several looks, and a part may be smoother than the whole.
+const RENEWAL: f64 = 0.125;
 
 /// Follows one pair.
 pub(super) struct Follower<'a> {
     dragon: &'a Dragon,
     benches: [usize; 2],
-    /// Bounds on the whole way, if it is on a coil.
-    motion: Option<CoilMotion>,
+    /// Length of the way.
+    length_m: f64,
+    /// Bounds on it and all parts of it, if they were taken.
+    motion: Option<PairMotion>,
 }
 
 /// The pair at one travel.
 struct Moment {
     travel_m: f64,
     seats: [Seat; 2],
-    /// The largest gap across an edge, which is above 0 exactly where the boards are apart.
+    /// The largest gap across an edge: above 0 exactly where the boards are apart.
     gap_m: f64,
 }
 
@@ -40,11 +49,7 @@ impl Moment {
     }
 
     fn touching(&self) -> bool {
-        self.gap_m <= 0.0
-    }
-
-    fn boards(&self) -> [&Board; 2] {
-        [&self.seats[0].board, &self.seats[1].board]
+        self.gap_m <= GRAZE_M
     }
 
     fn approach(&self) -> Approach {
@@ -61,9 +66,22 @@ impl<'a> Follower<'a> {
         later: &Pose,
         sink: &mut impl FnMut(PairEvent) -> ControlFlow<PairEvent>,
     ) -> ControlFlow<PairEvent> {
-        let follower = Self { dragon, benches, motion: CoilMotion::new(dragon, benches, earlier, later) };
+        let motion = PairMotion::on_coil(dragon, benches, earlier, later);
+        let follower = Self { dragon, benches, length_m: later.travel_m - earlier.travel_m, motion };
         let at = |pose: &Pose| Moment::new(pose.travel_m, pose.seat(benches[0]), pose.seat(benches[1]));
         follower.walk(&at(earlier), &at(later), sink)
+    }
+
+    /// The same on a part of the way, with bounds on that.
+    fn renewed(&self, earlier: &Moment, later: &Moment) -> Self {
+        let [from, to] = [earlier, later].map(|moment| {
+            let mut pose = Pose::default();
+            pose.place_head(self.dragon, moment.travel_m);
+            pose.extend_to(self.dragon, self.benches[1] + 1);
+            pose
+        });
+        let motion = PairMotion::along_curve(self.dragon, self.benches, &from, &to);
+        Self { length_m: later.travel_m - earlier.travel_m, motion: Some(motion), ..*self }
     }
 
     /// The pair at a travel within the run; solves the chain as far as the pair's second bench.
@@ -87,9 +105,12 @@ impl<'a> Follower<'a> {
         if self.settled(earlier, later) {
             return ControlFlow::Continue(());
         }
+        let length_m = later.travel_m - earlier.travel_m;
+        if length_m <= RENEWAL * self.length_m && !self.motion.is_some_and(|motion| motion.is_on_coil()) {
+            return self.renewed(earlier, later).walk(earlier, later, sink);
+        }
         let middle_m = 0.5 * (earlier.travel_m + later.travel_m);
-        let short = later.travel_m - earlier.travel_m <= RESOLUTION_M;
-        if short || middle_m <= earlier.travel_m || middle_m >= later.travel_m {
+        if length_m <= RESOLUTION_M || middle_m <= earlier.travel_m || middle_m >= later.travel_m {
             return self.change(earlier, later).map_or(ControlFlow::Continue(()), sink);
         }
         let middle = self.solve(middle_m);
@@ -102,17 +123,15 @@ impl<'a> Follower<'a> {
         if earlier.touching() != later.touching() {
             return false;
         }
-        let Some(motion) = &self.motion else { return self.settled_anywhere(earlier, later) };
-        let angle = later.seats[0].front.place - earlier.seats[0].front.place;
-        if earlier.touching() {
-            motion.stays_touching(earlier.boards(), later.boards(), angle) || self.settled_anywhere(earlier, later)
-        } else {
-            motion.stays_apart(earlier.boards(), later.boards(), angle)
-        }
+        let is_settled = self.motion.is_some_and(|motion| {
+            let encounter = motion.between(&earlier.seats, &later.seats);
+            if earlier.touching() { encounter.stays_touching() } else { encounter.stays_apart() }
+        });
+        is_settled || self.settled_separately(earlier, later)
     }
 
-    /// The same by bounds that hold on any route.
-    fn settled_anywhere(&self, earlier: &Moment, later: &Moment) -> bool {
+    /// The same from what either board may cover, whenever the other one is where.
+    fn settled_separately(&self, earlier: &Moment, later: &Moment) -> bool {
         let [first, second] =
             [0, 1].map(|i| Passage::new(self.dragon, self.benches[i], &earlier.seats[i], &later.seats[i]));
         if earlier.touching() {

@@ -1,16 +1,7 @@
 //! What a board may cover on the way from one travel to a later one.
 //!
-//! Both ends of the way are known exactly. In between, the only facts used are that both handles walk forward along the
-//! route, that their distance d is fixed, and that the route's curvature there is at most some K. With s the arc walked
-//! by the front handle, p and r the handles, u the heading, and α and β the angles between the heading and the tangents
-//! at front and rear:
-//!
-//! - |p'| = 1 and |p''| ≤ K;
-//! - |r'| = g = cos α / cos β (rigid link), |r''| ≤ |g'| + K·g²;
-//! - |u'| = ω ≤ (sin α + g·sin β) / d, for u turns by what the handles move across it, and |u''| ≤ (|p''| + |r''|) / d;
-//! - |α'| ≤ K + ω and |β'| ≤ K·g + ω, so |g'| ≤ sin α·(K + ω)/cos β + sin β·(K·g + ω)/cos² β.
-//!
-//! From these follow two bounds, ℓ being the arc of the whole way:
+//! Both ends of the way are known exactly, and how its link moves in between is bounded (see `link_motion`, whose words
+//! are used here). From that follow two bounds, ℓ being the arc that the front handle walks on the whole way:
 //!
 //! - a corner is a handle plus a vector of length ρ fixed to the board, |corner''| ≤ max(|p''|, |r''|) + ρ·|u''| =: A,
 //!   so it stays within A·ℓ²/8 of the segment between its ends, and the board within as much of the hull of its two
@@ -23,6 +14,7 @@ use glam::DVec2;
 
 use super::Dragon;
 use super::board::Board;
+use super::link_motion::LinkMotion;
 use super::pose::Seat;
 
 /// The way of one board.
@@ -43,18 +35,14 @@ impl Passage {
     /// The way of a bench from one seat to a later one.
     pub(super) fn new(dragon: &Dragon, bench: usize, earlier: &Seat, later: &Seat) -> Self {
         let walk_m = later.front_travel_m - earlier.front_travel_m;
-        let link = LinkBounds {
-            length_m: dragon.dimensions().link_m(bench),
-            curvature: dragon.route().curvature_bound(earlier.rear.place, later.front.place),
-        };
-        let motion = link.motion(link.angles(earlier, walk_m));
+        let motion = LinkMotion::new(dragon, bench, earlier, later);
         let drift_m = drift_m(dragon, bench, earlier, later);
         let [a, b] = [earlier, later].map(|seat| seat.board.corners());
         Self {
             ends: [earlier.board, later.board],
             corners: [a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3]],
-            bulge_m: 0.125 * motion.of_corner(dragon.dimensions().overhang_m()) * walk_m * walk_m,
-            skin_m: 0.125 * motion.of_fixed_point(earlier.board.radius_m() + drift_m) * walk_m * walk_m,
+            bulge_m: 0.125 * of_corner(&motion, dragon.dimensions().overhang_m()) * walk_m * walk_m,
+            skin_m: 0.125 * of_fixed_point(&motion, earlier.board.radius_m() + drift_m) * walk_m * walk_m,
             drift_m,
         }
     }
@@ -97,81 +85,12 @@ pub(super) fn drift_m(dragon: &Dragon, bench: usize, earlier: &Seat, later: &Sea
     front_m.max(rear_m) + dragon.dimensions().overhang_m() * turn
 }
 
-/// Bounds on the angles between a link and the tangents at its handles.
-#[derive(Clone, Copy)]
-struct Angles {
-    /// Sine, at most.
-    sine: f64,
-    /// Cosine at the rear handle, at least.
-    rear_cosine: f64,
+/// A, for a corner `overhang_m` from its handle.
+fn of_corner(motion: &LinkMotion, overhang_m: f64) -> f64 {
+    motion.acceleration + overhang_m * motion.turn_rate
 }
 
-/// What bounds a link's motion.
-struct LinkBounds {
-    length_m: f64,
-    curvature: f64,
-}
-
-impl LinkBounds {
-    /// Bounds on the angles over a way of `walk_m` of front arc, taken from the curvature alone if that is small.
-    ///
-    /// A curve with |κ| ≤ K that is left at angle 0 has, after an arc s ≤ π/K, a chord at an angle of at most K·s/2 and
-    /// at least (2/K)·sin(K·s/2) long. So for a chord of length d with K·d < 2 the sines of its end angles are at most
-    /// K·d/2.
-    fn angles(&self, earlier: &Seat, walk_m: f64) -> Angles {
-        let sine = 0.5 * self.curvature * self.length_m;
-        if sine < 0.75 {
-            Angles { sine, rear_cosine: (1.0 - sine * sine).sqrt() }
-        } else {
-            self.steep_angles(earlier, walk_m)
-        }
-    }
-
-    /// Bounds from the rear angle at the beginning: while its cosine is at least half of what it is there, its rate has
-    /// a bound; if that cannot use up the half on the way, the cosine stays so all the way, else there is no bound.
-    fn steep_angles(&self, earlier: &Seat, walk_m: f64) -> Angles {
-        let rear_cosine = 0.5 * earlier.rear.tangent.dot(earlier.board.heading);
-        let ratio = 1.0 / rear_cosine;
-        let rate = self.curvature * ratio + (1.0 + ratio) / self.length_m;
-        Angles { sine: 1.0, rear_cosine: if rate * walk_m <= rear_cosine { rear_cosine } else { 0.0 } }
-    }
-
-    fn motion(&self, angles: Angles) -> Motion {
-        let Angles { sine, rear_cosine } = angles;
-        let ratio = 1.0 / rear_cosine;
-        let turn = sine * (1.0 + ratio) / self.length_m;
-        let ratio_rate =
-            ratio * sine * (self.curvature + turn) + ratio * ratio * sine * (self.curvature * ratio + turn);
-        let rear = ratio_rate + self.curvature * ratio * ratio;
-        Motion {
-            speed: ratio,
-            turn,
-            acceleration: self.curvature.max(rear),
-            turn_rate: (self.curvature + rear) / self.length_m,
-        }
-    }
-}
-
-/// Bounds on a link's motion per metre that its front handle walks, or infinities.
-struct Motion {
-    /// Of either handle, and so of the centre.
-    speed: f64,
-    /// |u'|.
-    turn: f64,
-    /// Of either handle, and so of the centre.
-    acceleration: f64,
-    /// |u''|.
-    turn_rate: f64,
-}
-
-impl Motion {
-    /// A, for a corner `overhang_m` from its handle.
-    fn of_corner(&self, overhang_m: f64) -> f64 {
-        self.acceleration + overhang_m * self.turn_rate
-    }
-
-    /// E, for a point at most `distance_m` from the board's centre.
-    fn of_fixed_point(&self, distance_m: f64) -> f64 {
-        self.acceleration + 2.0 * self.turn * self.speed + distance_m * self.turn_rate
-    }
+/// E, for a point at most `distance_m` from the board's centre.
+fn of_fixed_point(motion: &LinkMotion, distance_m: f64) -> f64 {
+    motion.acceleration + 2.0 * motion.turn * motion.ratio + distance_m * motion.turn_rate
 }
