@@ -22,8 +22,8 @@ use super::pose::{Pose, Seat};
 const RESOLUTION_M: f64 = 1e-11;
 
 /// Off a coil, bounds on how the pair moves are first taken for this part of a way, and anew for this part of that: they
-/// cost as much as several looks, and a part may be smoother than the whole.
-const RENEWAL: f64 = 0.125;
+/// cost as much as many looks, so that only a pair that stays unsettled for ten halvings is worth them.
+const RENEWAL: f64 = 1.0 / 1024.0;
 
 /// Follows one pair.
 pub(super) struct Follower<'a> {
