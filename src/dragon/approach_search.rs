@@ -214,7 +214,7 @@ impl Pair<'_> {
             [0, 1].map(|i| Passage::new(self.dragon, self.benches[i], &earlier.seats[i], &later.seats[i]));
         let gap_m = |direction: DVec2| first.gap_m(&second, direction);
         let gaps_m = [earlier, later].map(|moment| gap_m(moment.approach.direction));
-        // A way too long for a bound of its own yields the one of least bounds, or what is not a number.
-        gaps_m.into_iter().fold(f64::NEG_INFINITY, f64::max)
+        let least_m = first.least_between_m(&second, [earlier, later].map(|moment| moment.approach.clearance_m));
+        gaps_m.into_iter().fold(least_m, f64::max)
     }
 }

@@ -137,6 +137,9 @@ impl<'a> Follower<'a> {
         if earlier.touching() {
             return first.stays_touching(&second, -earlier.gap_m.min(later.gap_m));
         }
+        if first.least_between_m(&second, [earlier.gap_m, later.gap_m]) > 0.0 {
+            return true;
+        }
         [earlier, later].into_iter().any(|moment| {
             let (_, axis) = moment.seats[0].board.separation(&moment.seats[1].board);
             first.stays_apart(&second, axis) || first.stays_apart(&second, moment.approach().direction)

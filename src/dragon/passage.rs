@@ -52,6 +52,12 @@ impl Passage {
         self.gap_m(other, direction) > 0.0
     }
 
+    /// A bound that the clearance of two boards does not fall under on their ways, from what it is at both ends: it changes
+    /// by at most as much as they move, and what they move towards the one end is left for the other.
+    pub(super) fn least_between_m(&self, other: &Self, clearances_m: [f64; 2]) -> f64 {
+        0.5 * (clearances_m[0] + clearances_m[1] - (self.drift_m + other.drift_m))
+    }
+
     /// The least gap in this direction, from this board to the other, at whatever point of its way each is: a bound that
     /// their clearance does not fall under.
     pub(super) fn gap_m(&self, other: &Self, direction: DVec2) -> f64 {
