@@ -79,7 +79,7 @@ pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
         .and_then(|dragon| largest_speed_ratio(&dragon))
         .ok()
         .map(|largest| largest.ratio);
-    let answer = Answer { shortest, largest_ratio, ..Answer::of(&turnaround, &passage, speed_mps) };
+    let answer = Answer { largest_ratio, shortest, ..Answer::of(&turnaround, &passage, speed_mps) };
     match args.format.format {
         Format::Json => print_json(&answer)?,
         Format::Text => print_line(answer.text().trim_end())?,
