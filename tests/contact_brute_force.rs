@@ -110,9 +110,11 @@ fn assert_same_contacts([known, plain]: &[Dragon; 2], begin: f64) -> Result<(), 
     let (start_m, end_m) = (known.start_travel_m(), known.end_travel_m());
     for from_m in [start_m, start_m + begin * (end_m - start_m)] {
         let [ours, theirs] = [known, plain].map(|dragon| first_contact(dragon, from_m, end_m));
-        prop_assert_eq!(ours.map(|contact| contact.benches), theirs.map(|contact| contact.benches));
-        let apart_m = ours.zip(theirs).map_or(0.0, |(ours, theirs)| (ours.travel_m - theirs.travel_m).abs());
-        prop_assert!(apart_m < 1e-9, "{ours:?} but {theirs:?}");
+        prop_assert_eq!(ours.is_some(), theirs.is_some());
+        let Some((ours, theirs)) = ours.zip(theirs) else { continue };
+        prop_assert!((ours.travel_m - theirs.travel_m).abs() < 1e-9, "{ours:?} but {theirs:?}");
+        // On an arc all pairs with as many benches between them are as near: which is nearest is for rounding to say.
+        prop_assert!(ours.travel_m == from_m || ours.benches == theirs.benches, "{ours:?} but {theirs:?}");
     }
     Ok(())
 }

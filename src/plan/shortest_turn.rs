@@ -51,9 +51,10 @@ const RATIO_PER_RADIUS: f64 = 1.0 / 16.0;
 /// Radius in metres to which the answer is found.
 const TOLERANCE_M: f64 = 1e-10;
 
-/// By how much the answer's radius exceeds the least one found. At the very edge a handle comes to a stop, or its speed
-/// has no bound, and rounding would tell differently from one run to the next whether it walks on.
-const MARGIN_M: f64 = 1e-5;
+/// By how much the answer's radius exceeds the least one found: the first of these that will do. At the very edge a handle
+/// comes to a stop, or its speed has no bound, and rounding would tell differently from one run to the next whether it
+/// walks on.
+const MARGINS_M: [f64; 4] = [1e-5, 1e-4, 1e-3, 1e-2];
 
 /// As far as the ratios that are clear beside the answer are looked for, in steps of [`TOLERANCE_M`]: a hundredth.
 const FAR: f64 = 1e8;
@@ -134,13 +135,17 @@ pub fn shortest_turn(
 ) -> Option<ShortestTurn> {
     [Extent::Links, Extent::OnceRound, Extent::Whole].into_iter().find_map(|extent| {
         let search = Search { turnaround, dimensions, extent };
-        let (radius_m, ratio, limits) = search.tightest(&progress)?;
-        let turnaround = search.turn(radius_m, ratio);
-        match walk_through(turnaround, dimensions) {
-            TurnPassage::Clear { closest } => Some(ShortestTurn { turnaround, radius_ratio: ratio, closest, limits }),
-            // Something else is in the way: once more, looking at more.
-            _ => None,
-        }
+        let (least_m, ratio, limits) = search.tightest(&progress)?;
+        MARGINS_M.into_iter().find_map(|margin_m| {
+            let radius_m = least_m + margin_m;
+            let radius_ratio = search.middle_ratio(radius_m, ratio);
+            let turnaround = search.turn(radius_m, radius_ratio);
+            match walk_through(turnaround, dimensions) {
+                TurnPassage::Clear { closest } => Some(ShortestTurn { turnaround, radius_ratio, closest, limits }),
+                // Something else is in the way: a little further out, or looking at more.
+                _ => None,
+            }
+        })
     })
 }
 
@@ -162,7 +167,7 @@ struct Trial {
     obstacle: Option<Obstacle>,
 }
 
-/// A radius and ratio with which the dragon gets through, and what is in the way of a smaller radius.
+/// The least radius and a ratio with which the dragon gets through, and what is in the way of a smaller radius.
 type Tightest = (f64, f64, [Option<Obstacle>; 2]);
 
 struct Search {
@@ -194,9 +199,13 @@ impl Search {
             progress(0.5 / 32.0);
         }
         let limits = [1.0 - BESIDE, 1.0 + BESIDE].map(|side| self.obstacle(tight_m, ratio * side));
-        let radius_m = clear_m + MARGIN_M;
+        Some((clear_m, ratio, limits))
+    }
+
+    /// About the middle of the clear ratios around one, with an S that begins at this radius.
+    fn middle_ratio(&self, radius_m: f64, ratio: f64) -> f64 {
         let edges = [1.0 - TOLERANCE_M, 1.0 + TOLERANCE_M].map(|step| self.edge(radius_m, ratio, step));
-        Some((radius_m, (edges[0] * edges[1]).sqrt(), limits))
+        (edges[0] * edges[1]).sqrt()
     }
 
     /// A ratio with which the dragon gets through an S that begins at this radius, which may still lose `excess_m`: one
