@@ -51,10 +51,12 @@ const RATIO_PER_RADIUS: f64 = 1.0 / 16.0;
 /// Radius in metres to which the answer is found.
 const TOLERANCE_M: f64 = 1e-10;
 
-/// By how much the answer's radius exceeds the least one found: the first of these that will do. At the very edge a handle
-/// comes to a stop, or its speed has no bound, and rounding would tell differently from one run to the next whether it
-/// walks on.
-const MARGINS_M: [f64; 4] = [1e-5, 1e-4, 1e-3, 1e-2];
+/// By how much the answer's radius exceeds the least one found. At the very edge a handle comes to a stop, or its speed
+/// has no bound, and rounding would tell differently from one run to the next whether it walks on.
+const LEAST_MARGIN_M: f64 = 1e-5;
+
+/// The same where that is not enough: the first of these that is.
+const WIDER_MARGINS_M: [f64; 3] = [1e-4, 1e-3, 1e-2];
 
 /// As far as the ratios that are clear beside the answer are looked for, in steps of [`TOLERANCE_M`]: a hundredth.
 const FAR: f64 = 1e8;
@@ -133,20 +135,18 @@ pub fn shortest_turn(
     dimensions: Dimensions,
     progress: impl Fn(f64) + Sync,
 ) -> Option<ShortestTurn> {
-    [Extent::Links, Extent::OnceRound, Extent::Whole].into_iter().find_map(|extent| {
+    let mut tried = Vec::new();
+    for extent in [Extent::Links, Extent::OnceRound, Extent::Whole] {
         let search = Search { turnaround, dimensions, extent };
-        let (least_m, ratio, limits) = search.tightest(&progress)?;
-        MARGINS_M.into_iter().find_map(|margin_m| {
-            let radius_m = least_m + margin_m;
-            let radius_ratio = search.middle_ratio(radius_m, ratio);
-            let turnaround = search.turn(radius_m, radius_ratio);
-            match walk_through(turnaround, dimensions) {
-                TurnPassage::Clear { closest } => Some(ShortestTurn { turnaround, radius_ratio, closest, limits }),
-                // Something else is in the way: a little further out, or looking at more.
-                _ => None,
-            }
-        })
-    })
+        let Some(tightest) = search.tightest(&progress) else { continue };
+        // Where something else is in the way: once more, looking at more.
+        if let Some(found) = search.beside(&tightest, LEAST_MARGIN_M) {
+            return Some(found);
+        }
+        tried.push((search, tightest));
+    }
+    let beside = |margin_m: f64| tried.iter().find_map(|(search, tightest)| search.beside(tightest, margin_m));
+    WIDER_MARGINS_M.into_iter().find_map(beside)
 }
 
 /// How much of a passage is looked at.
@@ -200,6 +200,17 @@ impl Search {
         }
         let limits = [1.0 - BESIDE, 1.0 + BESIDE].map(|side| self.obstacle(tight_m, ratio * side));
         Some((clear_m, ratio, limits))
+    }
+
+    /// The turn that begins so much further out than the tightest one, if the dragon gets through it on its whole passage.
+    fn beside(&self, &(least_m, ratio, limits): &Tightest, margin_m: f64) -> Option<ShortestTurn> {
+        let radius_m = least_m + margin_m;
+        let radius_ratio = self.middle_ratio(radius_m, ratio);
+        let turnaround = self.turn(radius_m, radius_ratio);
+        match walk_through(turnaround, self.dimensions) {
+            TurnPassage::Clear { closest } => Some(ShortestTurn { turnaround, radius_ratio, closest, limits }),
+            _ => None,
+        }
     }
 
     /// About the middle of the clear ratios around one, with an S that begins at this radius.
