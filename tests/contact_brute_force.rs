@@ -44,6 +44,10 @@ impl<R: Route> Route for PlainCurve<R> {
     fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
         self.0.curvature_bound(rear, front)
     }
+
+    fn rounding_m(&self, place: f64, pace_m: f64) -> f64 {
+        self.0.rounding_m(place, pace_m)
+    }
 }
 
 /// The same dragon on a turnaround and on the plain curve.

@@ -20,6 +20,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use glam::DVec2;
+
 use super::Dragon;
 use super::pair_motion::BenchMotion;
 use super::pose::Pose;
@@ -86,8 +88,9 @@ impl HandleMotion {
         let lag = lag.min(1.0);
         Self {
             lag: Lag { lag, rate },
-            speed_m: b.hypot(radius_m * lag),
-            acceleration_m: rate * b.hypot(radius_m) + lag * (2.0 * b).hypot(radius_m * lag),
+            speed_m: DVec2::new(b, radius_m * lag).length(),
+            acceleration_m: rate * DVec2::new(b, radius_m).length()
+                + lag * DVec2::new(2.0 * b, radius_m * lag).length(),
         }
     }
 }

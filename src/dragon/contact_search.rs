@@ -11,7 +11,7 @@ use super::clearance::ClearanceSearch;
 use super::coil_reach::CoilReach;
 use super::contact::{Contact, PairEvent};
 use super::follower::Follower;
-use super::passage::drift_m;
+use super::passage::drift_of_walks_m;
 use super::pose::Pose;
 
 /// Longest way looked at as one, in lengths of the shorter link: longer ones would be halved anyway.
@@ -238,7 +238,7 @@ impl ContactSearch {
 }
 
 fn drift_between(dragon: &Dragon, bench: usize, earlier: &Pose, later: &Pose) -> f64 {
-    drift_m(dragon, bench, &earlier.seat(bench), &later.seat(bench))
+    drift_of_walks_m(dragon, bench, earlier.walks_m(later, bench))
 }
 
 /// Distance from the centre to the board's furthest point.

@@ -87,6 +87,11 @@ impl Passage {
 pub(super) fn drift_m(dragon: &Dragon, bench: usize, earlier: &Seat, later: &Seat) -> f64 {
     let front_m = later.front_travel_m - earlier.front_travel_m;
     let rear_m = later.rear_travel_m - earlier.rear_travel_m;
+    drift_of_walks_m(dragon, bench, [front_m, rear_m])
+}
+
+/// The same from the arcs that the two handles walk.
+pub(super) fn drift_of_walks_m(dragon: &Dragon, bench: usize, [front_m, rear_m]: [f64; 2]) -> f64 {
     let turn = (front_m + rear_m) / dragon.dimensions().link_m(bench);
     front_m.max(rear_m) + dragon.dimensions().overhang_m() * turn
 }

@@ -52,6 +52,11 @@ impl Pose {
         !self.handles.is_empty() && self.travel_m == travel_m
     }
 
+    /// What a bench's two handles walk up to a later pose.
+    pub(super) fn walks_m(&self, later: &Self, bench: usize) -> [f64; 2] {
+        [bench, bench + 1].map(|handle| later.handle_travels_m[handle] - self.handle_travels_m[handle])
+    }
+
     pub(super) fn seat(&self, bench: usize) -> Seat {
         Seat {
             front: self.handles[bench],
