@@ -10,7 +10,7 @@ use glam::DVec2;
 
 const WIDTH_M: f64 = 0.4;
 const RADIUS_M: f64 = 3.0;
-const END_M: f64 = 45.0;
+const END_M: f64 = 26.0;
 
 /// Along +x to the origin, through arcs right, left and right, and back along −x at y = `WIDTH_M`. A place is the
 /// travel.
@@ -91,14 +91,14 @@ impl Route for Keyhole {
 }
 
 fn dragon() -> Dragon {
-    let dimensions = Dimensions::new(40, 1.2, 1.2, WIDTH_M, 0.1).expect("valid benches");
+    let dimensions = Dimensions::new(30, 1.2, 1.2, WIDTH_M, 0.1).expect("valid benches");
     Dragon::new(dimensions, Arc::new(Keyhole::new())).expect("the dragon stands on the line")
 }
 
 #[test]
 fn the_way_back_is_beside_the_way_in() {
     let keyhole = Keyhole::new();
-    for place in [30.0, 35.0, 40.0] {
+    for place in [22.0, 24.0, 26.0] {
         let back = keyhole.point(place);
         assert!((back.position.y - WIDTH_M).abs() < 1e-12 && (back.tangent + DVec2::X).length() < 1e-12, "{back:?}");
     }
@@ -117,7 +117,7 @@ fn boards_that_slide_along_each_other_touch_and_part_in_turn() {
         let touches = matches!(event, PairEvent::Touch(_));
         changes.entry(event.contact().benches).or_default().push(touches);
     }
-    assert!(changes.len() > 100, "{} pairs slide along each other", changes.len());
+    assert!(changes.len() > 10, "{} pairs slide along each other", changes.len());
     for (benches, changes) in changes {
         assert!(changes.iter().enumerate().all(|(k, &touches)| touches == (k % 2 == 0)), "{benches:?}: {changes:?}");
         assert!(changes.len() <= 6, "{benches:?}: {changes:?}");

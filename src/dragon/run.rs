@@ -153,11 +153,13 @@ impl Faults<'_> {
     /// The fault between two places that are so near to each other that there is one at most.
     fn between_looks(&self, from: f64, to: f64) -> Option<Fault> {
         let Some(start) = self.rear(from) else { return Some(Fault { place: from, jump: true }) };
-        let fails = |place| self.rear(place).is_none_or(|rear| !rear.walks() || self.jumps(&start, &rear));
-        if let Some(place) = self.leap(from, to) {
+        let end = self.rear(to);
+        let is_fault = |rear: Option<RearEnd>| rear.is_none_or(|rear| !rear.walks() || self.jumps(&start, &rear));
+        let fails = |place| is_fault(self.rear(place));
+        if let Some(place) = end.and_then(|end| self.leap((from, &start), (to, &end))) {
             return Some(Fault { place, jump: true });
         }
-        let failing = if fails(to) { to } else { self.dip(from, to)? };
+        let failing = if is_fault(end) { to } else { self.dip((from, &start), (to, &end?))? };
         let (place, beyond) = turning_point(from, failing, TOLERANCE, fails);
         let jump = self.rear(beyond).is_none_or(|rear| self.jumps(&start, &rear));
         Some(Fault { place, jump })
@@ -168,10 +170,9 @@ impl Faults<'_> {
     /// A crossing vanishes where the rear handle's speed has no bound, so a jump shows as a way longer than the front
     /// handle's. Whether it is one is told by halving, each time into the half with more of that way: what is walked,
     /// however fast, shrinks with the square root of the half at least, and a jump does not.
-    fn leap(&self, from: f64, to: f64) -> Option<f64> {
-        let travel_m = |front_place| self.rear(front_place).map(|rear| self.route.travel(rear.place));
+    fn leap(&self, (from, start): (f64, &RearEnd), (to, end): (f64, &RearEnd)) -> Option<f64> {
         let (mut low, mut high) = (from, to);
-        let (mut low_m, mut high_m) = (travel_m(low)?, travel_m(high)?);
+        let (mut low_m, mut high_m) = (self.route.travel(start.place), self.route.travel(end.place));
         if high_m - low_m <= BRISK * (self.route.travel(to) - self.route.travel(from)) {
             return None;
         }
@@ -180,7 +181,7 @@ impl Faults<'_> {
             if middle <= low || middle >= high {
                 break;
             }
-            let middle_m = travel_m(middle)?;
+            let middle_m = self.route.travel(self.rear(middle)?.place);
             if high_m - middle_m > middle_m - low_m {
                 (low, low_m) = (middle, middle_m);
             } else {
@@ -195,12 +196,12 @@ impl Faults<'_> {
     /// The link's angle with the tangent at its front handle changes by at most |κ| + 2/d per metre as long as the rear
     /// handle is the slower one, as it is where it comes near to a stop. So its cosine dips under 0 only if at either
     /// look it is no more than that over half of the way; where it may, golden section looks for where it is least.
-    fn dip(&self, from: f64, to: f64) -> Option<f64> {
+    fn dip(&self, (from, start): (f64, &RearEnd), (to, end): (f64, &RearEnd)) -> Option<f64> {
         let cosine = |place| self.rear(place).map_or(f64::NEG_INFINITY, |rear| rear.cos_front);
         let arc_m = self.route.travel(to) - self.route.travel(from);
         let rear = self.route.step_back(from, 1.5 * std::f64::consts::PI * self.length_m);
         let rate = self.route.curvature_bound(rear, to) + 2.0 / self.length_m;
-        if cosine(from).min(cosine(to)) > 0.5 * rate * arc_m {
+        if start.cos_front.min(end.cos_front) > 0.5 * rate * arc_m {
             return None;
         }
         let (mut low, mut high) = (from, to);
