@@ -1,27 +1,19 @@
 //! How long the planner's questions take on one core. Each answer is held against its published value first.
 #![allow(missing_docs, reason = "criterion's macros make public functions")]
 
+mod shared;
+
 use std::hint::black_box;
-use std::sync::Arc;
 
-use bench_dragon::dragon::{ChainSolver, Dimensions, Dragon, first_contact};
+use bench_dragon::dragon::{ChainSolver, first_contact};
 use bench_dragon::plan::{largest_speed_ratio, passage_through, smallest_pitch};
-use bench_dragon::route::{Spiral, Turnaround};
+use bench_dragon::route::Turnaround;
 use criterion::{Criterion, criterion_group, criterion_main};
-
-fn paper_dimensions() -> Dimensions {
-    Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid")
-}
-
-fn paper_dragon() -> Dragon {
-    let spiral = Spiral::new(0.55, 16.0).expect("the paper's spiral is valid");
-    Dragon::new(paper_dimensions(), Arc::new(spiral)).expect("the paper's dragon stands on its spiral")
-}
 
 /// From the measures to the first contact: the run's end is found too.
 fn contact(criterion: &mut Criterion) {
     let first = || {
-        let dragon = paper_dragon();
+        let dragon = shared::dragon(223);
         first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("the paper's dragon touches itself")
     };
     let contact = first();
@@ -31,7 +23,7 @@ fn contact(criterion: &mut Criterion) {
 }
 
 fn pitch(criterion: &mut Criterion) {
-    let dimensions = paper_dimensions();
+    let dimensions = shared::dimensions(223);
     let smallest = || smallest_pitch(black_box(&dimensions), 16.0, 9.0).expect("there is a smallest pitch");
     assert!((smallest().pitch_m - 0.450_337).abs() <= 5.001e-7, "{:?}", smallest());
     criterion.bench_function("smallest pitch to a circle of 9 m", |bencher| bencher.iter(smallest));
@@ -42,7 +34,7 @@ fn speed_limit(criterion: &mut Criterion) {
     let turnaround = Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround is valid");
     let largest = || {
         let dragon =
-            passage_through(black_box(turnaround), paper_dimensions()).expect("the paper's dragon gets through");
+            passage_through(black_box(turnaround), shared::dimensions(223)).expect("the paper's dragon gets through");
         largest_speed_ratio(&dragon).expect("every handle walks")
     };
     assert!((2.0 / largest().ratio - 1.246_266).abs() <= 5.001e-7, "{:?}", largest());
@@ -50,7 +42,7 @@ fn speed_limit(criterion: &mut Criterion) {
 }
 
 fn chain(criterion: &mut Criterion) {
-    let dragon = paper_dragon();
+    let dragon = shared::dragon(223);
     let mut solver = ChainSolver::new(&dragon);
     let mut tail = |travel_m| solver.solve(&dragon, travel_m).expect("within the run")[223];
     assert!((tail(300.0).position.y - 9.301_164).abs() <= 5.001e-7);
