@@ -44,9 +44,7 @@ impl Figures {
 /// Six significant digits: more than any clock here deserves.
 fn rounded(value: Value) -> Value {
     match value.as_f64() {
-        Some(number) if value.is_f64() => {
-            format!("{number:.5e}").parse::<f64>().map_or(Value::Null, Value::from)
-        }
+        Some(number) if value.is_f64() => format!("{number:.5e}").parse::<f64>().map_or(Value::Null, Value::from),
         _ => value,
     }
 }

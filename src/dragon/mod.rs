@@ -24,6 +24,7 @@ mod pair_motion;
 mod passage;
 mod pose;
 mod run;
+mod stepper;
 
 use std::sync::Arc;
 
@@ -39,6 +40,7 @@ pub use contact::{Contact, PairEvent};
 pub use contact_search::{ContactSearch, first_contact};
 pub use dimensions::{Dimensions, DimensionsError};
 pub use run::RunEnd;
+pub use stepper::{ChainStepper, HandleRecord, Instructions};
 
 pub(crate) use approach_search::{ApproachSearch, Pairs, Piece};
 pub(crate) use newton::{Slope, rising_root};
@@ -134,12 +136,15 @@ impl Dragon {
     /// # Errors
     /// The travel must lie within the run.
     pub fn chain(&self, travel_m: f64) -> Result<Chain<'_>, ChainBroken> {
+        self.require_travel(travel_m)?;
+        Ok(Chain::new(self.route(), &self.dimensions, travel_m))
+    }
+
+    /// Refuses a travel beyond the run.
+    fn require_travel(&self, travel_m: f64) -> Result<(), ChainBroken> {
         let (start_travel_m, end_travel_m) = (self.start_travel_m(), self.end_travel_m());
-        if travel_m >= start_travel_m && travel_m <= end_travel_m {
-            Ok(Chain::new(self.route(), &self.dimensions, travel_m))
-        } else {
-            Err(ChainBroken { travel_m, start_travel_m, end_travel_m })
-        }
+        let within = travel_m >= start_travel_m && travel_m <= end_travel_m;
+        if within { Ok(()) } else { Err(ChainBroken { travel_m, start_travel_m, end_travel_m }) }
     }
 
     /// The handles behind the one of this index.

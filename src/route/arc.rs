@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::RoutePoint;
+use super::{PolarStretch, RoutePoint};
 
 /// Which way an arc turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,6 +64,19 @@ impl CircularArc {
             Turn::CounterClockwise => spoke.perp(),
         };
         RoutePoint { position: self.centre + self.radius_m * spoke, tangent, pace_m: self.radius_m }
+    }
+
+    /// The arc as a stretch of a route that comes to it at the place `begin` and walks it by its angle.
+    pub(super) fn stretch(&self, begin: f64) -> PolarStretch {
+        let turn = signed(1.0, self.turn);
+        PolarStretch {
+            begin,
+            centre: self.centre,
+            angle: self.begin.to_angle() - turn * begin,
+            turn,
+            radius_m: self.radius_m,
+            radius_per_radian_m: 0.0,
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::RoutePoint;
+use super::{PolarStretch, RoutePoint};
 
 /// The curve r = b·θ for θ >= 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +22,11 @@ impl Archimedean {
         unit_angle((length_m / self.radius_per_radian_m).max(0.0))
     }
 
+    /// The same as [`angle`](Self::angle) but for rounding, quicker where `guess` is near to it.
+    pub(super) fn angle_near(self, length_m: f64, guess: f64) -> f64 {
+        unit_angle_near((length_m / self.radius_per_radian_m).max(0.0), guess)
+    }
+
     /// Metres of arc per radian.
     pub(super) fn pace_m(self, angle: f64) -> f64 {
         self.radius_per_radian_m * unit_pace(angle)
@@ -37,6 +42,18 @@ impl Archimedean {
             position: self.radius_per_radian_m * angle * DVec2::new(cos, sin),
             tangent: forward / unit_pace,
             pace_m: self.radius_per_radian_m * unit_pace,
+        }
+    }
+
+    /// The curve walked towards the centre, the place being −θ.
+    pub(super) fn way_in(self) -> PolarStretch {
+        PolarStretch {
+            begin: f64::NEG_INFINITY,
+            centre: DVec2::ZERO,
+            angle: 0.0,
+            turn: -1.0,
+            radius_m: 0.0,
+            radius_per_radian_m: self.radius_per_radian_m,
         }
     }
 
@@ -90,4 +107,20 @@ fn unit_angle(length: f64) -> f64 {
         angle = next;
     }
     angle
+}
+
+/// The same as [`unit_angle`] but for rounding.
+///
+/// Newton's method squares the error of a guess: half of its square, as the pace grows by at most 1 per radian and is at
+/// least 1. So a step under 10⁻⁸ is the last. A guess from which two steps do not get there was no good.
+fn unit_angle_near(length: f64, guess: f64) -> f64 {
+    let mut angle = guess;
+    for _ in 0..2 {
+        let step = (length - unit_length(angle)) / unit_pace(angle);
+        angle += step;
+        if step.abs() < 1e-8 {
+            return angle.max(0.0);
+        }
+    }
+    unit_angle(length)
 }

@@ -8,6 +8,7 @@ mod arc;
 mod archimedean;
 mod coil;
 mod error;
+mod polar_stretch;
 mod spiral;
 mod turnaround;
 mod variation;
@@ -19,6 +20,7 @@ use glam::DVec2;
 pub use arc::CircularArc;
 pub use coil::Coil;
 pub use error::RouteError;
+pub use polar_stretch::PolarStretch;
 pub use spiral::Spiral;
 pub use turnaround::Turnaround;
 pub use variation::{PitchFamily, RouteVariation};
@@ -37,7 +39,7 @@ pub struct RoutePoint {
 /// A curve with a walking direction, once continuously differentiable, whose curvature is bounded.
 ///
 /// Behind the start it goes on far enough for a whole dragon to stand on it. Every method is a pure function and takes
-/// any place of the curve; none allocates.
+/// any place of the curve; none allocates but [`polar_stretches`](Self::polar_stretches).
 pub trait Route: Debug + Send + Sync {
     /// Where the run begins, in metres of travel: 0, or less on a route whose t = 0 lies further on.
     fn start_travel_m(&self) -> f64;
@@ -53,6 +55,12 @@ pub trait Route: Debug + Send + Sync {
 
     /// The inverse of [`travel`](Self::travel); travel beyond the route's end gives the end.
     fn place(&self, travel_m: f64) -> f64;
+
+    /// The same as [`place`](Self::place) but for rounding, quicker where `guess` is near to it.
+    fn place_near(&self, travel_m: f64, guess: f64) -> f64 {
+        let _ = guess;
+        self.place(travel_m)
+    }
 
     /// Position, walking direction and pace at a place.
     fn point(&self, place: f64) -> RoutePoint;
@@ -76,6 +84,13 @@ pub trait Route: Debug + Send + Sync {
     /// The places at which the curvature jumps, in walking order.
     fn joints(&self) -> &[f64] {
         &[]
+    }
+
+    /// The whole route as stretches with a radius linear in the polar angle, in walking order; none for another curve.
+    ///
+    /// The first one has no beginning.
+    fn polar_stretches(&self) -> Vec<PolarStretch> {
+        Vec::new()
     }
 
     /// The route's rear part that is a spiral, if it has one: there, contacts can be ruled out without a search.

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::archimedean::Archimedean;
 use super::variation::PieceVariation;
-use super::{Coil, PitchFamily, Route, RouteError, RoutePoint, RouteVariation};
+use super::{Coil, PitchFamily, PolarStretch, Route, RouteError, RoutePoint, RouteVariation};
 
 /// The spiral r = b·θ with pitch 2π·b, walked clockwise from θ = 2π·`start_turns` into the centre.
 ///
@@ -72,6 +72,10 @@ impl Route for Spiral {
         -self.curve.angle(self.start_length_m - travel_m.min(self.end_travel_m))
     }
 
+    fn place_near(&self, travel_m: f64, guess: f64) -> f64 {
+        -self.curve.angle_near(self.start_length_m - travel_m.min(self.end_travel_m), -guess)
+    }
+
     fn point(&self, place: f64) -> RoutePoint {
         self.curve.inward(-place)
     }
@@ -83,6 +87,10 @@ impl Route for Spiral {
     /// Exact: the curvature grows all the way in, so its maximum is at the front.
     fn curvature_bound(&self, _rear: f64, front: f64) -> f64 {
         self.curve.curvature(-front)
+    }
+
+    fn polar_stretches(&self) -> Vec<PolarStretch> {
+        vec![self.curve.way_in()]
     }
 
     fn coil(&self) -> Option<Coil> {

@@ -15,7 +15,7 @@ use glam::DVec2;
 use super::arc::{CircularArc, Turn};
 use super::archimedean::Archimedean;
 use super::variation::PieceVariation;
-use super::{Coil, PitchFamily, Route, RouteError, RoutePoint, RouteVariation};
+use super::{Coil, PitchFamily, PolarStretch, Route, RouteError, RoutePoint, RouteVariation};
 
 /// Inward spiral, two tangent arcs in an S inside the turning circle, outward spiral. t = 0 is where the head enters the
 /// circle; the way in is walked clockwise.
@@ -182,6 +182,19 @@ impl Route for Turnaround {
         }
     }
 
+    fn place_near(&self, travel_m: f64, guess: f64) -> f64 {
+        let travel_m = travel_m.min(self.end_travel_m);
+        let past_turn_m = travel_m - self.turn_length_m();
+        if travel_m <= 0.0 {
+            -self.curve.angle_near(self.circle_length_m - travel_m, -guess)
+        } else if past_turn_m > 0.0 {
+            let angle = self.curve.angle_near(self.circle_length_m + past_turn_m, self.angle_out(guess));
+            self.joints[2] + (angle - self.circle_angle)
+        } else {
+            self.place(travel_m)
+        }
+    }
+
     fn point(&self, place: f64) -> RoutePoint {
         let [entry, middle, exit] = self.joints;
         if place <= entry {
@@ -239,6 +252,20 @@ impl Route for Turnaround {
 
     fn joints(&self) -> &[f64] {
         &self.joints
+    }
+
+    /// The way out is the way in reflected in the centre: its radius is negative.
+    fn polar_stretches(&self) -> Vec<PolarStretch> {
+        let [entry, middle, exit] = self.joints;
+        let way_in = self.curve.way_in();
+        let way_out = PolarStretch {
+            begin: exit,
+            angle: self.angle_out(0.0),
+            turn: 1.0,
+            radius_per_radian_m: -way_in.radius_per_radian_m,
+            ..way_in
+        };
+        vec![way_in, self.arcs[0].stretch(entry), self.arcs[1].stretch(middle), way_out]
     }
 
     fn coil(&self) -> Option<Coil> {

@@ -3,23 +3,22 @@
 use std::sync::Arc;
 
 use bench_dragon_ipc::{FrameHeader, HandleState, Refusal, Request};
+use glam::DVec2;
 
-use crate::dragon::{ChainSolver, Dragon};
+use crate::dragon::{ChainStepper, Dragon, HandleRecord};
 use crate::server::motion::{HeadState, Motion, MotionPlan};
 
 /// The state of a whole dragon as a function of ticks and requests.
 #[derive(Debug)]
 pub struct Simulation {
-    dragon: Arc<Dragon>,
     motion: Motion,
-    chain: ChainSolver,
+    chain: ChainStepper,
 }
 
 impl Simulation {
     /// The dragon before tick 0, which begins with the first [`Simulation::advance`].
     pub fn new(dragon: Arc<Dragon>, plan: MotionPlan) -> Self {
-        let chain = ChainSolver::new(&dragon);
-        Self { dragon, motion: Motion::new(plan), chain }
+        Self { motion: Motion::new(plan), chain: ChainStepper::new(dragon) }
     }
 
     /// Begins the next tick, after the requests that hold from it on.
@@ -45,17 +44,16 @@ impl Simulation {
     /// # Panics
     /// Where the slice has another length.
     pub fn write(&mut self, handles: &mut [HandleState]) -> HeadState {
-        assert_eq!(handles.len(), self.dragon.dimensions().benches() + 1, "a frame has one handle more than benches");
         let head = self.motion.head();
-        let chain = self.chain.solve(&self.dragon, head.travel_m).expect("the motion stays within the run");
-        for (state, handle) in handles.iter_mut().zip(chain) {
-            let velocity = handle.tangent * (handle.speed_ratio * head.speed_mps);
-            *state = HandleState {
-                position_m: [handle.position.x, handle.position.y, 0.0],
-                velocity_mps: [velocity.x, velocity.y, 0.0],
-            };
-        }
+        self.chain.step(head.travel_m, head.speed_mps, handles).expect("the motion stays within the run");
         head
+    }
+}
+
+/// The dragon dances on level ground.
+impl HandleRecord for HandleState {
+    fn of(position_m: DVec2, velocity_mps: DVec2) -> Self {
+        Self { position_m: [position_m.x, position_m.y, 0.0], velocity_mps: [velocity_mps.x, velocity_mps.y, 0.0] }
     }
 }
 
