@@ -147,9 +147,15 @@ fn a_dragon_that_stands_does_not_stir() {
     let mut comparison = Comparison::new(paper_spiral(), Instructions::best());
     (0..50).for_each(|step| comparison.step(100.0 + f64::from(step) * 1e-3));
     comparison.step_exactly(100.049);
+    comparison.step_exactly(100.049);
     let stood = comparison.records.clone();
     (0..50).for_each(|_| comparison.step_exactly(100.049));
     assert_eq!(comparison.records, stood);
+    comparison.step_exactly(200.0);
+    let stood = comparison.records.clone();
+    comparison.step_exactly(200.0);
+    assert_eq!(comparison.records, stood);
+    comparison.step_exactly(100.05);
     (0..50).for_each(|step| comparison.step_exactly(100.05 + f64::from(step) * 1e-3));
 }
 

@@ -6,6 +6,7 @@ use bench_dragon::config::Config;
 use bench_dragon::dragon::ChainSolver;
 use serde_json::{Value, json};
 
+use crate::poses::assert_near;
 use crate::process::Process;
 use crate::reader::{Reader, assert_whole};
 use crate::record;
@@ -52,7 +53,7 @@ fn every_handle_on_the_turn_is_the_solvers() {
     for shot in &shots {
         let chain = solver.solve(&dragon, shot.header.head_travel_m).expect("the travel is in the run");
         for (live, solved) in shot.handles.iter().zip(chain) {
-            assert_eq!(live.position_m, [solved.position.x, solved.position.y, 0.0], "at {:?}", shot.header);
+            assert_near(live.position_m, solved.position);
         }
     }
 }

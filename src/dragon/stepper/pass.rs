@@ -50,17 +50,20 @@ impl<H: HandleRecord> Pass<'_, H> {
         *head_record = H::of(head.position_m.into(), DVec2::from(head.tangent_m) * (head.rate * speed_mps));
         let mut ahead = head;
         for (number, (section, records)) in sections.iter_mut().zip(records.chunks_mut(HANDLES)).enumerate() {
-            let moved = section.is_placed()
-                && match way {
-                    Way::Stand => {
-                        section.stand::<FUSED>(scratch, curve);
-                        true
-                    }
-                    Way::Walk(step) => section.follow::<FUSED>(scratch, curve, &links[number.min(1)], &ahead, step),
-                    Way::Afresh => false,
-                };
-            if !moved {
-                place(section, scratch, curve, dimensions, number * HANDLES, &ahead);
+            let followed = match way {
+                Way::Walk(step) if section.is_placed() => {
+                    section.follow::<FUSED>(scratch, curve, &links[number.min(1)], &ahead, step)
+                }
+                _ => false,
+            };
+            if !followed {
+                if !(matches!(way, Way::Stand) && section.is_placed()) {
+                    place(section, scratch, curve, dimensions, number * HANDLES, &ahead);
+                }
+                // In the same way at the first pose as at all others, so that what stands does not stir.
+                if section.is_placed() {
+                    section.stand::<FUSED>(scratch, curve);
+                }
             }
             write(section, scratch, speed_mps, records);
             ahead = section.last(scratch);
