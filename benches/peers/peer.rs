@@ -1,0 +1,89 @@
+//! A script of the paper's method, and the interpreter that runs it.
+
+use std::env;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+
+use crate::process::timed_output;
+
+/// Where the scripts are.
+const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/peers/");
+/// Cargo's target folder.
+const TARGET: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/../");
+const PYTHON_VERSION: &str = "import platform, numpy, scipy
+print(f'Python {platform.python_version()}, numpy {numpy.__version__}, scipy {scipy.__version__}')";
+/// Nobody's settings, and no history either: Octave 7 stumbles at saving an empty one.
+const OCTAVE_FLAGS: &[&str] = &["--norc", "--no-history"];
+
+/// A script and its interpreter.
+#[derive(Debug)]
+pub struct Peer {
+    interpreter: PathBuf,
+    flags: &'static [&'static str],
+    script: &'static str,
+    version: String,
+}
+
+/// What a script has answered, and how long that took.
+#[derive(Debug)]
+pub struct Reply<A> {
+    /// The answer.
+    pub answer: A,
+    /// Seconds of the work alone, as the script counts them.
+    pub work_s: f64,
+    /// Seconds from the interpreter's start to its end.
+    pub process_s: f64,
+}
+
+/// What a script prints.
+#[derive(Deserialize)]
+struct Printed<A> {
+    seconds: f64,
+    #[serde(flatten)]
+    answer: A,
+}
+
+impl Peer {
+    /// The first Python that has numpy and scipy: of what the environment names, what `benches/peers/install` has made,
+    /// what the tests have made, and what is on the path.
+    pub fn python() -> Option<Self> {
+        let named = env::var_os("BENCH_DRAGON_PYTHON").map(PathBuf::from);
+        let installed = PathBuf::from(format!("{TARGET}peers-venv/bin/python"));
+        let tests = PathBuf::from(format!("{TARGET}venv/bin/python"));
+        [named, Some(installed), Some(tests), Some("python3".into())].into_iter().flatten().find_map(|interpreter| {
+            let version = says(Command::new(&interpreter).args(["-c", PYTHON_VERSION]))?;
+            Some(Self { interpreter, flags: &[], script: "dragon.py", version })
+        })
+    }
+
+    /// GNU Octave, where it is on the path.
+    pub fn octave() -> Option<Self> {
+        let interpreter = PathBuf::from("octave-cli");
+        let says_version = ["--eval", "puts(['GNU Octave ', version()]);"];
+        let version = says(Command::new(&interpreter).args(OCTAVE_FLAGS).args(says_version))?;
+        Some(Self { interpreter, flags: OCTAVE_FLAGS, script: "dragon.m", version })
+    }
+
+    /// The interpreter and its packages.
+    pub fn version(&self) -> &str {
+        &self.version
+    }
+
+    /// Has the script answer a question. What it says of its progress goes to stderr.
+    pub fn ask<A: DeserializeOwned>(&self, question: &[&str]) -> Reply<A> {
+        let mut command = Command::new(&self.interpreter);
+        command.args(self.flags).arg(format!("{FOLDER}{}", self.script)).args(question);
+        let (process_s, stdout) = timed_output(&mut command);
+        let Printed { seconds, answer } = serde_json::from_slice(&stdout).expect("the script prints its answer");
+        Reply { answer, work_s: seconds, process_s }
+    }
+}
+
+/// What a program says, if it is there and does as it is told.
+fn says(command: &mut Command) -> Option<String> {
+    let output = command.stdin(Stdio::null()).stderr(Stdio::null()).output().ok()?;
+    output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim_end().to_owned())
+}
