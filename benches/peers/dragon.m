@@ -2,8 +2,9 @@
 %
 % The head's angle at a time is the root of the arc length walked; every angle behind it is the root of the chord's
 % length, half a turn behind at most. Speeds follow from rigid links, whose ends are equally fast along the link. Boards
-% are rectangles, and a separating axis tells whether two of them are apart; all pairs but neighbours are tried at every
-% step. The answer's `seconds` count the work alone: neither the interpreter's start nor printing.
+% are rectangles, and a separating axis tells whether two of them are apart; at every step all pairs are tried but
+% neighbours and boards out of each other's reach. The answer's `seconds` count the work alone: neither the
+% interpreter's start nor printing.
 
 1;
 
@@ -12,6 +13,7 @@ function measures = paper()
   measures.links_m = [3.41, repmat(2.20, 1, 222)]' - 2 * 0.275;
   measures.half_lengths_m = [3.41, repmat(2.20, 1, 222)]' / 2;
   measures.half_width_m = 0.30 / 2;
+  measures.reaches_m = hypot(measures.half_lengths_m, measures.half_width_m);
   measures.growth_m = 0.55 / (2 * pi);  % of the radius in every radian
   measures.start_angle = 32 * pi;
   measures.speed_mps = 1.0;
@@ -71,12 +73,16 @@ function benches = touching_benches(measures, time_s)
   centres = (points(1:end-1, :) + points(2:end, :)) / 2;
   half_lengths_m = measures.half_lengths_m;
   half_width_m = measures.half_width_m;
-  apart = false(size(measures.first));
+  distances_m = vecnorm(centres(measures.second, :) - centres(measures.first, :), 2, 2);
+  near = distances_m <= measures.reaches_m(measures.first) + measures.reaches_m(measures.second);
+  first = measures.first(near);
+  second = measures.second(near);
+  apart = false(size(first));
   for order = 1:2
     if order == 1
-      one = measures.first; other = measures.second;
+      one = first; other = second;
     else
-      one = measures.second; other = measures.first;
+      one = second; other = first;
     end
     offset = centres(other, :) - centres(one, :);
     % Two boards' directions differ by one angle, whichever axis it is seen from.
@@ -88,7 +94,7 @@ function benches = touching_benches(measures, time_s)
     apart |= abs(sum(offset .* across(one, :), 2)) > width;
   end
   touching = find(! apart, 1);
-  benches = [measures.first(touching), measures.second(touching)] - 1;
+  benches = [first(touching), second(touching)] - 1;
 end
 
 % Positions and speeds of all handles from 0 to 300 s, a row for every second.
