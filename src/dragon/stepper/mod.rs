@@ -13,7 +13,9 @@
 
 mod curve;
 mod instructions;
+mod lanes;
 mod pass;
+mod scratch;
 mod section;
 mod sine;
 
@@ -28,8 +30,10 @@ pub use instructions::Instructions;
 pub use pass::HandleRecord;
 
 use curve::Curve;
+use lanes::{HANDLES, index};
 use pass::{Pass, Way};
-use section::{Ahead, HANDLES, Links, Scratch, Section, Step, index};
+use scratch::{Ahead, Links, Scratch};
+use section::{Section, Step};
 
 /// Longest step, in shares of the shortest link, that is followed; a longer one is solved afresh.
 ///

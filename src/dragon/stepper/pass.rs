@@ -3,7 +3,9 @@
 use glam::DVec2;
 
 use super::curve::Curve;
-use super::section::{Ahead, HANDLES, LANES, Links, ROWS, Scratch, Section, Step};
+use super::lanes::{HANDLES, LANES, ROWS};
+use super::scratch::{Ahead, Links, Scratch};
+use super::section::{Section, Step};
 use crate::dragon::chain::{Chain, Handle};
 use crate::dragon::dimensions::Dimensions;
 

@@ -1,24 +1,11 @@
 //! A stretch of the chain that is stepped as one, in vectors of four handles.
-//!
-//! Handle i of a section, counted from its front, lies at the index (i mod [`ROWS`])·[`LANES`] + i / [`ROWS`]. So the
-//! handle ahead of the one at index k lies at k − [`LANES`], and what one handle takes over from the next one ahead is
-//! worked out for four stretches, the lanes, at once. In the end the lanes are joined.
 
 use super::curve::Curve;
+use super::lanes::{HANDLES, LANES, ROWS, Values, index};
+use super::scratch::{Ahead, Links, Scratch};
 use super::sine::{multiply_add, sine_and_cosine, small_sine_and_versine};
 use crate::dragon::chain::Handle;
 use crate::route::PolarStretch;
-
-pub(super) const LANES: usize = 4;
-/// Handles of a lane. Four sections hold the handles of the paper's dragon but for the head's, which is given.
-pub(super) const ROWS: usize = 14;
-/// Handles of a section.
-pub(super) const HANDLES: usize = LANES * ROWS;
-
-/// One value for each handle of a section.
-pub(super) type Values = [f64; HANDLES];
-/// The same, and before them those of the handles ahead of the four lanes.
-type LedValues = [f64; LANES + HANDLES];
 
 /// Corrections of a step that are tried before it is given up.
 const MAX_CORRECTIONS: usize = 6;
@@ -32,81 +19,6 @@ pub(super) struct Step {
     pub(super) step_m: f64,
     /// Half of the step squared ÷ the step before, in metres; 0 if there was none.
     pub(super) bend_m: f64,
-}
-
-/// What a section knows of its links.
-#[derive(Clone, Debug)]
-pub(super) struct Links {
-    /// Squares of the lengths of the links ahead of each handle, in m².
-    pub(super) squares: Values,
-    /// What the corrections of a pose may come to at most, squared and summed up, for it to be taken as it is.
-    pub(super) exact_m2: f64,
-    /// What they may come to for a pose to be corrected any further.
-    pub(super) far_m2: f64,
-}
-
-/// A handle as the section behind it sees it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Ahead {
-    pub(super) place: f64,
-    pub(super) position_m: [f64; 2],
-    /// Change of the position per unit of place.
-    pub(super) tangent_m: [f64; 2],
-    /// Change of the place per metre of the head's travel.
-    pub(super) rate: f64,
-}
-
-/// What is worked out on the way to a pose, one section after the other in the same memory.
-#[derive(Clone, Debug)]
-#[repr(C, align(64))]
-pub(super) struct Scratch {
-    x_m: LedValues,
-    y_m: LedValues,
-    /// Changes of the position per unit of place.
-    tangent_x_m: LedValues,
-    tangent_y_m: LedValues,
-    /// By how much each place must change for a link to have its length, the handle ahead staying; then from the lane's
-    /// front on.
-    corrections: LedValues,
-    /// By how much each place changes as that of the handle ahead does; then of the handle ahead of the lane.
-    ratios: LedValues,
-    velocity_x_mps: Values,
-    velocity_y_mps: Values,
-}
-
-impl Scratch {
-    pub(super) fn new() -> Self {
-        let (zero, led_zero) = ([0.0; HANDLES], [0.0; LANES + HANDLES]);
-        Self {
-            x_m: led_zero,
-            y_m: led_zero,
-            tangent_x_m: led_zero,
-            tangent_y_m: led_zero,
-            corrections: led_zero,
-            ratios: led_zero,
-            velocity_x_mps: zero,
-            velocity_y_mps: zero,
-        }
-    }
-
-    /// Position and velocity of a handle.
-    #[inline(always)]
-    pub(super) fn moving(&self, index: usize) -> ([f64; 2], [f64; 2]) {
-        let led = LANES + index;
-        ([self.x_m[led], self.y_m[led]], [self.velocity_x_mps[index], self.velocity_y_mps[index]])
-    }
-
-    /// Puts the handles ahead of the lanes before the others: of the first lane that ahead of the section, of each other
-    /// lane the last handle of the one before.
-    #[inline(always)]
-    fn lead(&mut self, ahead: &Ahead) {
-        let ([x_m, y_m], [tangent_x_m, tangent_y_m]) = (ahead.position_m, ahead.tangent_m);
-        let Self { x_m: xs, y_m: ys, tangent_x_m: tangent_xs, tangent_y_m: tangent_ys, .. } = self;
-        for (values, first) in [(xs, x_m), (ys, y_m), (tangent_xs, tangent_x_m), (tangent_ys, tangent_y_m)] {
-            values.copy_within(HANDLES..HANDLES + LANES - 1, 1);
-            values[0] = first;
-        }
-    }
 }
 
 /// The handles of a section at the last pose.
@@ -203,8 +115,8 @@ impl Section {
         for _ in 0..MAX_CORRECTIONS {
             self.stand::<FUSED>(scratch, curve);
             scratch.lead(ahead);
-            let walks = linearise::<FUSED>(scratch, links);
-            sum_up_lanes::<FUSED>(scratch);
+            let walks = scratch.linearise::<FUSED>(links);
+            scratch.sum_up_lanes::<FUSED>();
             let moved_m2 = self.correct::<FUSED>(scratch, ahead.rate);
             // Not a number is neither.
             if !(walks && moved_m2 <= links.far_m2) {
@@ -322,58 +234,5 @@ impl Section {
             }
         }
         moved_m2.into_iter().sum()
-    }
-}
-
-/// The index at which a section keeps its handle i, counted from the front.
-#[inline(always)]
-pub(super) fn index(i: usize) -> usize {
-    (i % ROWS) * LANES + i / ROWS
-}
-
-/// How each link's length goes with the places of its two handles.
-///
-/// With the chord c from a handle to the one ahead and the tangents t here and t' there, |c|² = d² is corrected to first
-/// order by c·t·δ = (|c|² − d²)/2 + c·t'·δ'. Returns whether every handle moves towards the one ahead, by an angle under
-/// some 75° to the chord: then no other place at the same distance is near.
-#[inline(always)]
-fn linearise<const FUSED: bool>(scratch: &mut Scratch, links: &Links) -> bool {
-    const LEAST_COSINE_SQUARE: f64 = 1.0 / 16.0;
-    let Scratch { x_m, y_m, tangent_x_m, tangent_y_m, corrections, ratios, .. } = scratch;
-    let mut least = [f64::INFINITY; LANES];
-    for row in 0..ROWS {
-        for (lane, least) in least.iter_mut().enumerate() {
-            let (k, led) = (row * LANES + lane, (row + 1) * LANES + lane);
-            let (chord_x, chord_y) = (x_m[k] - x_m[led], y_m[k] - y_m[led]);
-            let (tangent_x, tangent_y) = (tangent_x_m[led], tangent_y_m[led]);
-            let square_m2 = links.squares[k];
-            let excess_m2 =
-                multiply_add::<FUSED>(chord_x, chord_x, multiply_add::<FUSED>(chord_y, chord_y, -square_m2));
-            let rear = multiply_add::<FUSED>(chord_x, tangent_x, chord_y * tangent_y);
-            let front = multiply_add::<FUSED>(chord_x, tangent_x_m[k], chord_y * tangent_y_m[k]);
-            let per_rear = 1.0 / rear;
-            corrections[led] = 0.5 * excess_m2 * per_rear;
-            ratios[led] = front * per_rear;
-            let pace_m2 = multiply_add::<FUSED>(tangent_x, tangent_x, tangent_y * tangent_y);
-            let margin = multiply_add::<FUSED>(rear.abs(), rear, -(LEAST_COSINE_SQUARE * square_m2) * pace_m2);
-            *least = if margin < *least { margin } else { *least };
-        }
-    }
-    least.into_iter().fold(f64::INFINITY, f64::min) > 0.0
-}
-
-/// Makes each correction and ratio one from the front of its lane on.
-#[inline(always)]
-fn sum_up_lanes<const FUSED: bool>(scratch: &mut Scratch) {
-    let Scratch { corrections, ratios, .. } = scratch;
-    let (mut correction, mut ratio) = ([0.0; LANES], [1.0; LANES]);
-    for row in 1..=ROWS {
-        for lane in 0..LANES {
-            let led = row * LANES + lane;
-            correction[lane] = multiply_add::<FUSED>(ratios[led], correction[lane], corrections[led]);
-            ratio[lane] *= ratios[led];
-            corrections[led] = correction[lane];
-            ratios[led] = ratio[lane];
-        }
     }
 }
