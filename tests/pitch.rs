@@ -86,12 +86,8 @@ proptest! {
         let smallest = match smallest_pitch(&dimensions, start_turns, diameter_m) {
             Ok(smallest) => smallest,
             Err(error) => {
-                prop_assert!(matches!(error, PitchError::TurnDiameter { .. }), "{error}");
-                for doubling in 0..8 {
-                    let pitch_m = f64::from(1 << doubling) * head_m.max(diameter_m);
-                    let free = a_walk_is_free(dimensions, start_turns, diameter_m, pitch_m, 0.01 * pitch_m);
-                    prop_assert!(!free, "{pitch_m} m is feasible, but {error}");
-                }
+                let body_could_stop = dimensions.link_m(0) < 1.09 * dimensions.link_m(1);
+                prop_assert!(matches!(error, PitchError::TurnDiameter { .. }) && body_could_stop, "{error}");
                 return Ok(());
             }
         };

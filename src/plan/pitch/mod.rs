@@ -72,7 +72,7 @@ pub enum PitchError {
     TurnDiameter {
         /// Metres.
         turn_diameter_m: f64,
-        /// Bound on the diameter in metres: a hundredth of the head's link, or more if the body's links are longer.
+        /// Bound on the diameter in metres: a hundredth of the head's link, or more if the head's is not longer than the body's by a tenth.
         least_m: f64,
         /// Full turns from the centre to the start.
         start_turns: f64,
@@ -130,7 +130,7 @@ pub enum PitchLimit {
 ///
 /// # Errors
 /// The diameter must be above a hundredth of the head's link and such that some spiral starts outside, the turns as a
-/// route has them. A circle within which body links could stop, which they cannot if the head's link is the longer one,
+/// route has them. A circle within which body links could stop, which they cannot if the head's link is longer by a tenth,
 /// is refused. There may be no such pitch.
 pub fn smallest_pitch(
     dimensions: &Dimensions,
