@@ -42,7 +42,7 @@ use section::{Section, Step};
 const LONGEST_STEP: f64 = 1.0 / 16.0;
 /// Share of the shortest link that the corrections of a section may come to, beyond rounding, for them to be the last:
 /// their own error goes with their square, and that of the velocities is of their order.
-const LAST_CORRECTION: f64 = 1e-11;
+const LAST_CORRECTION: f64 = 1e-10;
 /// Corrections that rounding makes of a place, in units of the place's rounding.
 const ROUNDINGS: f64 = 4.0;
 /// The same for them to be followed by others.

@@ -58,6 +58,20 @@ impl Scratch {
         }
     }
 
+    /// Position and change of the position per unit of place, both in metres, of a handle.
+    #[inline(always)]
+    pub(super) fn get(&self, index: usize) -> [f64; 4] {
+        let led = LANES + index;
+        [self.x_m[led], self.y_m[led], self.tangent_x_m[led], self.tangent_y_m[led]]
+    }
+
+    /// Sets the same.
+    #[inline(always)]
+    pub(super) fn set(&mut self, index: usize, point: [f64; 4]) {
+        let led = LANES + index;
+        [self.x_m[led], self.y_m[led], self.tangent_x_m[led], self.tangent_y_m[led]] = point;
+    }
+
     /// Position and velocity of a handle.
     #[inline(always)]
     pub(super) fn moving(&self, index: usize) -> ([f64; 2], [f64; 2]) {

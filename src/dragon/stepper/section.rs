@@ -5,7 +5,7 @@ use super::lanes::{HANDLES, LANES, ROWS, Values, index};
 use super::scratch::{Ahead, Links, Scratch};
 use super::sine::{multiply_add, sine_and_cosine, small_sine_and_versine};
 use crate::dragon::chain::Handle;
-use crate::route::PolarStretch;
+use crate::route::{PolarStretch, RoutePoint};
 
 /// Corrections of a step that are tried before it is given up.
 const MAX_CORRECTIONS: usize = 6;
@@ -61,10 +61,8 @@ impl Section {
             let k = index(i);
             self.places[k] = handle.place;
             self.rates[k] = handle.speed_ratio / pace_m;
-            scratch.x_m[LANES + k] = handle.position.x;
-            scratch.y_m[LANES + k] = handle.position.y;
-            scratch.tangent_x_m[LANES + k] = handle.tangent.x * pace_m;
-            scratch.tangent_y_m[LANES + k] = handle.tangent.y * pace_m;
+            let (position, tangent_m) = (handle.position, handle.tangent * pace_m);
+            scratch.set(k, [position.x, position.y, tangent_m.x, tangent_m.y]);
         }
         self.last_rates = self.rates;
     }
@@ -132,10 +130,17 @@ impl Section {
     /// Works out positions and tangents where the handles stand.
     #[inline(always)]
     pub(super) fn stand<const FUSED: bool>(&mut self, scratch: &mut Scratch, curve: Curve<'_>) {
-        let front = curve.stretch_at(self.places[0]);
-        match front.filter(|_| curve.stretch_at(self.places[HANDLES - 1]) == front) {
-            Some(number) => self.stand_on::<FUSED>(scratch, number, &curve.stretches[number]),
-            None => self.stand_across(scratch, curve),
+        match [HANDLES - 1, 0].map(|end| curve.stretch_at(self.places[end])) {
+            [Some(rear), Some(front)] if rear == front => {
+                self.stand_on::<FUSED>(scratch, front, &curve.stretches[front]);
+            }
+            [Some(rear), Some(front)] => {
+                self.anchored_on = None;
+                for stretch in curve.stretches.iter().take(front + 1).skip(rear) {
+                    self.stand_from_its_begin_on::<FUSED>(scratch, stretch);
+                }
+            }
+            _ => self.stand_by_the_route(scratch, curve),
         }
     }
 
@@ -155,23 +160,28 @@ impl Section {
         if self.anchored_on != Some(number) || self.farthest_from_anchor() > ANCHOR_RANGE {
             self.anchor::<FUSED>(number, stretch);
         }
-        let PolarStretch { centre, angle, turn, radius_m, radius_per_radian_m, .. } = *stretch;
-        let (turned_radius_m, turned_slope_m) = (turn * radius_m, turn * radius_per_radian_m);
         for k in 0..HANDLES {
-            let from_anchor = turn * (self.places[k] - self.anchors[k]);
+            let from_anchor = stretch.turn * (self.places[k] - self.anchors[k]);
             let (small_sine, versine) = small_sine_and_versine::<FUSED>(from_anchor);
             let (sine, cosine) = (self.anchor_sines[k], self.anchor_cosines[k]);
-            let (sine, cosine) = (
-                sine + multiply_add::<FUSED>(sine, versine, cosine * small_sine),
-                cosine + multiply_add::<FUSED>(cosine, versine, -(sine * small_sine)),
-            );
-            let polar = multiply_add::<FUSED>(turn, self.places[k], angle);
-            let radius_m = multiply_add::<FUSED>(radius_per_radian_m, polar, radius_m);
-            scratch.x_m[LANES + k] = multiply_add::<FUSED>(radius_m, cosine, centre.x);
-            scratch.y_m[LANES + k] = multiply_add::<FUSED>(radius_m, sine, centre.y);
-            let turned_m = multiply_add::<FUSED>(turned_slope_m, polar, turned_radius_m);
-            scratch.tangent_x_m[LANES + k] = multiply_add::<FUSED>(turned_slope_m, cosine, -(turned_m * sine));
-            scratch.tangent_y_m[LANES + k] = multiply_add::<FUSED>(turned_slope_m, sine, turned_m * cosine);
+            let sine_here = sine + multiply_add::<FUSED>(sine, versine, cosine * small_sine);
+            let cosine_here = cosine + multiply_add::<FUSED>(cosine, versine, -(sine * small_sine));
+            let polar = multiply_add::<FUSED>(stretch.turn, self.places[k], stretch.angle);
+            scratch.set(k, point_at::<FUSED>(stretch, polar, sine_here, cosine_here));
+        }
+    }
+
+    /// Those handles that stand behind the beginning of a stretch as if the stretch went on for ever: those of which that
+    /// is not so are put right by the next one.
+    #[inline(always)]
+    fn stand_from_its_begin_on<const FUSED: bool>(&self, scratch: &mut Scratch, stretch: &PolarStretch) {
+        for k in 0..HANDLES {
+            let place = self.places[k];
+            let polar = multiply_add::<FUSED>(stretch.turn, place, stretch.angle);
+            let (sine, cosine) = sine_and_cosine::<FUSED>(polar);
+            let [here, before] = [point_at::<FUSED>(stretch, polar, sine, cosine), scratch.get(k)];
+            let is_here = place >= stretch.begin;
+            scratch.set(k, std::array::from_fn(|i| if is_here { here[i] } else { before[i] }));
         }
     }
 
@@ -198,15 +208,11 @@ impl Section {
         }
     }
 
-    /// Handles on several stretches, or on a curve that has none: the route is asked for each.
-    fn stand_across(&mut self, scratch: &mut Scratch, curve: Curve<'_>) {
-        self.anchored_on = None;
+    /// On a curve without stretches the route is asked for each handle.
+    fn stand_by_the_route(&mut self, scratch: &mut Scratch, curve: Curve<'_>) {
         for k in 0..HANDLES {
-            let point = curve.route.point(self.places[k]);
-            scratch.x_m[LANES + k] = point.position.x;
-            scratch.y_m[LANES + k] = point.position.y;
-            scratch.tangent_x_m[LANES + k] = point.tangent.x * point.pace_m;
-            scratch.tangent_y_m[LANES + k] = point.tangent.y * point.pace_m;
+            let RoutePoint { position, tangent, pace_m } = curve.route.point(self.places[k]);
+            scratch.set(k, [position.x, position.y, tangent.x * pace_m, tangent.y * pace_m]);
         }
     }
 
@@ -235,4 +241,18 @@ impl Section {
         }
         moved_m2.into_iter().sum()
     }
+}
+
+/// Position and change of the position per unit of place, both in metres, at a polar angle of a stretch.
+#[inline(always)]
+fn point_at<const FUSED: bool>(stretch: &PolarStretch, polar: f64, sine: f64, cosine: f64) -> [f64; 4] {
+    let PolarStretch { centre, turn, radius_m, radius_per_radian_m: slope_m, .. } = *stretch;
+    let radius_here_m = multiply_add::<FUSED>(slope_m, polar, radius_m);
+    let (turned_slope_m, turned_radius_m) = (turn * slope_m, turn * radius_here_m);
+    [
+        multiply_add::<FUSED>(radius_here_m, cosine, centre.x),
+        multiply_add::<FUSED>(radius_here_m, sine, centre.y),
+        multiply_add::<FUSED>(turned_slope_m, cosine, -(turned_radius_m * sine)),
+        multiply_add::<FUSED>(turned_slope_m, sine, turned_radius_m * cosine),
+    ]
 }
