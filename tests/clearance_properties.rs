@@ -1,8 +1,8 @@
-//! Clearance against parry2d, and the search against all pairs.
+//! The clearance of two boards against parry2d, and against what it means.
 
 use std::f64::consts::TAU;
 
-use bench_dragon::dragon::{Board, ClearanceSearch, PairClearance};
+use bench_dragon::dragon::Board;
 use glam::DVec2;
 use parry2d_f64::math::{Pose2, Rot2};
 use parry2d_f64::query;
@@ -17,11 +17,6 @@ fn boards(spread_m: f64) -> impl Strategy<Value = Board> {
         half_length,
         half_width,
     })
-}
-
-/// From a heap in which most boards overlap to a few boards far apart.
-fn board_sets() -> impl Strategy<Value = Vec<Board>> {
-    (0.5..60.0_f64).prop_flat_map(|spread_m| prop::collection::vec(boards(spread_m), 0..60))
 }
 
 fn shape(board: &Board) -> (Pose2, Cuboid) {
@@ -41,19 +36,6 @@ fn shadow_gap(first: &Board, second: &Board, direction: DVec2) -> f64 {
     let near = first.corners().map(|corner| corner.dot(direction)).into_iter().fold(f64::NEG_INFINITY, f64::max);
     let far = second.corners().map(|corner| corner.dot(direction)).into_iter().fold(f64::INFINITY, f64::min);
     far - near
-}
-
-fn all_pairs(boards: &[Board]) -> Vec<PairClearance> {
-    let mut pairs = Vec::new();
-    for first in 0..boards.len() {
-        for second in first + 2..boards.len() {
-            let approach = boards[first].approach(&boards[second]);
-            let benches = [first, second];
-            pairs.push(PairClearance { benches, clearance_m: approach.clearance_m, point: approach.point });
-        }
-    }
-    pairs.sort_by(|a, b| a.clearance_m.total_cmp(&b.clearance_m).then(a.benches.cmp(&b.benches)));
-    pairs
 }
 
 proptest! {
@@ -101,32 +83,4 @@ proptest! {
         let neighbour = Board { centre: board.centre + beside + along, ..board };
         prop_assert!(board.clearance(&neighbour).abs() < 1e-14);
     }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
-
-    #[test]
-    fn search_finds_what_all_pairs_show(
-        sets in prop::collection::vec(board_sets(), 1..4),
-        reach_m in -0.2..3.0_f64,
-    ) {
-        let mut search = ClearanceSearch::default();
-        for boards in &sets {
-            let pairs = all_pairs(boards);
-            let within: Vec<_> = pairs.iter().filter(|pair| pair.clearance_m <= reach_m).copied().collect();
-            prop_assert_eq!(search.within(boards, reach_m), &within[..]);
-            prop_assert_eq!(search.nearest(boards), pairs.first().copied());
-        }
-    }
-}
-
-#[test]
-fn neighbours_are_no_pair() {
-    let board = |x| Board::from_handles(DVec2::new(x, 0.0), DVec2::new(x - 1.0, 0.0), 1.4, 0.3);
-    let mut search = ClearanceSearch::default();
-    assert_eq!(search.nearest(&[board(1.0), board(0.0)]), None);
-    let nearest = search.nearest(&[board(2.0), board(1.0), board(0.0)]).expect("one pair");
-    assert_eq!(nearest.benches, [0, 2]);
-    assert!((nearest.clearance_m - 0.6).abs() < 1e-15);
 }

@@ -78,18 +78,19 @@ impl Board {
         (DVec2::new(self.half_length, self.half_width) - self.local(point).abs()).min_element()
     }
 
-    /// The larger of the gaps between the boards' shadows across each board: a quick bound that the clearance never
+    /// The largest gap between the boards' shadows along and across each of them: a quick bound that the clearance never
     /// falls below, near to it for boards side by side.
-    pub(super) fn gap_across_m(&self, other: &Self) -> f64 {
+    pub(super) fn gap_m(&self, other: &Self) -> f64 {
         let offset = other.centre - self.centre;
-        let (along, across) = (self.heading.dot(other.heading).abs(), self.heading.perp_dot(other.heading).abs());
-        let ours = self.heading.perp_dot(offset).abs()
-            - self.half_width
-            - (other.half_length * across + other.half_width * along);
-        let theirs = other.heading.perp_dot(offset).abs()
-            - other.half_width
-            - (self.half_length * across + self.half_width * along);
-        ours.max(theirs)
+        let (parallel, square) = (self.heading.dot(other.heading).abs(), self.heading.perp_dot(other.heading).abs());
+        // Half of the shadow that a board throws on the other one's axes.
+        let along = |board: &Self| board.half_length * parallel + board.half_width * square;
+        let across = |board: &Self| board.half_length * square + board.half_width * parallel;
+        let ours_m = (self.heading.perp_dot(offset).abs() - self.half_width - across(other))
+            .max(self.heading.dot(offset).abs() - self.half_length - along(other));
+        let theirs_m = (other.heading.perp_dot(offset).abs() - other.half_width - across(self))
+            .max(other.heading.dot(offset).abs() - other.half_length - along(self));
+        ours_m.max(theirs_m)
     }
 
     /// Whether the boards have at least a point in common.

@@ -1,13 +1,13 @@
 //! Which benches are near to each other.
 //!
-//! Neighbours share a hinge and are never a pair. Candidates come from a grid over the boards' centres; a candidate's
-//! exact clearance is worked out only if neither its circumscribed circles nor the separating axis test already rule it
-//! out.
+//! Neighbours share a hinge and are never a pair. Candidates come from a list of the pairs that may be near, which is
+//! kept as long as it lasts; a candidate's exact clearance is worked out only if the gaps along the boards' own axes do
+//! not already rule it out.
 
 use glam::DVec2;
 
 use super::board::Board;
-use super::grid::Grid;
+use super::near_pairs::NearPairs;
 
 /// Two benches and how near they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,10 +33,12 @@ impl PairClearance {
 
 /// Searches boards for near pairs. Keeps its buffers, so that once it has seen as many boards and as many near pairs it
 /// allocates nothing.
+///
+/// What it finds is a function of the boards alone. It is quickest where they have moved little since the last search:
+/// then most pairs are known to be still apart (see `near_pairs`), and the last nearest pair bounds the least clearance.
 #[derive(Clone, Debug, Default)]
 pub struct ClearanceSearch {
-    centres: Vec<DVec2>,
-    grid: Grid,
+    near: NearPairs,
     found: Vec<PairClearance>,
     last_nearest: Option<[usize; 2]>,
 }
@@ -44,59 +46,72 @@ pub struct ClearanceSearch {
 impl ClearanceSearch {
     /// Every pair with a clearance of at most `reach_m`, nearest first, equal ones by their indices.
     pub fn within(&mut self, boards: &[Board], reach_m: f64) -> &[PairClearance] {
-        let Self { centres, grid, found, .. } = self;
-        found.clear();
-        sort_into(grid, centres, boards, reach_m);
-        grid.for_each_pair(|first, second| {
-            if may_be_within(boards, first, second, reach_m) {
-                let pair = PairClearance::of(boards, [first, second]);
-                if pair.clearance_m <= reach_m {
-                    found.push(pair);
-                }
-            }
-        });
-        found.sort_unstable_by(PairClearance::order);
-        found
+        self.found.clear();
+        if boards.len() >= 3 {
+            self.near.follow(boards);
+            self.collect(boards, reach_m, reach_m);
+        }
+        &self.found
     }
 
     /// The pair with the least clearance, of equal ones the one with the lowest indices; none with fewer than three
     /// boards.
-    ///
-    /// The clearance of the last call's pair bounds the least one, so the search is quickest while boards move little.
     pub fn nearest(&mut self, boards: &[Board]) -> Option<PairClearance> {
-        if boards.len() < 3 {
-            return None;
-        }
-        let guess = self.last_nearest.filter(|benches| benches[1] < boards.len()).unwrap_or([0, 2]);
-        let mut nearest = PairClearance::of(boards, guess);
-        sort_into(&mut self.grid, &mut self.centres, boards, nearest.clearance_m);
-        self.grid.for_each_pair(|first, second| {
-            if may_be_within(boards, first, second, nearest.clearance_m) {
-                let pair = PairClearance::of(boards, [first, second]);
-                if pair.order(&nearest).is_lt() {
-                    nearest = pair;
-                }
+        self.nearest_and_within(boards, f64::NEG_INFINITY).first().copied()
+    }
+
+    /// The nearest pair however far apart it is, and every other one with a clearance of at most `reach_m`: the same as
+    /// [`nearest`](Self::nearest) and [`within`](Self::within) in one search. Nothing with fewer than three boards.
+    pub fn nearest_and_within(&mut self, boards: &[Board], reach_m: f64) -> &[PairClearance] {
+        self.found.clear();
+        if boards.len() >= 3 {
+            self.near.follow(boards);
+            let last = self.last_nearest.filter(|benches| benches[1] < boards.len()).unwrap_or([0, 2]);
+            let mut limit_m = reach_m.max(boards[last[0]].clearance(&boards[last[1]]));
+            if !self.near.reaches(limit_m) {
+                limit_m = reach_m.max(least_clearance_of(boards, last[0]).min(limit_m));
             }
-        });
-        self.last_nearest = Some(nearest.benches);
-        Some(nearest)
+            self.collect(boards, reach_m, limit_m);
+            self.last_nearest = self.found.first().map(|pair| pair.benches);
+            let within = self.found.partition_point(|pair| pair.clearance_m <= reach_m);
+            self.found.truncate(within.max(1));
+        }
+        &self.found
+    }
+
+    /// Finds all pairs within `reach_m`, and if none is then some within `limit_m`, the nearest one included.
+    fn collect(&mut self, boards: &[Board], reach_m: f64, mut limit_m: f64) {
+        let Self { near, found, .. } = self;
+        if !near.reaches(limit_m) {
+            near.renew(boards, limit_m);
+        }
+        for pair in near.list() {
+            if pair.gap_m > limit_m + near.slack_m() {
+                continue;
+            }
+            let benches = pair.benches();
+            if boards[benches[0]].gap_m(&boards[benches[1]]) > limit_m + near.rounding_m() {
+                continue;
+            }
+            let pair = PairClearance::of(boards, benches);
+            if pair.clearance_m <= limit_m {
+                limit_m = reach_m.max(pair.clearance_m);
+                found.push(pair);
+            }
+        }
+        found.sort_unstable_by(PairClearance::order);
     }
 }
 
-/// Fills the grid so that boards with a clearance of at most `reach_m` lie in neighbouring cells.
-fn sort_into(grid: &mut Grid, centres: &mut Vec<DVec2>, boards: &[Board], reach_m: f64) {
-    centres.clear();
-    centres.extend(boards.iter().map(|board| board.centre));
-    let radius_m = boards.iter().map(Board::radius_m).fold(0.0, f64::max);
-    grid.fill(centres, 2.0 * radius_m + reach_m.max(0.0));
-}
-
-/// Whether two benches are a pair whose clearance may be `reach_m` or less, by bounds that never exceed the clearance.
-fn may_be_within(boards: &[Board], first: usize, second: usize, reach_m: f64) -> bool {
-    let (ours, theirs) = (&boards[first], &boards[second]);
-    let sum_m = ours.radius_m() + theirs.radius_m() + reach_m.max(0.0);
-    second > first + 1
-        && ours.centre.distance_squared(theirs.centre) <= sum_m * sum_m
-        && ours.gap_across_m(theirs) <= reach_m
-        && ours.separation(theirs).0 <= reach_m
+/// The least clearance of one bench's pairs, which where boards lie close is hardly more than the least of all.
+fn least_clearance_of(boards: &[Board], bench: usize) -> f64 {
+    let mut least_m = f64::INFINITY;
+    for other in (0..boards.len()).filter(|other| other.abs_diff(bench) > 1) {
+        // In this order, for rounding may depend on it.
+        let (first, second) = (&boards[bench.min(other)], &boards[bench.max(other)]);
+        if first.gap_m(second) < least_m {
+            least_m = first.clearance(second).min(least_m);
+        }
+    }
+    least_m
 }

@@ -1,85 +1,118 @@
-//! Which points lie near to each other.
+//! Which discs lie near to each other.
+
+use std::ops::Range;
 
 use glam::DVec2;
 
-/// A grid of square cells over points, sorted by cell. Reuses its buffers: filling it again with no more points than
+/// Discs near to each other lie at most this many columns and rows apart: finer cells leave fewer discs to look at, but
+/// there are more of them.
+const CELLS_PER_REACH: usize = 2;
+
+/// A circle and what lies within.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Disc {
+    pub(super) centre: DVec2,
+    pub(super) radius_m: f64,
+    /// Whose disc it is.
+    pub(super) index: u32,
+}
+
+/// A grid of square cells over discs, sorted by cell. Reuses its buffers: filling it again with no more discs than
 /// before allocates nothing.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Grid {
+    /// The largest disc, such as the head's, which lies in no cell: cells are as wide as the others need.
+    largest: Option<Disc>,
+    reach_m: f64,
     origin: DVec2,
-    cell_m: f64,
+    cells_per_m: f64,
     columns: usize,
     rows: usize,
-    /// Per cell, where its points begin in `sorted`; one more at the end.
+    /// Per cell, where its discs begin in `sorted`; one more at the end.
     starts: Vec<u32>,
-    /// Indices of points, by cell and ascending within it.
-    sorted: Vec<u32>,
+    /// All discs but the largest, by cell.
+    sorted: Vec<Disc>,
+    /// Room for the discs near to one.
+    near: Vec<u32>,
 }
 
 impl Grid {
-    /// Sorts points into cells at least `reach_m` wide, of which there are at most some four per point.
-    pub(super) fn fill(&mut self, points: &[DVec2], reach_m: f64) {
-        let low = points.iter().copied().reduce(DVec2::min).unwrap_or_default();
-        let high = points.iter().copied().reduce(DVec2::max).unwrap_or_default();
-        let span = high - low;
-        let per_side = (points.len() as f64).sqrt().max(1.0);
+    /// Sorts discs into cells, of which there are at most some four per disc, for pairs that are at most `reach_m`
+    /// apart.
+    pub(super) fn fill(&mut self, discs: &[Disc], reach_m: f64) {
+        self.reach_m = reach_m;
+        self.largest = discs.iter().copied().max_by(|a, b| a.radius_m.total_cmp(&b.radius_m));
+        let others = others_than(self.largest, discs);
+        let radius_m = others.map(|disc| disc.radius_m).fold(0.0, f64::max);
+        let centres = || discs.iter().map(|disc| disc.centre);
+        let low = centres().reduce(DVec2::min).unwrap_or_default();
+        let span = centres().reduce(DVec2::max).unwrap_or_default() - low;
+        let per_side = 2.0 * (discs.len() as f64).sqrt().max(1.0);
+        let wanted_m = (2.0 * radius_m + reach_m) / CELLS_PER_REACH as f64;
+        let cell_m = wanted_m.max(span.max_element() / per_side).max(f64::MIN_POSITIVE);
         self.origin = low;
-        self.cell_m = reach_m.max(span.max_element() / per_side).max(f64::MIN_POSITIVE);
-        self.columns = (span.x / self.cell_m) as usize + 1;
-        self.rows = (span.y / self.cell_m) as usize + 1;
-        self.sort(points);
+        self.cells_per_m = cell_m.recip();
+        self.columns = (span.x / cell_m) as usize + 1;
+        self.rows = (span.y / cell_m) as usize + 1;
+        self.sort(discs);
     }
 
-    /// Calls `visit(i, j)`, i < j, once for each two points in the same cell or in neighbouring ones, which includes
-    /// all two points at most the fill's `reach_m` apart.
-    pub(super) fn for_each_pair(&self, mut visit: impl FnMut(usize, usize)) {
+    /// Calls `visit(disc, others)` for each disc, so that each two discs at most the fill's `reach_m` apart, to
+    /// rounding, are met once, in whichever order. The slices hold indices.
+    pub(super) fn for_each_neighbourhood(&mut self, mut visit: impl FnMut(u32, &[u32])) {
+        let mut near = std::mem::take(&mut self.near);
+        near.resize(self.sorted.len(), 0);
+        if let Some(largest) = &self.largest {
+            let count = self.collect(largest, &self.sorted, &mut near, 0);
+            visit(largest.index, &near[..count]);
+        }
         for row in 0..self.rows {
             for column in 0..self.columns {
-                let here = self.cell(column, row);
-                for (k, &i) in here.iter().enumerate() {
-                    here[k + 1..].iter().for_each(|&j| visit(i as usize, j as usize));
+                let (first, last) = (column.saturating_sub(CELLS_PER_REACH), column + CELLS_PER_REACH);
+                for k in self.cells(column, column, row) {
+                    let disc = &self.sorted[k];
+                    let beside = k + 1..self.cells(column, last, row).end;
+                    let mut count = self.collect(disc, &self.sorted[beside], &mut near, 0);
+                    for above in row + 1..self.rows.min(row + 1 + CELLS_PER_REACH) {
+                        let across = self.cells(first, last, above);
+                        count = self.collect(disc, &self.sorted[across], &mut near, count);
+                    }
+                    visit(disc.index, &near[..count]);
                 }
-                self.for_each_across(here, column, row, &mut visit);
             }
         }
+        self.near = near;
     }
 
-    /// Pairs between a cell and the half of its neighbours that come after it.
-    fn for_each_across(&self, here: &[u32], column: usize, row: usize, visit: &mut impl FnMut(usize, usize)) {
-        let east = (column + 1 < self.columns).then(|| self.cell(column + 1, row));
-        let north = (row + 1 < self.rows).then(|| self.cells(column.saturating_sub(1), column + 1, row + 1));
-        for &j in east.into_iter().flatten().chain(north.into_iter().flatten()) {
-            for &i in here {
-                visit(i.min(j) as usize, i.max(j) as usize);
-            }
+    /// Puts those of the discs that are near to this one behind the first `count` in `near`. Without a branch, for
+    /// which of them are near is hard to predict.
+    fn collect(&self, disc: &Disc, others: &[Disc], near: &mut [u32], mut count: usize) -> usize {
+        for other in others {
+            let reach_m = disc.radius_m + other.radius_m + self.reach_m;
+            near[count] = other.index;
+            count += usize::from(disc.centre.distance_squared(other.centre) <= reach_m * reach_m);
         }
+        count
     }
 
-    fn cell(&self, column: usize, row: usize) -> &[u32] {
-        self.cells(column, column, row)
-    }
-
-    /// The points of the cells of a row from column `first` to column `last`, which lie in one piece.
-    fn cells(&self, first: usize, last: usize, row: usize) -> &[u32] {
+    /// Where the discs of a row from column `first` to column `last` lie, which is one piece.
+    fn cells(&self, first: usize, last: usize, row: usize) -> Range<usize> {
         let base = row * self.columns;
-        let from = self.starts[base + first] as usize;
-        let to = self.starts[base + last.min(self.columns - 1) + 1] as usize;
-        &self.sorted[from..to]
+        let end = base + last.min(self.columns - 1) + 1;
+        self.starts[base + first] as usize..self.starts[end] as usize
     }
 
-    fn index(&self, point: DVec2) -> usize {
-        let at = (point - self.origin) / self.cell_m;
+    fn cell(&self, point: DVec2) -> usize {
+        let at = (point - self.origin) * self.cells_per_m;
         (at.y as usize).min(self.rows - 1) * self.columns + (at.x as usize).min(self.columns - 1)
     }
 
     /// Counting sort by cell.
-    fn sort(&mut self, points: &[DVec2]) {
+    fn sort(&mut self, discs: &[Disc]) {
         self.starts.clear();
         self.starts.resize(self.columns * self.rows + 1, 0);
-        self.sorted.clear();
-        self.sorted.resize(points.len(), 0);
-        for &point in points {
-            let cell = self.index(point);
+        for disc in others_than(self.largest, discs) {
+            let cell = self.cell(disc.centre);
             self.starts[cell] += 1;
         }
         let mut end = 0;
@@ -87,11 +120,17 @@ impl Grid {
             end += *start;
             *start = end;
         }
-        // From the ends of the cells down to their starts, the last point first, so that each cell ascends.
-        for (i, &point) in points.iter().enumerate().rev() {
-            let cell = self.index(point);
+        self.sorted.clear();
+        self.sorted.resize(end as usize, Disc::default());
+        // From the ends of the cells down to their starts.
+        for disc in others_than(self.largest, discs) {
+            let cell = self.cell(disc.centre);
             self.starts[cell] -= 1;
-            self.sorted[self.starts[cell] as usize] = i as u32;
+            self.sorted[self.starts[cell] as usize] = *disc;
         }
     }
+}
+
+fn others_than(largest: Option<Disc>, discs: &[Disc]) -> impl Iterator<Item = &Disc> {
+    discs.iter().filter(move |disc| largest.is_none_or(|largest| largest.index != disc.index))
 }

@@ -18,6 +18,7 @@ mod follower;
 mod grid;
 mod link;
 mod link_motion;
+mod near_pairs;
 mod newton;
 mod orbit;
 mod pair_motion;
@@ -28,6 +29,7 @@ mod stepper;
 
 use std::sync::Arc;
 
+use glam::DVec2;
 use thiserror::Error;
 
 use crate::number::Number;
@@ -159,7 +161,15 @@ impl Dragon {
 
     /// The boards of all benches, head first, in place of what is in `boards`.
     pub fn place_boards(&self, handles: &[Handle], boards: &mut Vec<Board>) {
+        self.place_boards_at(handles, |handle| handle.position, boards);
+    }
+
+    /// The same from anything that tells where the handles are.
+    pub fn place_boards_at<T>(&self, handles: &[T], position: impl Fn(&T) -> DVec2, boards: &mut Vec<Board>) {
         boards.clear();
-        boards.extend(handles.windows(2).enumerate().map(|(bench, ends)| self.board(bench, &ends[0], &ends[1])));
+        boards.extend(handles.windows(2).enumerate().map(|(bench, ends)| {
+            let [front, rear] = [position(&ends[0]), position(&ends[1])];
+            Board::from_handles(front, rear, self.dimensions.length_m(bench), self.dimensions.width_m())
+        }));
     }
 }
