@@ -129,19 +129,11 @@ impl Monitor {
 
     /// Measures the frame and updates the pairs that are watched.
     fn measure(&mut self, header: &FrameHeader, handles: &[HandleState], forecast_ns: i64) -> Option<PairClearance> {
-        self.boards.clear();
-        let dimensions = self.dragon.dimensions();
-        self.boards.extend(handles.windows(2).enumerate().map(|(bench, ends)| {
-            Board::from_handles(
-                plan_view(&ends[0]),
-                plan_view(&ends[1]),
-                dimensions.length_m(bench),
-                dimensions.width_m(),
-            )
-        }));
-        let near = self.clearances.within(&self.boards, self.near_m * FAREWELL);
+        self.dragon.place_boards_at(handles, plan_view, &mut self.boards);
+        let farewell_m = self.near_m * FAREWELL;
+        let found = self.clearances.nearest_and_within(&self.boards, farewell_m);
         let mut watched = BTreeMap::new();
-        for pair in near {
+        for pair in found.iter().filter(|pair| pair.clearance_m <= farewell_m) {
             let known = self.pairs.get(&pair.benches).copied();
             let standing = match known {
                 None | Some(Standing::Near) if pair.clearance_m < -TOUCH_TOLERANCE_M => Some(Standing::Touching),
@@ -156,7 +148,7 @@ impl Monitor {
             watched.insert(pair.benches, standing);
         }
         self.pairs = watched;
-        near.first().copied().or_else(|| self.clearances.nearest(&self.boards))
+        found.first().copied()
     }
 
     /// Show time of the forecast contact at the head's present speed, or at the planned one while it stands.
