@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use bench_dragon::config::{Config, Overrides, RoutePlan};
 use bench_dragon::dragon::RunEnd;
+use bench_dragon::histogram::Percentiles;
 use bench_dragon::number::Number;
 use bench_dragon::report::ServeLine;
 use bench_dragon::server::{Server, ServerSettings, ServerSummary};
@@ -101,10 +102,15 @@ fn print_summary(format: Format, summary: ServerSummary) -> anyhow::Result<()> {
     if format == Format::Json {
         return print_json(&ServeLine::Summary(summary));
     }
-    let ServerSummary { frames, sim_time_s, overruns, lateness_us, .. } = summary;
+    let ServerSummary { frames, sim_time_s, overruns, lateness_us, tick_us, .. } = summary;
     print_line(format_args!(
-        "{frames} frames to {sim_time_s:.6} s, {overruns} overruns, lateness p50 {:.1} p99 {:.1} p99.9 {:.1} max {:.1} \u{b5}s",
-        lateness_us.p50, lateness_us.p99, lateness_us.p999, lateness_us.max
+        "{frames} frames to {sim_time_s:.6} s, {overruns} overruns, lateness {}, tick {} \u{b5}s",
+        percentiles(lateness_us),
+        percentiles(tick_us)
     ))?;
     Ok(())
+}
+
+fn percentiles(Percentiles { p50, p99, p999, max }: Percentiles) -> String {
+    format!("p50 {p50:.1} p99 {p99:.1} p99.9 {p999:.1} max {max:.1}")
 }

@@ -19,18 +19,18 @@ pub mod schedule;
 
 mod command_server;
 mod frame_publisher;
-mod lateness;
 mod reporter;
 mod simulation;
+mod tick_times;
 
 pub use simulation::Simulation;
 
 use command_server::CommandServer;
 use frame_publisher::FramePublisher;
-use lateness::{LatenessSink, lateness_queue};
 use motion::MotionPlan;
-use reporter::{LoopGauges, Reporter};
+use reporter::{LoopGauges, Reporter, TimesOfAll};
 use schedule::Schedule;
+use tick_times::{TickTimes, TickTimesSink, tick_times_queue};
 
 /// From here to the first release.
 const LEAD: Duration = Duration::from_millis(1);
@@ -71,6 +71,8 @@ pub struct ServerSummary {
     pub overruns: u64,
     /// From each release to the start of its tick, in microseconds.
     pub lateness_us: Percentiles,
+    /// From the start of each tick until the loop was ready for the next one, in microseconds.
+    pub tick_us: Percentiles,
 }
 
 /// A server that is ready to run.
@@ -86,7 +88,7 @@ pub struct Server {
     gauges: std::sync::Arc<LoopGauges>,
     _member: Member,
     _lock: SourceLock,
-    lateness: LatenessSink,
+    times: TickTimesSink,
     settings: ServerSettings,
     run_id: u64,
 }
@@ -105,7 +107,7 @@ impl Server {
         let bench_count = settings.config.dragon().dimensions().benches();
         let member = Member::join(domain, "serve", Role::Source { bench_count })?;
         let run_id = random_run_id();
-        let (lateness, counter) = lateness_queue();
+        let (times, counter) = tick_times_queue();
         let description = Description { run_id, toml: settings.config.to_toml() };
         let (reporter, gauges) =
             Reporter::start(domain.clone(), description, bench_count, settings.config.rate_hz(), counter)?;
@@ -118,7 +120,7 @@ impl Server {
             gauges,
             _member: member,
             _lock: lock,
-            lateness,
+            times,
             settings,
             run_id,
         })
@@ -144,13 +146,16 @@ impl Server {
                     return Ok(self.finish(tick, &schedule));
                 }
             }
-            self.lateness.record(monotonic_ns() - schedule.due_ns());
+            let begun_ns = monotonic_ns();
             let asked_to_stop = self.tick(tick, &schedule)?;
             tick += 1;
+            let ended_ns = monotonic_ns();
+            let lateness_ns = begun_ns - schedule.due_ns();
+            self.times.record(TickTimes { lateness_ns, duration_ns: ended_ns - begun_ns });
             if asked_to_stop || self.is_over() {
                 break;
             }
-            schedule.advance(monotonic_ns());
+            schedule.advance(ended_ns);
         }
         Ok(self.finish(tick, &schedule))
     }
@@ -205,8 +210,8 @@ impl Server {
 
     fn finish(self, frames: u64, schedule: &Schedule) -> ServerSummary {
         let sim_time_s = self.simulation.head().sim_time_ns as f64 * 1e-9;
-        let lateness_us = self.reporter.finish();
-        ServerSummary { run_id: self.run_id, frames, sim_time_s, overruns: schedule.overruns(), lateness_us }
+        let TimesOfAll { lateness_us, tick_us } = self.reporter.finish();
+        ServerSummary { run_id: self.run_id, frames, sim_time_s, overruns: schedule.overruns(), lateness_us, tick_us }
     }
 }
 

@@ -12,7 +12,7 @@ use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::update_connections::UpdateConnections as _;
 
 use crate::histogram::Percentiles;
-use crate::server::lateness::LatenessCounter;
+use crate::server::tick_times::TickTimesCounter;
 
 /// How often the status is published and late joiners are given the description.
 const REPORT_PERIOD: Duration = Duration::from_millis(100);
@@ -31,12 +31,21 @@ pub(super) struct LoopGauges {
     finished: AtomicBool,
 }
 
+/// The times of all ticks, in microseconds.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct TimesOfAll {
+    /// From the releases to the starts of their ticks.
+    pub(super) lateness_us: Percentiles,
+    /// From the starts of the ticks to their ends.
+    pub(super) tick_us: Percentiles,
+}
+
 /// The running thread.
 #[derive(Debug)]
 pub(super) struct Reporter {
     gauges: Arc<LoopGauges>,
     wake: Sender<()>,
-    thread: Option<JoinHandle<Percentiles>>,
+    thread: Option<JoinHandle<TimesOfAll>>,
 }
 
 impl Reporter {
@@ -49,18 +58,18 @@ impl Reporter {
         description: Description,
         bench_count: usize,
         rate_hz: u32,
-        lateness: LatenessCounter,
+        times: TickTimesCounter,
     ) -> Result<(Self, Arc<LoopGauges>), BusError> {
         let gauges = Arc::new(LoopGauges::default());
         let shared = Arc::clone(&gauges);
         let (ready, opened) = channel::bounded(1);
         let (wake, woken) = channel::bounded::<()>(1);
         let thread = thread::spawn(move || {
-            let mut report = match Report::open(&domain, &description, bench_count, rate_hz, lateness) {
+            let mut report = match Report::open(&domain, &description, bench_count, rate_hz, times) {
                 Ok(report) => report,
                 Err(error) => {
                     let _ = ready.send(Err(error));
-                    return Percentiles::default();
+                    return TimesOfAll::default();
                 }
             };
             let _ = ready.send(Ok(()));
@@ -69,22 +78,22 @@ impl Reporter {
                 report.publish(&shared);
             }
             report.publish(&shared);
-            report.lateness_of_all()
+            report.times_of_all()
         });
         opened.recv().expect("the thread answers before it does anything else")?;
         Ok((Self { gauges: Arc::clone(&gauges), wake, thread: Some(thread) }, gauges))
     }
 
-    /// Publishes the last status and ends the thread. Returns the lateness of all releases.
-    pub(super) fn finish(mut self) -> Percentiles {
+    /// Publishes the last status and ends the thread. Returns the times of all ticks.
+    pub(super) fn finish(mut self) -> TimesOfAll {
         self.join()
     }
 
-    fn join(&mut self) -> Percentiles {
+    fn join(&mut self) -> TimesOfAll {
         self.gauges.finished.store(true, Ordering::Release);
         let _ = self.wake.try_send(());
         let thread = self.thread.take().map(JoinHandle::join);
-        thread.map_or_else(Percentiles::default, |ended| ended.expect("the reporter does not panic"))
+        thread.map_or_else(TimesOfAll::default, |ended| ended.expect("the reporter does not panic"))
     }
 }
 
@@ -102,17 +111,17 @@ struct Report {
     _member: Member,
     run_id: u64,
     rate_hz: u32,
-    lateness: LatenessCounter,
+    times: TickTimesCounter,
 }
 
 impl Report {
-    fn lateness_of_all(&mut self) -> Percentiles {
-        let percentiles = self.lateness.collect().percentiles();
-        match self.lateness.dropped() {
+    fn times_of_all(&mut self) -> TimesOfAll {
+        self.times.collect();
+        match self.times.dropped() {
             0 => {}
-            dropped => tracing::warn!("the lateness of {dropped} releases was not counted"),
+            dropped => tracing::warn!("the times of {dropped} ticks were not counted"),
         }
-        percentiles
+        TimesOfAll { lateness_us: self.times.lateness().percentiles(), tick_us: self.times.duration().percentiles() }
     }
 
     fn open(
@@ -120,7 +129,7 @@ impl Report {
         description: &Description,
         bench_count: usize,
         rate_hz: u32,
-        lateness: LatenessCounter,
+        times: TickTimesCounter,
     ) -> Result<Self, BusError> {
         let member = Member::join(domain, "serve-report", Role::Source { bench_count })?;
         Ok(Self {
@@ -129,12 +138,13 @@ impl Report {
             _member: member,
             run_id: description.run_id,
             rate_hz,
-            lateness,
+            times,
         })
     }
 
     fn publish(&mut self, gauges: &LoopGauges) {
-        let lateness = self.lateness.collect();
+        self.times.collect();
+        let lateness = self.times.lateness();
         let status = Status {
             run_id: self.run_id,
             tick: gauges.tick.load(Ordering::Relaxed),
