@@ -1,0 +1,61 @@
+//! How cost grows with the number of benches.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use bench_dragon::server::Simulation;
+use bench_dragon::server::motion::MotionPlan;
+use bench_dragon_ipc::HandleState;
+
+use crate::shared::{dragon, median, nanoseconds_a_call};
+
+/// Batches of steps of which the median is taken.
+const BATCHES: usize = 15;
+/// Handles that a batch solves at least, so that the clock does not matter.
+const HANDLES_A_BATCH: usize = 100_000;
+
+/// Nanoseconds that the state of so many benches takes, written into plain memory: no bus, no clock.
+pub(crate) fn step_ns(benches: usize) -> f64 {
+    let dragon = Arc::new(dragon(benches));
+    let plan = MotionPlan {
+        speed_mps: 1.0,
+        tick_s: 0.001,
+        start_s: 0.0,
+        start_travel_m: 0.0,
+        start_speed_mps: 1.0,
+        first_s: 0.0,
+        last_s: dragon.end_travel_m(),
+        end_travel_m: dragon.end_travel_m(),
+        until_s: None,
+        held: false,
+        paused: false,
+    };
+    let mut simulation = Simulation::new(dragon, plan);
+    let mut frame = vec![HandleState::default(); benches + 1];
+    let mut batch = || {
+        nanoseconds_a_call(HANDLES_A_BATCH.div_ceil(benches), || {
+            simulation.advance();
+            simulation.write(&mut frame);
+        })
+    };
+    let mut batches: Vec<f64> = (0..BATCHES).map(|_| batch()).collect();
+    batches.sort_by(f64::total_cmp);
+    median(&batches)
+}
+
+/// Seconds from the measures of so many benches to a dragon that can walk.
+pub(crate) fn start_s(benches: usize) -> f64 {
+    let begun = Instant::now();
+    let dragon = dragon(benches);
+    assert_eq!(dragon.dimensions().benches(), benches);
+    begun.elapsed().as_secs_f64()
+}
+
+/// The exponent p of the power law `cost = c · size^p` that fits best: least squares on logarithms.
+pub(crate) fn exponent<const N: usize>(sizes: &[usize; N], costs: &[f64; N]) -> f64 {
+    let mean = |values: [f64; N]| values.iter().sum::<f64>() / N as f64;
+    let (x, y) = (sizes.map(|size| (size as f64).ln()), costs.map(f64::ln));
+    let (x_mean, y_mean) = (mean(x), mean(y));
+    let slope: f64 = x.iter().zip(y).map(|(x, y)| (x - x_mean) * (y - y_mean)).sum();
+    slope / x.iter().map(|x| (x - x_mean).powi(2)).sum::<f64>()
+}

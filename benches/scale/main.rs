@@ -1,0 +1,161 @@
+//! What a tick costs the server: with more readers, and with more benches.
+//!
+//! The server is the product's own, in a thread of this process; its readers are processes, this program again in another
+//! role. Before anything is timed, readers of every setting prove that they got the right frames. Settings take turns.
+
+#[path = "../shared/mod.rs"]
+mod shared;
+
+mod growth;
+mod reader;
+mod server;
+
+use std::process::ExitCode;
+
+use shared::{Figures, median};
+
+use growth::{exponent, start_s, step_ns};
+use reader::{Habit, Role};
+use server::{Cost, Setting, measure, prove};
+
+/// How often each number of readers has its turn.
+const READER_ROUNDS: usize = 9;
+/// How often each number of benches has its turn.
+const BENCH_ROUNDS: usize = 7;
+/// Ticks a second where the number of readers is what differs.
+const RATE_HZ: u32 = 1000;
+/// Numbers of readers beside none.
+const READERS: [usize; 4] = [1, 4, 8, 16];
+/// Numbers of benches.
+const BENCHES: [usize; 4] = [223, 2230, 22_300, 100_000];
+
+fn main() -> ExitCode {
+    match Role::of_arguments() {
+        Some(role) => role.play(),
+        None => measure_all(),
+    }
+    ExitCode::SUCCESS
+}
+
+#[allow(clippy::print_stdout, reason = "a bench prints")]
+fn measure_all() {
+    let mut figures = Figures::of("scale");
+    println!(
+        "\nreaders: the paper's dragon at {RATE_HZ} Hz, {READER_ROUNDS} rounds; a polling reader looks every millisecond"
+    );
+    fan_out(&mut figures);
+    println!("\nbenches: no readers, at a rate of which a tick takes a third at most, {BENCH_ROUNDS} rounds");
+    growth_of_cost(&mut figures);
+    figures.write();
+}
+
+/// A tick's cost with every number of readers, polling and woken.
+fn fan_out(figures: &mut Figures) {
+    let setting = |readers, habit| Setting { benches: 223, rate_hz: RATE_HZ, readers, habit };
+    let with_readers = [Habit::Polling, Habit::Woken].map(|habit| READERS.map(|readers| setting(readers, habit)));
+    // None comes twice: what differs between equal settings is noise.
+    let mut settings = vec![setting(0, Habit::Polling)];
+    settings.extend(with_readers.iter().flatten());
+    settings.push(setting(0, Habit::Polling));
+    let errors_m = settings.iter().filter(|setting| setting.readers > 0).map(prove);
+    figures.set("max_error_m_readers", errors_m.fold(0.0, f64::max));
+
+    let costs = interleaved_costs(READER_ROUNDS, &settings);
+    let (first, again) = (&costs[0], &costs[costs.len() - 1]);
+    for (setting, cost) in settings.iter().zip(&costs).take(settings.len() - 1) {
+        cost.report(figures, &format!("readers_{}_{}", setting.readers, setting.habit.name()));
+    }
+    let tick_ns = |costs: &Costs| median(&costs.tick_ns);
+    let cpu_ns = |costs: &Costs| median(&costs.cpu_ns);
+    for habit in [Habit::Polling, Habit::Woken] {
+        let (wanted, name) = (setting(16, habit), habit.name());
+        let index = settings.iter().position(|setting| *setting == wanted).expect("it is among the settings");
+        let most = &costs[index];
+        figures.set(&format!("fan_out_ratio_16_to_0_{name}"), tick_ns(most) / tick_ns(first));
+        figures.set(&format!("cpu_fan_out_ratio_16_to_0_{name}"), cpu_ns(most) / cpu_ns(first));
+        figures.set(&format!("ns_per_{name}_reader"), (tick_ns(most) - tick_ns(first)) / 16.0);
+    }
+    figures.set("frames_lost_by_readers", costs.iter().map(|costs| costs.lost).sum::<u64>());
+    figures.set("overruns_readers", costs.iter().map(|costs| costs.overruns).sum::<u64>());
+    figures.set("noise_ratio", spread(&[first.tick_ns.as_slice(), &again.tick_ns].concat()));
+    figures.set("noise_ratio_of_medians", tick_ns(again) / tick_ns(first));
+}
+
+/// A tick's cost with every number of benches, and how it grows.
+fn growth_of_cost(figures: &mut Figures) {
+    let steps = BENCHES.map(step_ns);
+    let settings: Vec<Setting> = BENCHES
+        .iter()
+        .zip(steps)
+        .map(|(&benches, step_ns)| {
+            let rate_hz = (1e9 / step_ns / 3.0).clamp(2.0, f64::from(RATE_HZ)) as u32;
+            Setting { benches, rate_hz, readers: 0, habit: Habit::Polling }
+        })
+        .collect();
+    for setting in &settings {
+        let error_m = prove(&Setting { readers: 1, ..*setting });
+        figures.set(&format!("max_error_m_benches_{}", setting.benches), error_m);
+    }
+    let costs = interleaved_costs(BENCH_ROUNDS, &settings);
+    let mut ticks = [0.0; BENCHES.len()];
+    for (index, setting) in settings.iter().enumerate() {
+        let name = format!("benches_{}", setting.benches);
+        let handles = (setting.benches + 1) as f64;
+        ticks[index] = median(&costs[index].tick_ns);
+        figures.set(&format!("rate_hz_{name}"), setting.rate_hz);
+        costs[index].report(figures, &name);
+        figures.set(&format!("ns_per_handle_{name}"), ticks[index] / handles);
+        figures.set(&format!("step_ns_{name}"), steps[index]);
+        figures.set(&format!("step_ns_per_handle_{name}"), steps[index] / handles);
+        figures.set(&format!("start_s_{name}"), start_s(setting.benches));
+    }
+    figures.set("overruns_benches", costs.iter().map(|costs| costs.overruns).sum::<u64>());
+    figures.set("growth_exponent", exponent(&BENCHES, &ticks));
+    figures.set("growth_exponent_step", exponent(&BENCHES, &steps));
+}
+
+/// The costs of one setting in all its rounds, sorted.
+#[derive(Default)]
+struct Costs {
+    tick_ns: Vec<f64>,
+    cpu_ns: Vec<f64>,
+    overruns: u64,
+    lost: u64,
+}
+
+impl Costs {
+    fn add(&mut self, cost: &Cost) {
+        self.tick_ns.push(cost.tick_ns);
+        self.cpu_ns.push(cost.cpu_ns);
+        self.overruns += cost.overruns;
+        self.lost += cost.lost;
+    }
+
+    fn sort(&mut self) {
+        self.tick_ns.sort_by(f64::total_cmp);
+        self.cpu_ns.sort_by(f64::total_cmp);
+    }
+
+    fn report(&self, figures: &mut Figures, name: &str) {
+        figures.set(&format!("ns_per_tick_{name}"), median(&self.tick_ns));
+        figures.set(&format!("cpu_ns_per_tick_{name}"), median(&self.cpu_ns));
+    }
+}
+
+/// Lets each setting have its turn, `rounds` times over.
+fn interleaved_costs(rounds: usize, settings: &[Setting]) -> Vec<Costs> {
+    let mut costs: Vec<Costs> = settings.iter().map(|_| Costs::default()).collect();
+    for _ in 0..rounds {
+        for (setting, costs) in settings.iter().zip(&mut costs) {
+            costs.add(&measure(setting));
+        }
+    }
+    costs.iter_mut().for_each(Costs::sort);
+    costs
+}
+
+/// The greatest value ÷ the least.
+fn spread(values: &[f64]) -> f64 {
+    let greatest = values.iter().copied().fold(f64::MIN, f64::max);
+    greatest / values.iter().copied().fold(f64::MAX, f64::min)
+}

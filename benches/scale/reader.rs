@@ -1,0 +1,243 @@
+//! A reader in a process of its own: this program, started again in another role.
+
+use std::hint::black_box;
+use std::io::{BufRead as _, BufReader, Write as _};
+use std::process::{Child, ChildStdout, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use bench_dragon::dragon::ChainSolver;
+use bench_dragon::server::ServerSummary;
+use bench_dragon_ipc::{Domain, Frame, FrameHeader, FrameSubscriber, HandleState, Instance, ShowState};
+use serde::{Deserialize, Serialize};
+
+use crate::server::Setting;
+use crate::shared::dragon;
+
+/// The first argument of a reader.
+const ROLE: &str = "read-frames";
+/// How often a polling reader looks.
+const POLL_PERIOD: Duration = Duration::from_millis(1);
+/// How long a woken reader waits for one frame.
+const WAIT: Duration = Duration::from_secs(1);
+/// A reader gives up where nothing comes for so long.
+const PATIENCE: Duration = Duration::from_secs(30);
+/// Frames that a proving reader keeps, and by how many ticks they lie apart.
+const SAMPLES: usize = 12;
+const SAMPLE_TICKS: u64 = 97;
+/// How far a position may be from the reference solver's: for the paper's dragon what is promised, and for longer ones,
+/// along which small errors of the links add up, a micrometre. How far they really are is told.
+const TOLERANCE_M: f64 = 1e-9;
+const LONG_TOLERANCE_M: f64 = 1e-6;
+/// How far a velocity may be from it.
+const TOLERANCE_MPS: f64 = 1e-8;
+
+/// How a reader gets its frames.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Habit {
+    /// It looks once a millisecond and reads what is there.
+    Polling,
+    /// It sleeps until the server wakes it.
+    Woken,
+}
+
+impl Habit {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Polling => "polling",
+            Self::Woken => "woken",
+        }
+    }
+}
+
+/// What this process is when it is a reader.
+#[derive(Debug)]
+pub(crate) struct Role {
+    instance: Instance,
+    habit: Habit,
+    benches: usize,
+    proving: bool,
+}
+
+/// What a reader tells at its end.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Account {
+    frames: u64,
+    /// Frames that it did not get.
+    pub(crate) lost: u64,
+    first_tick: u64,
+    last_tick: u64,
+    samples: usize,
+    /// How far a handle was from where the reference solver has it.
+    pub(crate) largest_error_m: f64,
+}
+
+/// A reader's process.
+#[derive(Debug)]
+pub(crate) struct Reader {
+    child: Child,
+    stdout: BufReader<ChildStdout>,
+    proving: bool,
+}
+
+impl Reader {
+    /// Starts a reader of a server that has been created.
+    pub(crate) fn start(domain: &Domain, setting: &Setting, proving: bool) -> Self {
+        let mut child = Command::new(std::env::current_exe().expect("a program knows its own file"))
+            .args([ROLE, domain.instance().as_str(), setting.habit.name()])
+            .args([setting.benches.to_string(), proving.to_string()])
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("this program can be started again");
+        let stdout = BufReader::new(child.stdout.take().expect("its output is piped"));
+        Self { child, stdout, proving }
+    }
+
+    /// Returns when the reader is connected.
+    pub(crate) fn wait_until_open(&mut self) {
+        assert_eq!(self.line(), "open");
+    }
+
+    /// Waits for the reader's end. Fails unless every frame is accounted for.
+    pub(crate) fn end(mut self, summary: &ServerSummary) -> Account {
+        let line = self.line();
+        let account: Account = serde_json::from_str(&line).unwrap_or_else(|_| panic!("a reader said {line:?}"));
+        assert!(self.child.wait().expect("a child can be waited for").success(), "{account:?}");
+        assert_eq!((account.first_tick, account.last_tick), (0, summary.frames - 1), "{account:?}");
+        assert_eq!(account.frames + account.lost, summary.frames, "{account:?}");
+        assert!(!self.proving || account.samples > 1, "frames are held against the reference solver: {account:?}");
+        account
+    }
+
+    fn line(&mut self) -> String {
+        let mut line = String::new();
+        self.stdout.read_line(&mut line).expect("a reader prints text");
+        line.trim_end().to_owned()
+    }
+}
+
+impl Drop for Reader {
+    fn drop(&mut self) {
+        // Without effect on one that has been waited for.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Role {
+    /// The role that this process was started in; `None` where it is the bench itself.
+    pub(crate) fn of_arguments() -> Option<Self> {
+        let arguments: Vec<String> = std::env::args().skip(1).collect();
+        let [role, instance, habit, benches, proving] = arguments.as_slice() else { return None };
+        let habits = [Habit::Polling, Habit::Woken];
+        (role == ROLE).then(|| Self {
+            instance: Instance::new(instance).expect("the bench's instance"),
+            habit: habits.into_iter().find(|known| known.name() == habit).expect("a known habit"),
+            benches: benches.parse().expect("a number of benches"),
+            proving: proving == "true",
+        })
+    }
+
+    /// Reads until the show is over, then tells what was read.
+    pub(crate) fn play(self) {
+        let domain = Domain::new(self.instance.clone()).expect("the bench's domain");
+        let mut frames = FrameSubscriber::open(&domain, "scale").expect("the server has been created");
+        if self.habit == Habit::Woken {
+            // The first wait makes the listener, which is to be there before tick 0.
+            assert!(frames.wait(Duration::from_millis(1)).expect("the bus is readable").is_none());
+        }
+        say("open");
+        let mut log = Log { benches: self.benches, proving: self.proving, ..Log::default() };
+        self.read_all(&mut frames, &mut log);
+        log.account.lost = frames.lost();
+        drop(frames);
+        log.check_samples();
+        say(&serde_json::to_string(&log.account).expect("numbers are valid JSON"));
+    }
+
+    fn read_all(&self, frames: &mut FrameSubscriber, log: &mut Log) {
+        let mut heard = Instant::now();
+        while !log.is_over {
+            let next = match self.habit {
+                Habit::Polling => frames.receive(),
+                Habit::Woken => frames.wait(WAIT),
+            };
+            match next.expect("the bus is readable") {
+                Some(frame) => {
+                    log.take(&frame);
+                    heard = Instant::now();
+                }
+                None if heard.elapsed() > PATIENCE => panic!("no frame for {PATIENCE:?}"),
+                None if self.habit == Habit::Polling => thread::sleep(POLL_PERIOD),
+                None => {}
+            }
+        }
+    }
+}
+
+/// What a reader notes of its frames.
+#[derive(Debug, Default)]
+struct Log {
+    benches: usize,
+    proving: bool,
+    account: Account,
+    samples: Vec<(FrameHeader, Vec<HandleState>)>,
+    is_over: bool,
+}
+
+impl Log {
+    /// Reads every handle; fails where the frame is not one that may come now.
+    fn take(&mut self, frame: &Frame) {
+        let (header, handles) = (frame.header(), frame.handles());
+        assert_eq!(handles.len(), self.benches + 1, "a frame has one handle more than benches");
+        black_box(handles.iter().map(|handle| handle.position_m[0] + handle.velocity_mps[0]).sum::<f64>());
+        if self.account.frames == 0 {
+            self.account.first_tick = header.tick;
+        } else {
+            assert!(header.tick > self.account.last_tick, "tick {} after {}", header.tick, self.account.last_tick);
+        }
+        self.account.frames += 1;
+        self.account.last_tick = header.tick;
+        self.is_over = header.show_state() == Some(ShowState::Finished);
+        let is_sample = header.tick % SAMPLE_TICKS == 0 && self.samples.len() < SAMPLES || self.is_over;
+        if self.proving && is_sample {
+            self.samples.push((*header, handles.to_vec()));
+        }
+    }
+
+    /// Fails unless the frames that were kept are what the reference solver has for their travel.
+    fn check_samples(&mut self) {
+        if !self.proving {
+            return;
+        }
+        let dragon = dragon(self.benches);
+        let mut solver = ChainSolver::new(&dragon);
+        let mut largest = [0.0; 2];
+        for (header, handles) in &self.samples {
+            let chain = solver.solve(&dragon, header.head_travel_m).expect("the travel lies within the run");
+            for (state, handle) in handles.iter().zip(chain) {
+                let velocity = handle.tangent * (handle.speed_ratio * header.head_speed_mps);
+                let off = [
+                    distance(state.position_m, handle.position.to_array()),
+                    distance(state.velocity_mps, velocity.to_array()),
+                ];
+                largest = [0, 1].map(|k| off[k].max(largest[k]));
+            }
+        }
+        let tolerance_m = if self.benches == 223 { TOLERANCE_M } else { LONG_TOLERANCE_M };
+        let [error_m, error_mps] = largest;
+        assert!(error_m <= tolerance_m && error_mps <= TOLERANCE_MPS, "off by {error_m:e} m, {error_mps:e} m/s");
+        self.account.samples = self.samples.len();
+        self.account.largest_error_m = error_m;
+    }
+}
+
+fn distance([x, y, _]: [f64; 3], [other_x, other_y]: [f64; 2]) -> f64 {
+    (x - other_x).hypot(y - other_y)
+}
+
+fn say(line: &str) {
+    let mut stdout = std::io::stdout().lock();
+    writeln!(stdout, "{line}").and_then(|()| stdout.flush()).expect("the bench reads what its readers say");
+}
