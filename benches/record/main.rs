@@ -1,0 +1,98 @@
+//! Whether the recorder keeps up: ten thousand frames a second for a minute, with nothing lost.
+//!
+//! Both processes are the product's own, `serve` and `record`, on an instance of their own. Afterwards the recording is
+//! read back: every tick is there, in order, bit for bit what the solver gives. `-- --seconds 5` makes it shorter.
+
+#[path = "../shared/mod.rs"]
+mod shared;
+
+mod cores;
+mod proof;
+mod show;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use bench_dragon::record::{Size, space::DiskSpace};
+use serde_json::Value;
+use shared::Figures;
+
+use proof::prove;
+use show::{Show, record_show};
+
+/// Frames a second.
+pub(crate) const RATE_HZ: u32 = 10_000;
+/// Bytes of a frame: its header and 224 handles.
+const FRAME_BYTES: f64 = (72 + 224 * 48) as f64;
+/// Seconds that are recorded where nothing else is said.
+const SECONDS: u32 = 60;
+
+#[allow(clippy::print_stdout, clippy::print_stderr, reason = "a bench prints")]
+fn main() -> ExitCode {
+    let Some(seconds) = seconds_of_arguments() else {
+        eprintln!("--seconds takes a whole number from 1 to 3600");
+        return ExitCode::from(2);
+    };
+    // In cargo's folder, because temporary files may lie in memory; removed at the end, whatever happens.
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("cargo's target folder is ours");
+    let file = folder.path().join("show.mcap");
+    let mut figures = Figures::of("record");
+    figures.set("seconds", seconds);
+    figures.set("rate_hz", RATE_HZ);
+    let (needed, free) = (needed_bytes(seconds), free_bytes(folder.path()));
+    if free < needed {
+        println!("nothing is recorded: {} are needed on this disk, {} are free", Size(needed), Size(free));
+        figures.set("frames_published", Value::Null);
+        figures.set("frames_recorded", Value::Null);
+        figures.set("frames_lost", Value::Null);
+    } else {
+        println!("recording for {seconds} s");
+        let show = record_show(&file, seconds);
+        println!("reading {} back", Size(show.recorded_bytes));
+        prove(&file, &show, seconds);
+        println!("every tick is there, in order, bit for bit");
+        report(&mut figures, &show);
+    }
+    figures.write();
+    ExitCode::SUCCESS
+}
+
+fn report(figures: &mut Figures, show: &Show) {
+    let raw_bytes = show.frames_recorded as f64 * FRAME_BYTES;
+    let elapsed_s = show.elapsed_s;
+    figures.set("frames_published", show.frames_published);
+    figures.set("frames_recorded", show.frames_recorded);
+    figures.set("frames_lost", show.frames_lost);
+    figures.set("overruns", show.overruns);
+    figures.set("in_mb_per_s", raw_bytes / elapsed_s * 1e-6);
+    figures.set("out_mb_per_s", show.recorded_bytes as f64 / elapsed_s * 1e-6);
+    figures.set("compression_ratio", raw_bytes / show.recorded_bytes as f64);
+    figures.set("server_cores", show.server_cpu_s / elapsed_s);
+    figures.set("recorder_cores", show.recorder_cpu_s / elapsed_s);
+    figures.set("server_tick_p50_us", show.tick_p50_us);
+    figures.set("server_tick_p999_us", show.tick_p999_us);
+    for (core, busy_share) in show.busy_shares.iter().enumerate() {
+        figures.set(&format!("busy_share_core_{core}"), *busy_share);
+    }
+}
+
+/// The seconds to record; `None` where the argument makes no sense. Cargo adds arguments of its own.
+fn seconds_of_arguments() -> Option<u32> {
+    let mut arguments = std::env::args().skip_while(|argument| argument != "--seconds").skip(1);
+    let Some(text) = arguments.next() else {
+        let has_flag = std::env::args().any(|argument| argument == "--seconds");
+        return (!has_flag).then_some(SECONDS);
+    };
+    text.parse().ok().filter(|seconds| (1..=3600).contains(seconds))
+}
+
+/// What a recording takes that does not compress at all, and some more.
+fn needed_bytes(seconds: u32) -> u64 {
+    (f64::from(seconds * RATE_HZ) * FRAME_BYTES * 1.05) as u64 + (64 << 20)
+}
+
+fn free_bytes(folder: &Path) -> u64 {
+    let probe: PathBuf = folder.join("probe");
+    let file = std::fs::File::create(&probe).expect("the folder is ours");
+    DiskSpace::around(&file).expect("its file system knows its size").free_bytes
+}

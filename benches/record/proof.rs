@@ -1,0 +1,55 @@
+//! The recording held against what the server must have published.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use bench_dragon::record::FrameReader;
+use bench_dragon::server::Simulation;
+use bench_dragon::server::motion::MotionPlan;
+use bench_dragon_ipc::{FrameHeader, HandleState};
+
+use crate::RATE_HZ;
+use crate::shared::dragon;
+use crate::show::Show;
+
+/// Fails unless the recording holds every tick of the show, in order, each bit for bit what the solver gives.
+pub(crate) fn prove(file: &Path, show: &Show, seconds: u32) {
+    assert_eq!((show.frames_recorded, show.frames_lost), (show.frames_published, 0), "{show:?}");
+    let mut frames = FrameReader::open(file).expect("the recording can be read");
+    let dragon = Arc::new(dragon(223));
+    let mut expected = vec![HandleState::default(); 224];
+    let mut simulation = Simulation::new(Arc::clone(&dragon), plan(dragon.end_travel_m(), seconds));
+    for tick in 0..show.frames_published {
+        let frame = frames.next().unwrap_or_else(|| panic!("tick {tick} is missing")).expect("a frame can be read");
+        simulation.advance();
+        let head = simulation.write(&mut expected);
+        let header = frame.header;
+        let stamped = FrameHeader {
+            published_ns: header.published_ns,
+            ..head.header(show.run_id, tick, header.scheduled_ns, 1.0, 223)
+        };
+        assert_eq!(header, stamped, "the header of tick {tick}");
+        assert!(bits(&frame.handles).eq(bits(&expected)), "the handles of tick {tick}");
+    }
+    assert!(frames.next().is_none() && !frames.was_cut(), "a finished file ends with the last tick");
+}
+
+fn bits(handles: &[HandleState]) -> impl Iterator<Item = u64> {
+    handles.iter().flat_map(|handle| [handle.position_m, handle.velocity_mps]).flatten().map(f64::to_bits)
+}
+
+fn plan(end_travel_m: f64, seconds: u32) -> MotionPlan {
+    MotionPlan {
+        speed_mps: 1.0,
+        tick_s: 1.0 / f64::from(RATE_HZ),
+        start_s: 0.0,
+        start_travel_m: 0.0,
+        start_speed_mps: 1.0,
+        first_s: 0.0,
+        last_s: end_travel_m,
+        end_travel_m,
+        until_s: Some(f64::from(seconds)),
+        held: false,
+        paused: false,
+    }
+}

@@ -1,0 +1,113 @@
+//! The show that is recorded: a server and a recorder, started, watched and ended.
+
+use std::io::{BufRead as _, BufReader};
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Stdio};
+use std::time::Instant;
+
+use bench_dragon::report::{RecordLine, RecordSummary, ServeLine};
+use bench_dragon::server::ServerSummary;
+use rustix::process::{Pid, Signal, kill_process};
+use serde::de::DeserializeOwned;
+
+use crate::RATE_HZ;
+use crate::cores::{CoreTimes, cpu_seconds_at_end};
+
+/// What came of it.
+#[derive(Debug)]
+pub(crate) struct Show {
+    pub(crate) run_id: u64,
+    pub(crate) frames_published: u64,
+    pub(crate) frames_recorded: u64,
+    pub(crate) frames_lost: u64,
+    pub(crate) overruns: u64,
+    pub(crate) recorded_bytes: u64,
+    pub(crate) elapsed_s: f64,
+    pub(crate) server_cpu_s: f64,
+    pub(crate) recorder_cpu_s: f64,
+    pub(crate) tick_p50_us: f64,
+    pub(crate) tick_p999_us: f64,
+    /// The share of its time that each core was busy, with everything else that ran on the machine.
+    pub(crate) busy_shares: Vec<f64>,
+}
+
+/// Plays so many seconds of the paper's dragon and records them.
+pub(crate) fn record_show(file: &Path, seconds: u32) -> Show {
+    let mut recorder = Process::start(&["record", file.to_str().expect("cargo's folder has a name in UTF-8")]);
+    assert!(matches!(recorder.line(), RecordLine::Started { .. }), "a recorder says first that it has started");
+    let (rate, until) = (RATE_HZ.to_string(), seconds.to_string());
+    let mut server = Process::start(&["serve", "--rate", &rate, "--until", &until, "--readers", "1"]);
+    let ServeLine::Started { run_id } = server.line() else { panic!("a server says first that it has started") };
+    let (begun, times_before) = (Instant::now(), CoreTimes::now());
+    let ServeLine::Summary(served) = server.line() else { panic!("a server tells at its end what it did") };
+    let (elapsed_s, times) = (begun.elapsed().as_secs_f64(), CoreTimes::now());
+    let server_cpu_s = cpu_seconds_at_end(&mut server.child);
+    recorder.terminate();
+    let recorded = summary_of(&mut recorder);
+    let recorder_cpu_s = cpu_seconds_at_end(&mut recorder.child);
+    let ServerSummary { frames, overruns, tick_us, .. } = served;
+    Show {
+        run_id,
+        frames_published: frames,
+        frames_recorded: recorded.frames,
+        frames_lost: recorded.lost,
+        overruns,
+        recorded_bytes: recorded.bytes,
+        elapsed_s,
+        server_cpu_s,
+        recorder_cpu_s,
+        tick_p50_us: tick_us.p50,
+        tick_p999_us: tick_us.p999,
+        busy_shares: times.busy_shares_since(&times_before),
+    }
+}
+
+/// The recorder's last line; before it there may be warnings of the disk.
+fn summary_of(recorder: &mut Process) -> RecordSummary {
+    loop {
+        if let RecordLine::Summary(summary) = recorder.line() {
+            return summary;
+        }
+    }
+}
+
+/// A process of the program, on this bench's instance.
+#[derive(Debug)]
+struct Process {
+    child: Child,
+    stdout: BufReader<ChildStdout>,
+}
+
+impl Process {
+    fn start(arguments: &[&str]) -> Self {
+        let instance = format!("record-{}", std::process::id());
+        let mut child = Command::new(env!("CARGO_BIN_EXE_bench-dragon"))
+            .args(arguments)
+            .args(["--format", "json", "--instance", &instance])
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("cargo has built the program for this bench");
+        let stdout = BufReader::new(child.stdout.take().expect("its output is piped"));
+        Self { child, stdout }
+    }
+
+    /// The next line that it prints.
+    fn line<Line: DeserializeOwned>(&mut self) -> Line {
+        let mut line = String::new();
+        self.stdout.read_line(&mut line).expect("it prints text");
+        serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error} in {line:?}"))
+    }
+
+    fn terminate(&self) {
+        kill_process(Pid::from_child(&self.child), Signal::TERM).expect("it has not been waited for");
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        // Without effect on one that has been waited for.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
