@@ -1,10 +1,11 @@
-//! Waiting for a server that is not there yet.
+//! Waiting for a server that is not there yet, and following its frames until a signal comes.
 
 use std::thread;
 use std::time::Duration;
 
+use bench_dragon::clock::monotonic_ns;
 use bench_dragon::stop::StopFlag;
-use bench_dragon_ipc::{BusError, Instance};
+use bench_dragon_ipc::{BusError, Frame, FrameSubscriber, Instance};
 
 use crate::command::output::complain;
 
@@ -34,4 +35,42 @@ pub(crate) fn open_when_there<Port>(
         }
     }
     Ok(None)
+}
+
+/// Gives frame after frame; after a signal, those that were published before it. So a reader that gets every frame loses
+/// none at its end, and one that is slower than the server ends as well.
+#[derive(Debug)]
+pub(crate) struct Following<'a> {
+    stop: &'a StopFlag,
+    stopped_ns: Option<u64>,
+}
+
+/// What a reader is given.
+#[derive(Debug)]
+pub(crate) enum Next {
+    /// The oldest frame that has not been read yet.
+    Frame(Frame),
+    /// None has come for a while.
+    Nothing,
+    /// There will be no more.
+    End,
+}
+
+impl<'a> Following<'a> {
+    /// Follows until this flag is set.
+    pub(crate) fn until(stop: &'a StopFlag) -> Self {
+        Self { stop, stopped_ns: None }
+    }
+
+    /// Waits for the next frame, but not for long.
+    pub(crate) fn next(&mut self, frames: &mut FrameSubscriber) -> Result<Next, BusError> {
+        if self.stopped_ns.is_none() && self.stop.is_set() {
+            self.stopped_ns = Some(monotonic_ns());
+        }
+        let Some(stopped_ns) = self.stopped_ns else {
+            return Ok(frames.wait(WAIT_PERIOD)?.map_or(Next::Nothing, Next::Frame));
+        };
+        let unread = frames.receive()?.filter(|frame| frame.header().published_ns <= stopped_ns);
+        Ok(unread.map_or(Next::End, Next::Frame))
+    }
 }

@@ -21,7 +21,7 @@ use bench_dragon_ipc::{
 use crate::cli::{Format, MonitorArgs};
 use crate::command::CONTACT;
 use crate::command::description::description_of;
-use crate::command::follow::{WAIT_PERIOD, open_when_there};
+use crate::command::follow::{Following, Next, open_when_there};
 use crate::command::output::{print_json, print_line};
 use crate::command::parent::follow_parent;
 
@@ -93,13 +93,12 @@ impl<'a> Session<'a> {
 
     /// Watches frame after frame; after a signal, those that are there already.
     fn follow(&mut self, ports: &mut Ports) -> anyhow::Result<()> {
+        let mut following = Following::until(self.stop);
         loop {
-            let stopping = self.stop.is_set();
-            let timeout = if stopping { Duration::ZERO } else { WAIT_PERIOD };
-            match ports.frames.wait(timeout)? {
-                Some(frame) => self.take(&frame, ports)?,
-                None if stopping => return Ok(()),
-                None => {}
+            match following.next(&mut ports.frames)? {
+                Next::Frame(frame) => self.take(&frame, ports)?,
+                Next::Nothing => {}
+                Next::End => return Ok(()),
             }
             self.summary.lost = ports.frames.lost();
             if self.args.fail_on_contact && self.summary.contact.is_some() {

@@ -13,7 +13,7 @@ use bench_dragon_ipc::{AlertSubscriber, BusError, DescriptionReader, Domain, Fra
 use crate::cli::{Format, RecordArgs};
 use crate::command::BadInput;
 use crate::command::description::description_of;
-use crate::command::follow::{WAIT_PERIOD, open_when_there};
+use crate::command::follow::{Following, Next, open_when_there};
 use crate::command::output::{complain, print_json, print_line};
 use crate::command::parent::follow_parent;
 
@@ -126,17 +126,16 @@ impl Session {
 
     /// Records frame after frame; after a signal, those that are there already.
     fn follow(&mut self, ports: &mut Ports, stop: &StopFlag) -> anyhow::Result<()> {
+        let mut following = Following::until(stop);
         loop {
-            let stopping = stop.is_set();
-            let timeout = if stopping { Duration::ZERO } else { WAIT_PERIOD };
-            let frame = ports.frames.wait(timeout)?;
+            let next = following.next(&mut ports.frames)?;
             while let Some(alert) = ports.alerts.receive()? {
                 self.recorder.alert(&alert, monotonic_ns())?;
             }
-            match frame {
-                Some(frame) => self.take(&frame, ports, stop)?,
-                None if stopping => return Ok(()),
-                None => {}
+            match next {
+                Next::Frame(frame) => self.take(&frame, ports, stop)?,
+                Next::Nothing => {}
+                Next::End => return Ok(()),
             }
             self.lost = ports.frames.lost();
             self.warn_of_disk()?;

@@ -1,5 +1,7 @@
 //! Readers that end, however they end, are nobody else's affair.
 
+use std::fs;
+
 use crate::reader::{Reader, assert_accounted_for};
 use crate::stage::Stage;
 
@@ -41,6 +43,19 @@ fn the_last_reader_to_leave_takes_away_what_its_server_has_left() {
     assert!(!stage.remains().is_empty(), "a reader is still there");
     drop(reader);
     assert!(stage.remains().is_empty(), "{:?}", stage.remains());
+}
+
+#[test]
+fn a_reader_that_is_slower_than_the_server_ends_at_a_signal() {
+    let stage = Stage::new();
+    let config = stage.path("long.toml");
+    fs::write(&config, "[dragon]\nbenches = 20000\n").expect("the test's folder is its own");
+    let config = config.to_str().expect("a folder with a name in UTF-8");
+    let server = stage.serve(&["--rate", "10000", "--config", config]);
+    let mut monitor = stage.start(&["monitor", "--format", "json", "--progress", "0.01"]);
+    monitor.json_until(|line| line["lost"].as_u64() > Some(0));
+    monitor.terminate().expect_clean();
+    server.stop();
 }
 
 #[test]
