@@ -9,9 +9,10 @@
 //! **Who copies.** The calling thread copies a frame once, from shared memory into a recycled buffer, and does nothing
 //! else. The writing thread encodes, compresses and writes.
 //!
-//! **Who waits.** [`FRAMES_IN_FLIGHT`] buffers go round. When all of them wait to be written, [`Recorder::frame`] waits
-//! for the disk, and the bus keeps the newest frames meanwhile, as many as its reader's buffer holds; what it drops shows
-//! as a gap in the ticks. Nothing here can hold up the server.
+//! **Who waits.** Frames on their way to the file may take [`BYTES_IN_FLIGHT`] of memory; buffers are made as they are
+//! needed and go round. When all of them wait to be written, [`Recorder::frame`] waits for the disk, and the bus keeps
+//! the newest frames meanwhile, as many as its reader's buffer holds; what it drops shows as a gap in the ticks. Nothing
+//! here can hold up the server.
 //!
 //! **What a crash costs.** A chunk is closed and handed to the operating system when it is full (about a megabyte) and
 //! half a second after its first message at the latest. A killed recorder loses at most what came after; the file then
@@ -44,7 +45,7 @@ use std::{
 };
 
 use bench_dragon_ipc::{Alert, FrameHeader, HandleState};
-use crossbeam::channel::{Receiver, Sender, bounded};
+use crossbeam::channel::{Receiver, Sender, TryRecvError, bounded};
 
 pub use self::{
     error::{Kept, RecordError},
@@ -60,8 +61,13 @@ use self::{
     writer::{Description, FrameBuffer, Job, RecordingWriter},
 };
 
-/// Frames that can be on their way to the file at once: a quarter of a second at 1 kHz.
-pub const FRAMES_IN_FLIGHT: usize = 256;
+/// What frames on their way to the file take of memory at most: six seconds of the paper's dragon at 1 kHz, so that a disk
+/// may stall for longer than a bus can keep frames. A few frames are on their way however large they are.
+pub const BYTES_IN_FLIGHT: usize = 64 << 20;
+/// As many of small frames at most.
+const MOST_FRAMES_IN_FLIGHT: usize = 8192;
+/// As many of large frames at least.
+const LEAST_FRAMES_IN_FLIGHT: usize = 4;
 
 /// A recording in progress.
 ///
@@ -89,6 +95,8 @@ pub struct Recorder {
 struct Link {
     jobs: Sender<Job>,
     empty: Receiver<FrameBuffer>,
+    /// Buffers that there are, empty or in flight.
+    buffers: usize,
     thread: JoinHandle<Result<Summary, RecordError>>,
 }
 
@@ -104,13 +112,13 @@ impl Recorder {
         let progress = Arc::new(SharedProgress::new(names.clone()));
         let path = settings.file.clone();
         let writer = RecordingWriter::create(settings, names, Arc::clone(&progress))?;
-        let (jobs, jobs_received) = bounded(FRAMES_IN_FLIGHT);
-        let (emptied, empty) = empty_buffers();
+        let (jobs, jobs_received) = bounded(MOST_FRAMES_IN_FLIGHT);
+        let (emptied, empty) = bounded(MOST_FRAMES_IN_FLIGHT);
         let thread = thread::Builder::new()
             .name("record-write".to_owned())
             .spawn(move || writer.run(&jobs_received, &emptied))
             .map_err(|source| RecordError::Create { path, source })?;
-        Ok(Self { link: Some(Link { jobs, empty, thread }), progress })
+        Ok(Self { link: Some(Link { jobs, empty, buffers: 0, thread }), progress })
     }
 
     /// Records the configuration of a run. Each later file repeats the last one.
@@ -126,8 +134,8 @@ impl Recorder {
     /// # Errors
     /// What ended the writing thread; the frame, and those that were in flight, are not in the file.
     pub fn frame(&mut self, header: &FrameHeader, handles: &[HandleState]) -> Result<(), RecordError> {
-        let link = self.link.as_ref().ok_or(RecordError::Ended)?;
-        let Ok(mut buffer) = link.empty.recv() else { return Err(self.ended()) };
+        let link = self.link.as_mut().ok_or(RecordError::Ended)?;
+        let Some(mut buffer) = link.buffer(size_of_val(handles)) else { return Err(self.ended()) };
         buffer.fill(header, handles);
         self.send(Job::Frame(buffer))
     }
@@ -164,9 +172,33 @@ impl Recorder {
     }
 
     fn join(&mut self) -> Result<Summary, RecordError> {
-        let Link { jobs, empty, thread } = self.link.take().ok_or(RecordError::Ended)?;
+        let Link { jobs, empty, thread, .. } = self.link.take().ok_or(RecordError::Ended)?;
         drop((jobs, empty));
         thread.join().unwrap_or_else(|panic| resume_unwind(panic))
+    }
+}
+
+impl Link {
+    /// A buffer to be filled: an empty one, a new one, or where there may be no more of this size, the next that becomes
+    /// empty. `None` where the writing thread has ended.
+    fn buffer(&mut self, frame_bytes: usize) -> Option<FrameBuffer> {
+        let allowed = (BYTES_IN_FLIGHT / frame_bytes.max(1)).clamp(LEAST_FRAMES_IN_FLIGHT, MOST_FRAMES_IN_FLIGHT);
+        loop {
+            let buffer = match self.empty.try_recv() {
+                Ok(buffer) => buffer,
+                Err(TryRecvError::Disconnected) => return None,
+                Err(TryRecvError::Empty) if self.buffers < allowed => {
+                    self.buffers += 1;
+                    FrameBuffer::default()
+                }
+                Err(TryRecvError::Empty) => self.empty.recv().ok()?,
+            };
+            if self.buffers <= allowed {
+                return Some(buffer);
+            }
+            // There were more of smaller frames.
+            self.buffers -= 1;
+        }
     }
 }
 
@@ -175,15 +207,6 @@ impl Drop for Recorder {
         // Whoever wants to know how it went calls `finish`.
         let _ = self.join();
     }
-}
-
-/// The channel on which buffers come back to be filled, and all of them in it.
-fn empty_buffers() -> (Sender<FrameBuffer>, Receiver<FrameBuffer>) {
-    let (emptied, empty) = bounded(FRAMES_IN_FLIGHT);
-    for _ in 0..FRAMES_IN_FLIGHT {
-        emptied.send(FrameBuffer::default()).expect("the channel has room for every buffer");
-    }
-    (emptied, empty)
 }
 
 fn refuse_taken_names(settings: &RecorderSettings, names: &FileNames) -> Result<(), RecordError> {
