@@ -13,6 +13,8 @@ use crate::command::output::complain;
 const LOOK_PERIOD: Duration = Duration::from_millis(20);
 /// How long a reader waits for a frame before it looks at the stop flag again.
 pub(crate) const WAIT_PERIOD: Duration = Duration::from_millis(100);
+/// How often a reader that is not woken looks for frames: at the highest rates the bus keeps two milliseconds of them.
+const POLL_PERIOD: Duration = Duration::from_millis(1);
 
 /// Opens something of an instance, waiting for as long as nothing is published there. `None` where a signal came first.
 pub(crate) fn open_when_there<Port>(
@@ -62,13 +64,33 @@ impl<'a> Following<'a> {
         Self { stop, stopped_ns: None }
     }
 
-    /// Waits for the next frame, but not for long.
-    pub(crate) fn next(&mut self, frames: &mut FrameSubscriber) -> Result<Next, BusError> {
+    /// Waits for the next frame, but not for long. The server wakes this reader with a system call a frame.
+    pub(crate) fn wait(&mut self, frames: &mut FrameSubscriber) -> Result<Next, BusError> {
+        self.next(frames, |frames| frames.wait(WAIT_PERIOD))
+    }
+
+    /// The same for a reader to whom a millisecond makes no difference, and which is not woken: it takes what has come in
+    /// the meantime, and costs the server nothing.
+    pub(crate) fn poll(&mut self, frames: &mut FrameSubscriber) -> Result<Next, BusError> {
+        self.next(frames, |frames| {
+            let frame = frames.receive()?;
+            if frame.is_none() {
+                thread::sleep(POLL_PERIOD);
+            }
+            Ok(frame)
+        })
+    }
+
+    fn next(
+        &mut self,
+        frames: &mut FrameSubscriber,
+        read: impl FnOnce(&mut FrameSubscriber) -> Result<Option<Frame>, BusError>,
+    ) -> Result<Next, BusError> {
         if self.stopped_ns.is_none() && self.stop.is_set() {
             self.stopped_ns = Some(monotonic_ns());
         }
         let Some(stopped_ns) = self.stopped_ns else {
-            return Ok(frames.wait(WAIT_PERIOD)?.map_or(Next::Nothing, Next::Frame));
+            return Ok(read(frames)?.map_or(Next::Nothing, Next::Frame));
         };
         let unread = frames.receive()?.filter(|frame| frame.header().published_ns <= stopped_ns);
         Ok(unread.map_or(Next::End, Next::Frame))

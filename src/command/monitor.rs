@@ -95,7 +95,7 @@ impl<'a> Session<'a> {
     fn follow(&mut self, ports: &mut Ports) -> anyhow::Result<()> {
         let mut following = Following::until(self.stop);
         loop {
-            match following.next(&mut ports.frames)? {
+            match following.wait(&mut ports.frames)? {
                 Next::Frame(frame) => self.take(&frame, ports)?,
                 Next::Nothing => {}
                 Next::End => return Ok(()),

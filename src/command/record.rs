@@ -128,7 +128,7 @@ impl Session {
     fn follow(&mut self, ports: &mut Ports, stop: &StopFlag) -> anyhow::Result<()> {
         let mut following = Following::until(stop);
         loop {
-            let next = following.next(&mut ports.frames)?;
+            let next = following.poll(&mut ports.frames)?;
             while let Some(alert) = ports.alerts.receive()? {
                 self.recorder.alert(&alert, monotonic_ns())?;
             }
