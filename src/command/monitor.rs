@@ -14,13 +14,11 @@ use bench_dragon::monitor::forecast::{Forecast, Forecaster};
 use bench_dragon::monitor::{AlertPublisher, Monitor, run_alert};
 use bench_dragon::report::{AlertLine, ClearanceReport, ContactReport, MonitorLine, MonitorProgress, MonitorSummary};
 use bench_dragon::stop::StopFlag;
-use bench_dragon_ipc::{
-    Alert, AlertKind, Continuity, DescriptionReader, Domain, Frame, FrameHeader, FrameSubscriber, ShowState,
-};
+use bench_dragon_ipc::{Alert, AlertKind, Continuity, Domain, Frame, FrameHeader, FrameSubscriber, ShowState};
 
 use crate::cli::{Format, MonitorArgs};
 use crate::command::CONTACT;
-use crate::command::description::description_of;
+use crate::command::description::Descriptions;
 use crate::command::follow::{Following, Next, open_when_there};
 use crate::command::output::{print_json, print_line};
 use crate::command::parent::follow_parent;
@@ -29,7 +27,7 @@ pub(crate) fn run(args: &MonitorArgs) -> anyhow::Result<ExitCode> {
     follow_parent(args.child)?;
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
-    let opened = open_when_there(domain.instance(), &stop, || Ports::open(&domain))?;
+    let opened = open_when_there(domain.instance(), &stop, || Ports::open(&domain, &stop))?;
     let mut session = Session::new(args, &stop);
     if let Some(mut ports) = opened {
         session.follow(&mut ports)?;
@@ -42,14 +40,14 @@ pub(crate) fn run(args: &MonitorArgs) -> anyhow::Result<ExitCode> {
 /// Everything of the bus that a monitor uses.
 struct Ports {
     frames: FrameSubscriber,
-    descriptions: DescriptionReader,
+    descriptions: Descriptions,
     alerts: AlertPublisher,
 }
 
 impl Ports {
     /// Opens the frames last, so that from their first one on everything else is there.
-    fn open(domain: &Domain) -> Result<Self, bench_dragon_ipc::BusError> {
-        let descriptions = DescriptionReader::open(domain, "monitor-description")?;
+    fn open(domain: &Domain, stop: &StopFlag) -> Result<Self, bench_dragon_ipc::BusError> {
+        let descriptions = Descriptions::open(domain, "monitor-description", stop)?;
         let alerts = AlertPublisher::open(domain)?;
         Ok(Self { frames: FrameSubscriber::open(domain, "monitor")?, descriptions, alerts })
     }
@@ -108,7 +106,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    fn take(&mut self, frame: &Frame, ports: &Ports) -> anyhow::Result<()> {
+    fn take(&mut self, frame: &Frame, ports: &mut Ports) -> anyhow::Result<()> {
         let header = frame.header();
         self.latency.record(monotonic_ns().saturating_sub(header.scheduled_ns));
         self.summary.frames += 1;
@@ -131,8 +129,8 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    fn begin(&self, header: &FrameHeader, ports: &Ports) -> anyhow::Result<Option<Watch>> {
-        let Some(description) = description_of(&ports.descriptions, header.run_id, self.stop)? else {
+    fn begin(&self, header: &FrameHeader, ports: &mut Ports) -> anyhow::Result<Option<Watch>> {
+        let Some(description) = ports.descriptions.of(header.run_id, self.stop)? else {
             return Ok(None);
         };
         let config = Config::from_toml(&description.toml).context("the description on the bus")?;

@@ -8,11 +8,11 @@ use bench_dragon::clock::{monotonic_ns, unix_minus_monotonic_ns};
 use bench_dragon::record::{Recorder, RecorderSettings, Repair, Size, SpaceWarning, repair, repair_folder};
 use bench_dragon::report::{RecordLine, RecordSummary};
 use bench_dragon::stop::StopFlag;
-use bench_dragon_ipc::{AlertSubscriber, BusError, DescriptionReader, Domain, Frame, FrameSubscriber};
+use bench_dragon_ipc::{AlertSubscriber, BusError, Domain, Frame, FrameSubscriber};
 
 use crate::cli::{Format, RecordArgs};
 use crate::command::BadInput;
-use crate::command::description::description_of;
+use crate::command::description::Descriptions;
 use crate::command::follow::{Following, Next, open_when_there};
 use crate::command::output::{complain, print_json, print_line};
 use crate::command::parent::follow_parent;
@@ -41,7 +41,7 @@ pub(crate) fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
         print_json(&RecordLine::Started { file: args.file.clone() })?;
     }
     let mut session = Session::new(args.format.format, recorder);
-    if let Some(mut ports) = open_when_there(domain.instance(), &stop, || Ports::open(&domain))? {
+    if let Some(mut ports) = open_when_there(domain.instance(), &stop, || Ports::open(&domain, &stop))? {
         session.follow(&mut ports, &stop)?;
     }
     session.finish()?;
@@ -95,14 +95,14 @@ pub(crate) fn repair_around(file: &Path) {
 /// Everything of the bus that a recorder uses.
 struct Ports {
     frames: FrameSubscriber,
-    descriptions: DescriptionReader,
+    descriptions: Descriptions,
     alerts: AlertSubscriber,
 }
 
 impl Ports {
     /// Opens the frames last, so that from their first one on everything else is there.
-    fn open(domain: &Domain) -> Result<Self, BusError> {
-        let descriptions = DescriptionReader::open(domain, "record-description")?;
+    fn open(domain: &Domain, stop: &StopFlag) -> Result<Self, BusError> {
+        let descriptions = Descriptions::open(domain, "record-description", stop)?;
         let alerts = AlertSubscriber::open(domain, "record-alerts")?;
         Ok(Self { frames: FrameSubscriber::open(domain, "record")?, descriptions, alerts })
     }
@@ -142,10 +142,10 @@ impl Session {
         }
     }
 
-    fn take(&mut self, frame: &Frame, ports: &Ports, stop: &StopFlag) -> anyhow::Result<()> {
+    fn take(&mut self, frame: &Frame, ports: &mut Ports, stop: &StopFlag) -> anyhow::Result<()> {
         let run_id = frame.header().run_id;
         if self.run_id != Some(run_id) {
-            if let Some(description) = description_of(&ports.descriptions, run_id, stop)? {
+            if let Some(description) = ports.descriptions.of(run_id, stop)? {
                 self.recorder.describe(run_id, &description.toml)?;
             }
             self.run_id = Some(run_id);
