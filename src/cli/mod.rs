@@ -74,6 +74,15 @@ pub(crate) enum Command {
   bench-dragon hz
   bench-dragon hz --seconds 10 --format json")]
     Hz(HzArgs),
+    /// Measure latency and loss of the running bus.
+    #[command(after_help = "Examples:
+  bench-dragon latency
+  bench-dragon latency --poll --seconds 60 --hgrm tonight.hgrm
+  bench-dragon latency --format json | jq .sent_us.p99
+
+Due is the instant at which the server meant to begin the frame, sent the one at which the frame was ready; read is
+when every handle of it has been read. --poll takes a core for itself.")]
+    Latency(LatencyArgs),
     /// Answer a choreographer's question, without a server.
     #[command(after_help = "Examples:
   bench-dragon solve poses --at 0,60,300 --format json
@@ -303,6 +312,24 @@ pub(crate) struct HzArgs {
     pub(crate) format: FormatArgs,
 }
 
+/// Arguments of `latency`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct LatencyArgs {
+    /// How long to measure; Ctrl-C ends it early, with the report.
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, allow_negative_numbers = true, value_parser = duration)]
+    pub(crate) seconds: f64,
+    /// Look for the next frame all the time, instead of being woken by it.
+    #[arg(long)]
+    pub(crate) poll: bool,
+    /// Write the distribution from due to read as .hgrm, which the HDR histogram plotter reads, in microseconds.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) hgrm: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
 fn instance(name: &str) -> Result<Instance, String> {
     Instance::new(name).map_err(|_| format!("must be 1 to {} of a-z, 0-9 and -", Instance::MAX_LEN))
 }
@@ -322,6 +349,10 @@ fn time_scale(text: &str) -> Result<f64, String> {
 
 fn period(text: &str) -> Result<f64, String> {
     within(text, &(0.01..=3600.0))
+}
+
+fn duration(text: &str) -> Result<f64, String> {
+    within(text, &(0.01..=1_000_000.0))
 }
 
 fn file_megabytes(text: &str) -> Result<u64, String> {

@@ -13,6 +13,7 @@ mod echo;
 mod follow;
 mod hz;
 mod iox2_config;
+mod latency;
 mod monitor;
 mod parent;
 mod record;
@@ -51,6 +52,7 @@ pub(crate) fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Ctl(args) => ctl::run(&args),
         Command::Echo(args) => echo::run(&args),
         Command::Hz(args) => hz::run(&args),
+        Command::Latency(args) => latency::run(&args),
         Command::Solve(args) => solve::run(args.question),
         Command::Iox2Config(args) => iox2_config::run(&args),
     }

@@ -52,6 +52,9 @@ fn bad_arguments_are_named_with_what_is_allowed() {
         ),
         (&["echo", "--format", "yaml"], &["--format", "'yaml'", "text, json"]),
         (&["hz", "--seconds", "x"], &["--seconds", "'x'"]),
+        (&["latency", "--seconds", "0"], &["--seconds", "'0'", "must be from 0.01 to 1000000"]),
+        (&["latency", "--seconds", "nan"], &["--seconds", "'nan'", "must be from 0.01 to 1000000"]),
+        (&["latency", "--hgrm"], &["--hgrm <FILE>"]),
     ];
     for (args, named) in cases {
         assert_told(&stage.run(args), 2, named);
@@ -162,7 +165,7 @@ fn no_command_at_all_gets_the_help() {
 
 #[test]
 fn every_command_has_help_with_an_example() {
-    for command in ["show", "serve", "monitor", "record", "ctl", "echo", "hz", "solve", "iox2-config"] {
+    for command in ["show", "serve", "monitor", "record", "ctl", "echo", "hz", "latency", "solve", "iox2-config"] {
         let help = Process::start(program(&[command, "--help"])).end().expect_clean();
         assert!(help.stdout.contains("Example"), "{command}");
     }

@@ -12,6 +12,7 @@ mod echo;
 mod eventually;
 mod figures;
 mod late_join;
+mod latency;
 mod monitor;
 mod overflow;
 mod planner;

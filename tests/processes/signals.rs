@@ -65,7 +65,7 @@ fn a_signal_ends_a_recorder_with_a_finished_file() {
 
 #[test]
 fn a_signal_ends_a_reader_that_waits_for_a_server() {
-    for command in [&["echo"][..], &["hz"], &["monitor"], &["record", "a.mcap"]] {
+    for command in [&["echo"][..], &["hz"], &["latency"], &["monitor"], &["record", "a.mcap"]] {
         let stage = Stage::new();
         let waiting = stage.start_waiting(command);
         let ended = waiting.terminate();

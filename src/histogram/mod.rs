@@ -1,4 +1,11 @@
-//! Distributions of latency and lateness, and the percentiles that are reported of them.
+//! Distributions of latency and lateness, and what is reported of them: percentiles, bars for people, the text that
+//! `HdrHistogram`'s plotter reads.
+
+mod bars;
+mod percentile_text;
+
+pub use bars::Bars;
+pub use percentile_text::PercentileText;
 
 use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
@@ -44,9 +51,14 @@ impl LatencyHistogram {
         self.0.max()
     }
 
+    /// How many values have been counted.
+    pub fn count(&self) -> u64 {
+        self.0.len()
+    }
+
     /// The percentiles that are reported.
     pub fn percentiles(&self) -> Percentiles {
-        let micros = |nanos: u64| nanos as f64 * 1e-3;
+        let micros = |nanos: u64| nanos as f64 / 1e3;
         Percentiles {
             p50: micros(self.quantile_ns(0.5)),
             p99: micros(self.quantile_ns(0.99)),

@@ -1,0 +1,134 @@
+//! `latency`: how long frames take to be read, and how many are lost.
+
+use std::hint;
+use std::process::ExitCode;
+
+use bench_dragon::clock::monotonic_ns;
+use bench_dragon::histogram::{Bars, LatencyHistogram, PercentileText, Percentiles};
+use bench_dragon::report::{LatencyReport, ReadMode};
+use bench_dragon::stop::StopFlag;
+use bench_dragon::table::{Cell, Column, Exporter as _, Table, Text};
+use bench_dragon_ipc::{BusError, Continuity, Domain, Frame, FrameSubscriber, HandleState};
+
+use crate::cli::{Format, LatencyArgs};
+use crate::command::follow::{WAIT_PERIOD, open_when_there};
+use crate::command::output::{print_bytes, print_json, print_line};
+use crate::command::whole_file;
+
+/// What has been read.
+#[derive(Default)]
+struct Tally {
+    frames: u64,
+    lost: u64,
+    restarts: u64,
+    due: LatencyHistogram,
+    sent: LatencyHistogram,
+}
+
+impl Tally {
+    /// Reads every handle of a frame, then takes the time.
+    fn read(&mut self, frame: &Frame) {
+        hint::black_box(sum_of_bits(frame.handles()));
+        let (read_ns, header) = (monotonic_ns(), frame.header());
+        self.due.record(read_ns.saturating_sub(header.scheduled_ns));
+        self.sent.record(read_ns.saturating_sub(header.published_ns));
+        self.frames += 1;
+        match frame.continuity() {
+            Continuity::Lost(frames) => self.lost += frames,
+            Continuity::Restarted => self.restarts += 1,
+            Continuity::First | Continuity::Next => {}
+        }
+    }
+}
+
+pub(crate) fn run(args: &LatencyArgs) -> anyhow::Result<ExitCode> {
+    let domain = Domain::new(args.bus.instance.clone())?;
+    let stop = StopFlag::on_signals()?;
+    let opened = open_when_there(domain.instance(), &stop, || FrameSubscriber::open(&domain, "latency"))?;
+    let Some(mut frames) = opened else { return Ok(ExitCode::SUCCESS) };
+    let mode = if args.poll { ReadMode::Polling } else { ReadMode::Woken };
+    let (mut tally, begun_ns) = (Tally::default(), monotonic_ns());
+    let end_ns = measure(&mut frames, mode, begun_ns + (args.seconds * 1e9) as u64, &stop, &mut tally)?;
+    let report = LatencyReport {
+        frames: tally.frames,
+        lost: tally.lost,
+        restarts: tally.restarts,
+        seconds: (end_ns - begun_ns) as f64 / 1e9,
+        mode,
+        due_us: tally.due.percentiles(),
+        sent_us: tally.sent.percentiles(),
+    };
+    match args.format.format {
+        Format::Json => print_json(&report)?,
+        Format::Text => print_text(&report, &tally.due)?,
+    }
+    // Last, so that nothing that is measured is lost where it cannot be written.
+    if let Some(path) = &args.hgrm {
+        whole_file::write(path, PercentileText(&tally.due).to_string().as_bytes())?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Reads all frames that are sent until `end_ns`, or until a signal comes. Returns when that was.
+fn measure(
+    frames: &mut FrameSubscriber,
+    mode: ReadMode,
+    mut end_ns: u64,
+    stop: &StopFlag,
+    tally: &mut Tally,
+) -> Result<u64, BusError> {
+    loop {
+        match next(frames, mode)? {
+            Some(frame) if frame.header().published_ns <= end_ns => tally.read(&frame),
+            Some(_) => return Ok(end_ns),
+            // Only where all that came in time has been read.
+            None if monotonic_ns() >= end_ns => return Ok(end_ns),
+            None => {}
+        }
+        if stop.is_set() {
+            end_ns = end_ns.min(monotonic_ns());
+        }
+    }
+}
+
+fn next(frames: &mut FrameSubscriber, mode: ReadMode) -> Result<Option<Frame>, BusError> {
+    match mode {
+        ReadMode::Woken => frames.wait(WAIT_PERIOD),
+        ReadMode::Polling => {
+            hint::spin_loop();
+            frames.receive()
+        }
+    }
+}
+
+/// A sum that takes every byte of the handles, in whatever order is fastest.
+fn sum_of_bits(handles: &[HandleState]) -> u64 {
+    let sum = |values: [f64; 3]| values.map(f64::to_bits).into_iter().fold(0, u64::wrapping_add);
+    handles
+        .iter()
+        .fold(0, |all, handle| all.wrapping_add(sum(handle.position_m)).wrapping_add(sum(handle.velocity_mps)))
+}
+
+fn print_text(report: &LatencyReport, due: &LatencyHistogram) -> anyhow::Result<()> {
+    let LatencyReport { frames, lost, restarts, seconds, mode, due_us, sent_us } = report;
+    let mode = match mode {
+        ReadMode::Polling => "polling",
+        ReadMode::Woken => "woken",
+    };
+    print_line(format_args!("{frames} frames in {seconds:.1} s, {lost} lost, {restarts} restarts, {mode}\n"))?;
+    let title = |percentile: &str| Column::number(percentile, 1);
+    let mut table = Table::new(
+        "latency in \u{b5}s",
+        vec![Column::text(""), title("p50"), title("p99"), title("p99.9"), title("max")],
+    );
+    for (way, Percentiles { p50, p99, p999, max }) in [("due to read", due_us), ("sent to read", sent_us)] {
+        let mut row = vec![Cell::from(way)];
+        row.extend([p50, p99, p999, max].map(|&micros| Cell::from(micros)));
+        table.push(row);
+    }
+    print_bytes(&Text.export(&[table])?)?;
+    if *frames > 0 {
+        print_bytes(format!("\nframes by latency from due to read in \u{b5}s\n{}", Bars(due)).as_bytes())?;
+    }
+    Ok(())
+}

@@ -1,0 +1,109 @@
+//! `latency`: what it counts, what it prints, and the file for the plotter.
+
+use std::fs;
+use std::path::Path;
+
+use rustix::process::Signal;
+use serde_json::{Value, json};
+
+use crate::process::Ended;
+use crate::stage::Stage;
+
+/// Frames of a show that a reader's buffer holds, so that none is lost however late they are read.
+const FRAMES: u64 = 101;
+
+/// Lets a measurement meet a whole show of [`FRAMES`] frames and ends it by Ctrl-C when the show is over.
+fn measure_a_show(stage: &Stage, args: &[&str]) -> Ended {
+    let server = stage.serve(&["--rate", "1000", "--until", "0.1", "--readers", "1"]);
+    let latency = stage.start(&[&["latency", "--seconds", "100000"], args].concat());
+    assert_eq!(server.summary()["frames"], FRAMES);
+    latency.signal(Signal::INT);
+    latency.end().expect_clean()
+}
+
+/// Percentile and count of each row, and the count that the footer has.
+fn percentile_rows(path: &Path) -> (Vec<(f64, u64)>, u64) {
+    let text = fs::read_to_string(path).expect("the file is text");
+    let mut lines = text.lines();
+    let titles: Vec<&str> = lines.next().expect("titles").split_whitespace().collect();
+    assert_eq!(titles, ["Value", "Percentile", "TotalCount", "1/(1-Percentile)"]);
+    assert_eq!(lines.next(), Some(""));
+    let (footer, rows): (Vec<&str>, Vec<&str>) = lines.partition(|line| line.starts_with('#'));
+    let total = footer[1].split_once("Total count    =").expect("the footer has it").1.trim_matches([' ', ']']);
+    let row = |line: &&str| {
+        let cells: Vec<f64> = line.split_whitespace().map(|cell| cell.parse().expect("a number")).collect();
+        assert!(cells[0] > 0.0 && (cells.len() == 4 || cells[1] == 1.0), "{line}");
+        (cells[1], cells[2] as u64)
+    };
+    (rows.iter().map(row).collect(), total.parse().expect("a count"))
+}
+
+#[test]
+fn every_frame_of_a_show_is_measured_polling_and_woken_though_ctrl_c_ends_it() {
+    for (args, mode) in [(&["--format", "json"][..], "woken"), (&["--format", "json", "--poll"], "polling")] {
+        let stage = Stage::new();
+        let report = measure_a_show(&stage, args).last_json();
+        let mut fields: Vec<&String> = report.as_object().expect("an object").keys().collect();
+        fields.sort();
+        assert_eq!(fields, ["due_us", "frames", "lost", "mode", "restarts", "seconds", "sent_us"]);
+        let counts = json!([report["frames"], report["lost"], report["restarts"], report["mode"]]);
+        assert_eq!(counts, json!([FRAMES, 0, 0, mode]));
+        assert!(report["seconds"].as_f64() > Some(0.0), "{report}");
+        for way in ["due_us", "sent_us"] {
+            let percentiles: Vec<f64> =
+                ["p50", "p99", "p999", "max"].iter().filter_map(|name| report[way][name].as_f64()).collect();
+            assert!(percentiles.len() == 4 && percentiles.is_sorted() && percentiles[0] > 0.0, "{report}");
+        }
+        assert!(
+            report["due_us"]["p50"].as_f64() > report["sent_us"]["p50"].as_f64(),
+            "due comes before sent: {report}"
+        );
+    }
+}
+
+#[test]
+fn the_file_for_the_plotter_counts_every_frame() {
+    let stage = Stage::new();
+    measure_a_show(&stage, &["--hgrm", "show.hgrm"]);
+    let (rows, total) = percentile_rows(&stage.path("show.hgrm"));
+    assert!(rows.is_sorted(), "{rows:?}");
+    assert_eq!((rows.last(), total), (Some(&(1.0, FRAMES)), FRAMES));
+}
+
+#[test]
+fn people_get_a_table_and_bars_that_count_every_frame() {
+    let stage = Stage::new();
+    let text = measure_a_show(&stage, &[]).stdout;
+    assert!(
+        text.starts_with(&format!("{FRAMES} frames in ")) && text.contains(" s, 0 lost, 0 restarts, woken\n"),
+        "{text}"
+    );
+    assert!(text.contains("\ndue to read ") && text.contains("\nsent to read "), "{text}");
+    let (_, bars) = text.split_once("from due to read in").expect("bars follow the table");
+    let counted = bars.lines().filter_map(|line| line.split_whitespace().last()?.parse::<u64>().ok()).sum::<u64>();
+    assert_eq!(counted, FRAMES, "{text}");
+    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+}
+
+#[test]
+fn a_measurement_ends_by_itself_after_its_seconds_with_nothing_to_measure_too() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--readers", "2"]);
+    let report = stage.run(&["latency", "--seconds", "0.05", "--format", "json"]).expect_clean().last_json();
+    assert_eq!(json!([report["frames"], report["seconds"]]), json!([0, 0.05]));
+    let text = stage.run(&["latency", "--seconds", "0.05", "--poll"]).expect_clean().stdout;
+    assert!(text.starts_with("0 frames in 0.1 s, 0 lost"), "{text}");
+    server.process.terminate().expect_clean();
+}
+
+#[test]
+fn a_file_that_cannot_be_written_is_told_after_the_report() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100"]);
+    let args = ["latency", "--seconds", "0.05", "--hgrm", "none/a.hgrm", "--format", "json"];
+    let ended = stage.run(&args);
+    assert_eq!(ended.code(), Some(1));
+    assert!(ended.stderr.starts_with("error: cannot write none/a.hgrm: No such file"), "{}", ended.stderr);
+    assert!(matches!(ended.last_json()["frames"], Value::Number(_)), "{}", ended.stdout);
+    server.stop();
+}
