@@ -1,0 +1,51 @@
+//! The frames that every contestant but ours is given to send: the server's own computation, from the run's start.
+
+use std::sync::Arc;
+
+use bench_dragon::server::Simulation;
+use bench_dragon::server::motion::MotionPlan;
+use bench_dragon_ipc::{FrameHeader, HandleState};
+
+use crate::shared;
+
+/// Benches of the paper's dragon.
+pub(crate) const BENCHES: usize = 223;
+/// Handles of a frame.
+pub(crate) const HANDLES: usize = BENCHES + 1;
+/// Frames a second.
+pub(crate) const RATE_HZ: u32 = 1000;
+
+/// Computes one frame after the other.
+pub(crate) struct FrameSource {
+    simulation: Simulation,
+    tick: u64,
+}
+
+impl FrameSource {
+    pub(crate) fn new() -> Self {
+        let dragon = shared::dragon(BENCHES);
+        let end_travel_m = dragon.end_travel_m();
+        let plan = MotionPlan {
+            speed_mps: 1.0,
+            tick_s: 1.0 / f64::from(RATE_HZ),
+            start_s: 0.0,
+            start_travel_m: 0.0,
+            start_speed_mps: 1.0,
+            first_s: 0.0,
+            last_s: end_travel_m,
+            end_travel_m,
+            until_s: None,
+            held: false,
+            paused: false,
+        };
+        Self { simulation: Simulation::new(Arc::new(dragon), plan), tick: 0 }
+    }
+
+    /// Writes the next frame's handles. The header lacks nothing but the instant of sending.
+    pub(crate) fn fill(&mut self, handles: &mut [HandleState], due_ns: u64) -> FrameHeader {
+        let tick = self.tick;
+        self.tick += 1;
+        self.simulation.advance();
+        self.simulation.write(handles).header(0, tick, due_ns, 1.0, BENCHES as u32)
+    }
+}

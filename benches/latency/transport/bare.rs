@@ -1,0 +1,152 @@
+//! Bare iceoryx2: a publisher and subscribers as its own examples have them, with our payload, our buffer and, where
+//! readers sleep, an event after each frame.
+
+use std::fs;
+use std::path::Path;
+
+use bench_dragon::clock::monotonic_ns;
+use bench_dragon_ipc::service::frame_buffer;
+use bench_dragon_ipc::{FrameHeader, HandleState};
+use iceoryx2::config::Config;
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::prelude::{
+    FileName, LogLevel, Node, NodeBuilder, PortFactory as _, SemanticString as _, SignalHandlingMode, ipc,
+    set_log_level,
+};
+use iceoryx2::service::port_factory::{event, publish_subscribe};
+use tempfile::TempDir;
+
+use crate::arrival::Arrival;
+use crate::frame_source::{BENCHES, HANDLES};
+use crate::publishing::{Sender, announce};
+use crate::reading::{Receiver, WAIT};
+use crate::setting::{Mode, Setting};
+
+type Service = ipc::Service;
+type FrameService = publish_subscribe::PortFactory<Service, [HandleState], FrameHeader>;
+
+pub(crate) struct BareSender {
+    // Dropped in this order: ports before their node, all before the folder.
+    publisher: Publisher<Service, [HandleState], FrameHeader>,
+    notifier: Option<Notifier<Service>>,
+    _node: Node<Service>,
+    _domain: Domain,
+}
+
+/// A folder for one domain, whose name is the prefix of what the domain has in shared memory.
+struct Domain(TempDir);
+
+impl BareSender {
+    /// Waits for all readers.
+    pub(crate) fn open(setting: Setting) -> Self {
+        let folder = tempfile::Builder::new().prefix("latency-").tempdir().expect("a folder");
+        let node = node(folder.path());
+        let domain = Domain(folder);
+        let (frames, events) = (frames(&node), events(&node));
+        let publisher = frames.publisher_builder().initial_max_slice_len(HANDLES).create().expect("the only publisher");
+        let notifier =
+            (setting.mode == Mode::Woken).then(|| events.notifier_builder().create().expect("the only notifier"));
+        announce(domain.0.path().to_str().expect("temporary folders have plain names"));
+        while frames.dynamic_config().number_of_subscribers() < setting.readers {
+            std::thread::yield_now();
+        }
+        Self { publisher, notifier, _node: node, _domain: domain }
+    }
+}
+
+impl Sender for BareSender {
+    fn send(&mut self, fill: impl FnOnce(&mut [HandleState]) -> FrameHeader) {
+        let mut sample = self.publisher.loan_slice(HANDLES).expect("readers hold one frame each");
+        let header = fill(sample.payload_mut());
+        *sample.user_header_mut() = FrameHeader { published_ns: monotonic_ns(), ..header };
+        sample.send().expect("memory for every reader was set aside");
+        if let Some(notifier) = &self.notifier {
+            notifier.notify().expect("the readers are there");
+        }
+    }
+}
+
+impl Drop for Domain {
+    /// Removes what iceoryx2 itself leaves in shared memory. The readers have gone by now.
+    fn drop(&mut self) {
+        let prefix = prefix(self.0.path());
+        for entry in fs::read_dir("/dev/shm").expect("there is shared memory").flatten() {
+            if entry.file_name().to_string_lossy().starts_with(&prefix) {
+                fs::remove_file(entry.path()).expect("the file is ours alone");
+            }
+        }
+    }
+}
+
+pub(crate) struct BareReceiver {
+    subscriber: Subscriber<Service, [HandleState], FrameHeader>,
+    listener: Option<Listener<Service>>,
+    _node: Node<Service>,
+}
+
+impl BareReceiver {
+    pub(crate) fn open(setting: Setting, place: &str) -> Self {
+        let node = node(Path::new(place));
+        let listener = (setting.mode == Mode::Woken)
+            .then(|| events(&node).listener_builder().create().expect("room for every reader"));
+        let subscriber = frames(&node).subscriber_builder().create().expect("room for every reader");
+        Self { subscriber, listener, _node: node }
+    }
+
+    fn read_next(&self) -> Option<Arrival> {
+        let sample = self.subscriber.receive().expect("the publisher's memory is readable")?;
+        Some(Arrival::read(*sample.user_header(), sample.payload().iter().copied()))
+    }
+}
+
+impl Receiver for BareReceiver {
+    fn receive(&mut self) -> Option<Arrival> {
+        match (self.read_next(), &self.listener) {
+            (None, Some(listener)) => {
+                listener.timed_wait(|_| (), WAIT).expect("the listener is ours");
+                self.read_next()
+            }
+            (arrival, _) => arrival,
+        }
+    }
+}
+
+/// A node of a domain of its own, whose root is a folder that nobody else knows.
+fn node(folder: &Path) -> Node<Service> {
+    set_log_level(LogLevel::Error);
+    let mut config = Config::default();
+    config.global.set_root_path(
+        &iceoryx2::prelude::Path::new(folder.as_os_str().as_encoded_bytes())
+            .expect("temporary folders have short names"),
+    );
+    config.global.prefix = FileName::new(prefix(folder).as_bytes()).expect("a folder's name is a file's name");
+    NodeBuilder::new()
+        .config(&config)
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create()
+        .expect("the folder is ours")
+}
+
+fn prefix(folder: &Path) -> String {
+    let name = folder.file_name().expect("a temporary folder has a name");
+    format!("{}_", name.to_str().expect("temporary folders have plain names"))
+}
+
+fn frames(node: &Node<Service>) -> FrameService {
+    node.service_builder(&"frames".try_into().expect("a valid name"))
+        .publish_subscribe::<[HandleState]>()
+        .user_header::<FrameHeader>()
+        .subscriber_max_buffer_size(frame_buffer(BENCHES))
+        .open_or_create()
+        .expect("both sides ask for the same")
+}
+
+fn events(node: &Node<Service>) -> event::PortFactory<Service> {
+    node.service_builder(&"frames".try_into().expect("a valid name"))
+        .event()
+        .open_or_create()
+        .expect("both sides ask for the same")
+}

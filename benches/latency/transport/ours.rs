@@ -1,0 +1,32 @@
+//! Ours: the frames of `bench-dragon serve`, read with the crate that clients use.
+
+use bench_dragon_ipc::{Domain, FrameSubscriber, Instance};
+
+use crate::arrival::Arrival;
+use crate::reading::{Receiver, WAIT};
+use crate::setting::{Mode, Setting};
+
+pub(crate) struct Subscriber {
+    frames: FrameSubscriber,
+    mode: Mode,
+}
+
+impl Subscriber {
+    pub(crate) fn open(setting: Setting, place: &str) -> Self {
+        let domain =
+            Domain::new(Instance::new(place).expect("a valid name")).expect("XDG_RUNTIME_DIR is short, or unset");
+        let frames = FrameSubscriber::open(&domain, "latency-bench").expect("the server has made its services");
+        Self { frames, mode: setting.mode }
+    }
+}
+
+impl Receiver for Subscriber {
+    fn receive(&mut self) -> Option<Arrival> {
+        let received = match self.mode {
+            Mode::Polling => self.frames.receive(),
+            Mode::Woken => self.frames.wait(WAIT),
+        };
+        let frame = received.expect("the bus is readable")?;
+        Some(Arrival::read(*frame.header(), frame.handles().iter().copied()))
+    }
+}

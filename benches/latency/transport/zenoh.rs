@@ -1,0 +1,124 @@
+//! zenoh, peer to peer without scouting, its other settings as they come: over TCP on loopback, and with frames written
+//! in place into its shared memory.
+
+use bench_dragon_ipc::{FrameHeader, HandleState};
+use zenoh::handlers::FifoChannelHandler;
+use zenoh::pubsub::{Publisher, Subscriber};
+use zenoh::sample::Sample;
+use zenoh::shm::{BlockOn, GarbageCollect, PosixShmProviderBackend, ShmProvider, ShmProviderBuilder};
+use zenoh::{Config, Session, Wait as _};
+
+use crate::arrival::Arrival;
+use crate::frame_bytes::{self, Encoder, FRAME_BYTES};
+use crate::publishing::{Sender, announce};
+use crate::reading::Receiver;
+use crate::setting::{Mode, Setting, Transport};
+
+const KEY: &str = "bench-dragon/frames";
+/// Frames that the shared memory holds: as many as our own server keeps for a reader.
+const SHM_FRAMES: usize = 256;
+
+pub(crate) struct TcpSender {
+    encoder: Encoder,
+    publisher: Publisher<'static>,
+    _session: Session,
+}
+
+impl TcpSender {
+    pub(crate) fn open() -> Self {
+        let session = listen(Transport::ZenohTcp);
+        Self { encoder: Encoder::new(), publisher: publisher(&session), _session: session }
+    }
+}
+
+impl Sender for TcpSender {
+    fn send(&mut self, fill: impl FnOnce(&mut [HandleState]) -> FrameHeader) {
+        let mut bytes = vec![0; FRAME_BYTES];
+        self.encoder.encode(fill, &mut bytes);
+        self.publisher.put(bytes).wait().expect("the session is open");
+    }
+}
+
+pub(crate) struct ShmSender {
+    encoder: Encoder,
+    publisher: Publisher<'static>,
+    provider: ShmProvider<PosixShmProviderBackend>,
+    _session: Session,
+}
+
+impl ShmSender {
+    pub(crate) fn open() -> Self {
+        let backend = PosixShmProviderBackend::builder(SHM_FRAMES * FRAME_BYTES).wait().expect("/dev/shm has room");
+        let provider = ShmProviderBuilder::backend(backend).wait();
+        let session = listen(Transport::ZenohShm);
+        Self { encoder: Encoder::new(), publisher: publisher(&session), provider, _session: session }
+    }
+}
+
+impl Sender for ShmSender {
+    fn send(&mut self, fill: impl FnOnce(&mut [HandleState]) -> FrameHeader) {
+        let allocation = self.provider.alloc(FRAME_BYTES).with_policy::<BlockOn<GarbageCollect>>();
+        let mut bytes = allocation.wait().expect("readers give frames back");
+        self.encoder.encode(fill, &mut bytes);
+        self.publisher.put(bytes).wait().expect("the session is open");
+    }
+}
+
+pub(crate) struct ZenohReceiver {
+    subscriber: Subscriber<FifoChannelHandler<Sample>>,
+    mode: Mode,
+    is_shared: bool,
+    _session: Session,
+}
+
+impl ZenohReceiver {
+    pub(crate) fn open(setting: Setting, place: &str) -> Self {
+        let mut config = config(setting.transport);
+        set(&mut config, "connect/endpoints", &format!("[\"{place}\"]"));
+        let session = zenoh::open(config).wait().expect("the publisher listens");
+        let subscriber = session.declare_subscriber(KEY).wait().expect("the session is open");
+        let is_shared = setting.transport == Transport::ZenohShm;
+        Self { subscriber, mode: setting.mode, is_shared, _session: session }
+    }
+}
+
+impl Receiver for ZenohReceiver {
+    fn receive(&mut self) -> Option<Arrival> {
+        let sample = match self.mode {
+            Mode::Polling => self.subscriber.try_recv().expect("the session is open")?,
+            Mode::Woken => self.subscriber.recv().expect("the session is open"),
+        };
+        let payload = sample.payload();
+        let arrival = frame_bytes::read(&payload.to_bytes());
+        assert_eq!(payload.as_shm().is_some(), self.is_shared, "frames come the way that is measured");
+        Some(arrival)
+    }
+}
+
+fn publisher(session: &Session) -> Publisher<'static> {
+    session.declare_publisher(KEY).wait().expect("the session is open")
+}
+
+/// A session that listens on a free port of loopback.
+fn listen(transport: Transport) -> Session {
+    let mut config = config(transport);
+    set(&mut config, "listen/endpoints", "[\"tcp/127.0.0.1:0\"]");
+    let session = zenoh::open(config).wait().expect("there is a free port");
+    let locators = session.info().locators().wait();
+    announce(locators.first().expect("it listens").as_str());
+    session
+}
+
+fn config(transport: Transport) -> Config {
+    let mut config = Config::default();
+    set(&mut config, "mode", "\"peer\"");
+    set(&mut config, "listen/endpoints", "[]");
+    set(&mut config, "scouting/multicast/enabled", "false");
+    set(&mut config, "scouting/gossip/enabled", "false");
+    set(&mut config, "transport/shared_memory/enabled", &(transport == Transport::ZenohShm).to_string());
+    config
+}
+
+fn set(config: &mut Config, key: &str, json5: &str) {
+    config.insert_json5(key, json5).unwrap_or_else(|error| panic!("{key}: {error}"));
+}
