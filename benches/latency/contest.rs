@@ -2,13 +2,15 @@
 
 use std::time::Instant;
 
+use crate::outcome::Outcome;
 use crate::process::{Publisher, Reader};
 use crate::scores::{Scores, report};
 use crate::setting::{Mode, Setting, Transport};
+use crate::transport;
 
-/// Mode, readers, and turns of a contestant: the fewer readers, the more turns for as many frames.
+/// Mode, readers, and turns of a contestant: fewer where many readers measure at a time.
 const CONTESTS: [(Mode, usize, usize); 4] =
-    [(Mode::Polling, 1, 4), (Mode::Woken, 1, 4), (Mode::Polling, 8, 2), (Mode::Woken, 8, 2)];
+    [(Mode::Polling, 1, 7), (Mode::Woken, 1, 7), (Mode::Polling, 8, 3), (Mode::Woken, 8, 3)];
 
 /// Lets all compete, prints the figures and writes them.
 pub(crate) fn hold() {
@@ -27,11 +29,12 @@ pub(crate) fn hold() {
         println!("{} with {readers} reading: {turns} turns done", mode.name());
         all.push(scores);
     }
+    transport::clear_up();
     report(&all, begun.elapsed());
 }
 
 /// One turn: what each reader measured.
-fn play(setting: Setting) -> Vec<crate::outcome::Outcome> {
+fn play(setting: Setting) -> Vec<Outcome> {
     let publisher = Publisher::start(setting);
     let mut readers: Vec<Reader> = (0..setting.readers).map(|_| Reader::start(setting, publisher.place())).collect();
     readers.iter().for_each(Reader::wait_for_frames);

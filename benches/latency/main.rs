@@ -11,7 +11,7 @@
 //! yields its core after each look, and what is measured then is mostly the kernel's dealing out of cores. A *woken* one
 //! sleeps in the kernel until there is something.
 //!
-//! Contestants take turns of a second each, several times over. A turn counts only if every frame in it was right: a
+//! Contestants take turns of half a second each, several times over. A turn counts only if every frame in it was right: a
 //! reader sums up what it reads, and after the turn holds each frame's sums against the exact solver. Percentiles are of
 //! all turns together; a ratio is the median of the turns' ratios.
 #![allow(clippy::print_stdout, reason = "a bench prints")]

@@ -16,7 +16,7 @@ use crate::setting::{Mode, Setting};
 use crate::shared;
 
 /// Frames that are sent in a turn.
-const FRAMES: u64 = 1000;
+const FRAMES: u64 = 500;
 /// How long a woken reader sleeps at most where its transport lets it choose.
 pub(crate) const WAIT: Duration = Duration::from_secs(1);
 

@@ -6,6 +6,8 @@ mod udp;
 mod unix;
 mod zenoh;
 
+pub(crate) use zenoh::clear_up;
+
 use crate::publishing::publish as pace;
 use crate::reading;
 use crate::setting::{Setting, Transport};

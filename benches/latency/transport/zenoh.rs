@@ -5,7 +5,9 @@ use bench_dragon_ipc::{FrameHeader, HandleState};
 use zenoh::handlers::FifoChannelHandler;
 use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::sample::Sample;
-use zenoh::shm::{BlockOn, GarbageCollect, PosixShmProviderBackend, ShmProvider, ShmProviderBuilder};
+use zenoh::shm::{
+    BlockOn, GarbageCollect, PosixShmProviderBackend, ShmProvider, ShmProviderBuilder, cleanup_orphaned_shm_segments,
+};
 use zenoh::{Config, Session, Wait as _};
 
 use crate::arrival::Arrival;
@@ -93,6 +95,11 @@ impl Receiver for ZenohReceiver {
         assert_eq!(payload.as_shm().is_some(), self.is_shared, "frames come the way that is measured");
         Some(arrival)
     }
+}
+
+/// Removes from shared memory what processes have left that ended while others still read it.
+pub(crate) fn clear_up() {
+    cleanup_orphaned_shm_segments();
 }
 
 fn publisher(session: &Session) -> Publisher<'static> {
