@@ -7,6 +7,7 @@ use rustix::process::Signal;
 use serde_json::{Value, json};
 
 use crate::process::Ended;
+use crate::reader::Reader;
 use crate::stage::Stage;
 
 /// Frames of a show that a reader's buffer holds, so that none is lost however late they are read.
@@ -88,12 +89,15 @@ fn people_get_a_table_and_bars_that_count_every_frame() {
 #[test]
 fn a_measurement_ends_by_itself_after_its_seconds_with_nothing_to_measure_too() {
     let stage = Stage::new();
-    let server = stage.serve(&["--readers", "2"]);
+    let server = stage.serve(&["--rate", "100"]);
+    // Keeps the services when the server has gone, so that there is something to open and nothing to read.
+    let reader = Reader::join(&stage);
+    server.stop();
     let report = stage.run(&["latency", "--seconds", "0.05", "--format", "json"]).expect_clean().last_json();
     assert_eq!(json!([report["frames"], report["seconds"]]), json!([0, 0.05]));
     let text = stage.run(&["latency", "--seconds", "0.05", "--poll"]).expect_clean().stdout;
     assert!(text.starts_with("0 frames in 0.1 s, 0 lost"), "{text}");
-    server.process.terminate().expect_clean();
+    drop(reader);
 }
 
 #[test]
