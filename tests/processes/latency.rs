@@ -90,8 +90,9 @@ fn people_get_a_table_and_bars_that_count_every_frame() {
 fn a_measurement_ends_by_itself_after_its_seconds_with_nothing_to_measure_too() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100"]);
-    // Keeps the services when the server has gone, so that there is something to open and nothing to read.
-    let reader = Reader::join(&stage);
+    // Keeps the services when the server has gone, its wake-up too, so that there is something to open and nothing to read.
+    let mut reader = Reader::join(&stage);
+    reader.next();
     server.stop();
     let report = stage.run(&["latency", "--seconds", "0.05", "--format", "json"]).expect_clean().last_json();
     assert_eq!(json!([report["frames"], report["seconds"]]), json!([0, 0.05]));
