@@ -1,6 +1,7 @@
 //! Reading frames.
 
 use core::time::Duration;
+use std::thread;
 
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::subscriber::Subscriber;
@@ -14,6 +15,9 @@ use crate::service::{FRAMES, Member, Role, Service};
 
 /// Shorter waits are none: the socket behind a listener takes a timeout of 0 microseconds for no timeout at all.
 pub(crate) const LEAST_WAIT: Duration = Duration::from_micros(1);
+
+/// How often a reader looks for a source that is gone.
+const LOOK_PERIOD: Duration = Duration::from_millis(20);
 
 /// Reads the frames of an instance, oldest first.
 ///
@@ -80,7 +84,7 @@ impl FrameSubscriber {
     /// The oldest frame that has not been read yet, waiting for it at most `timeout`. A signal ends the wait early.
     ///
     /// The first call makes a listener, which costs the server a system call a frame; a reader that only polls does
-    /// not.
+    /// not. While no source runs, a wait may end early with nothing.
     ///
     /// # Errors
     /// As [`FrameSubscriber::receive`].
@@ -91,9 +95,17 @@ impl FrameSubscriber {
         if timeout < LEAST_WAIT {
             return Ok(None);
         }
-        match self.listener()?.timed_wait(|_| (), timeout) {
-            Ok(_) | Err(ListenerWaitError::InterruptSignal) => self.receive(),
-            Err(error) => Err(BusError::failed(FRAMES, error)),
+        match self.listener() {
+            Ok(listener) => match listener.timed_wait(|_| (), timeout) {
+                Ok(_) | Err(ListenerWaitError::InterruptSignal) => self.receive(),
+                Err(error) => Err(BusError::failed(FRAMES, error)),
+            },
+            // The source is gone, and what it left is kept by readers that only poll: there is nobody to be woken by.
+            Err(error) if error.is_absent() => {
+                thread::sleep(timeout.min(LOOK_PERIOD));
+                self.receive()
+            }
+            Err(error) => Err(error),
         }
     }
 

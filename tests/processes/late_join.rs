@@ -1,7 +1,9 @@
 //! Whoever joins in the middle of a show gets what the others get from then on, and is told what it is about.
 
+use std::time::Duration;
+
 use bench_dragon::config::Config;
-use bench_dragon_ipc::{DescriptionReader, ShowState, StatusReader};
+use bench_dragon_ipc::{DescriptionReader, FrameSubscriber, ShowState, StatusReader};
 
 use crate::eventually::eventually;
 use crate::reader::{Reader, assert_accounted_for};
@@ -52,6 +54,22 @@ fn a_late_subscriber_is_given_the_status_of_the_run() {
     assert_eq!((later.show_state(), later.sim_time_ns), (Some(ShowState::Held), 0));
     assert!(later.overruns >= status.overruns && later.lateness_max_ns >= status.lateness_max_ns);
     drop(reader);
+    server.stop();
+}
+
+/// A reader that only polls keeps the frames' service alive, but not that of the wake-up.
+#[test]
+fn a_reader_that_comes_after_the_server_waits_for_the_next_one() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100"]);
+    let polling = FrameSubscriber::open(stage.domain(), "polling").expect("a server has made the services");
+    server.stop();
+    let mut woken = FrameSubscriber::open(stage.domain(), "woken").expect("the other reader keeps the frames");
+    assert!(woken.wait(Duration::from_millis(1)).expect("the bus is readable").is_none());
+    let server = stage.serve(&["--rate", "100"]);
+    let frame = eventually(|| woken.wait(Duration::from_millis(100)).expect("the bus is readable"));
+    assert_eq!(frame.header().run_id, server.run_id);
+    drop((frame, woken, polling));
     server.stop();
 }
 
