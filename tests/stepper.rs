@@ -198,7 +198,8 @@ enum Move {
 
 fn moves() -> impl Strategy<Value = Move> {
     prop_oneof![
-        4 => (1e-5..0.2_f64, 1_u32..60).prop_map(|(step_m, steps)| Move::Walk { step_m, steps }),
+        4 => (-14.0..-0.7_f64, 1_u32..60).prop_map(|(power, steps)| Move::Walk { step_m: 10_f64.powf(power), steps }),
+        4 => (1e-4..0.2_f64, 1_u32..60).prop_map(|(step_m, steps)| Move::Walk { step_m, steps }),
         1 => Just(Move::Stand),
         1 => (0.0..=1.0_f64).prop_map(|part| Move::Jump { part }),
     ]

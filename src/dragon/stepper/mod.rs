@@ -40,6 +40,9 @@ use section::{Section, Step};
 /// Within such a step a handle moves by far less than what lies between two places at the same distance from the handle
 /// ahead, so that what is followed is the chain, and not another solution.
 const LONGEST_STEP: f64 = 1.0 / 16.0;
+/// Longest step, in shares of the one before, over which the change of a rate is extrapolated: over a longer one its
+/// rounding would be.
+const LONGEST_EXTRAPOLATION: f64 = 8.0;
 /// Share of the shortest link that the corrections of a section may come to, beyond rounding, for them to be the last:
 /// their own error goes with their square, and that of the velocities is of their order.
 const LAST_CORRECTION: f64 = 1e-10;
@@ -151,7 +154,10 @@ impl ChainStepper {
         if !(step_m > 0.0 && step_m <= LONGEST_STEP * shortest_link_m(&self.dimensions)) {
             return (Way::Afresh, route.place(travel_m));
         }
-        let bend_m = last.step_m.map_or(0.0, |last_step_m| 0.5 * step_m * step_m / last_step_m);
+        let bend_m = last
+            .step_m
+            .filter(|&last_step_m| step_m <= LONGEST_EXTRAPOLATION * last_step_m)
+            .map_or(0.0, |last_step_m| 0.5 * step_m * step_m / last_step_m);
         (Way::Walk(Step { step_m, bend_m }), route.place_near(travel_m, last.place + step_m * last.rate))
     }
 
