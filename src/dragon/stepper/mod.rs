@@ -1,5 +1,4 @@
-//! The chain from one tick to the next: the work of some hundred additions and multiplications a handle, where the
-//! reference solver searches.
+//! The chain from one tick to the next: the work of some fifty instructions a handle, where the reference solver searches.
 //!
 //! Between two ticks every handle moves little and smoothly. So each one is put where its last rates take it, and one
 //! step of Newton's method on the whole chain makes good what is lacking, in vectors of four handles. The chain is
