@@ -19,6 +19,7 @@ const TOLERANCE_M: f64 = 1e-9;
 const LOOK: u32 = 37;
 
 fn main() {
+    shared::require_no_arguments();
     let mut figures = Figures::of("step");
     let paper = Arc::new(shared::dragon(223));
     let turn = Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround is valid");

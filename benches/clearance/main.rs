@@ -29,6 +29,7 @@ const REACH_M: f64 = 0.025;
 const ROUNDS: usize = 11;
 
 fn main() {
+    shared::require_no_arguments();
     let mut figures = Figures::of("clearance");
     paper(&mut figures);
     let mut sizes = vec![(223.0_f64, of_size(&mut figures, 223, 20))];

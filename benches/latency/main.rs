@@ -39,6 +39,9 @@ fn main() {
     match args[..] {
         [process::PUBLISH, ref setting @ ..] => transport::publish(Setting::from_args(setting)),
         [process::READ, place, ref setting @ ..] => transport::read(Setting::from_args(setting), place),
-        _ => contest::hold(),
+        _ => {
+            shared::require_no_arguments();
+            contest::hold();
+        }
     }
 }

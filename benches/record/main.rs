@@ -1,7 +1,7 @@
 //! Whether the recorder keeps up: ten thousand frames a second for a minute, with nothing lost.
 //!
 //! Both processes are the product's own, `serve` and `record`, on an instance of their own. Afterwards the recording is
-//! read back: every tick is there, in order, bit for bit what the solver gives. `-- --seconds 5` makes it shorter.
+//! read back: every tick is there, in order, bit for bit what the simulation gives. `-- --seconds 5` makes it shorter.
 
 #[path = "../shared/mod.rs"]
 mod shared;
@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use bench_dragon::record::{Size, space::DiskSpace};
+use bench_dragon::stop::StopFlag;
 use serde_json::Value;
 use shared::Figures;
 
@@ -24,13 +25,15 @@ use show::{Show, record_show};
 pub(crate) const RATE_HZ: u32 = 10_000;
 /// Bytes of a frame: its header and 224 handles.
 const FRAME_BYTES: f64 = (72 + 224 * 48) as f64;
+/// Exit status of a bench that a signal ends, as shells number it.
+const INTERRUPTED: u8 = 130;
 /// Seconds that are recorded where nothing else is said.
 const SECONDS: u32 = 60;
 
 #[allow(clippy::print_stdout, clippy::print_stderr, reason = "a bench prints")]
 fn main() -> ExitCode {
     let Some(seconds) = seconds_of_arguments() else {
-        eprintln!("--seconds takes a whole number from 1 to 3600");
+        eprintln!("the only argument is --seconds, with a whole number from 1 to 3600");
         return ExitCode::from(2);
     };
     // In cargo's folder, because temporary files may lie in memory; removed at the end, whatever happens.
@@ -47,7 +50,11 @@ fn main() -> ExitCode {
         figures.set("frames_lost", Value::Null);
     } else {
         println!("recording for {seconds} s");
-        let show = record_show(&file, seconds);
+        let stop = StopFlag::on_signals().expect("signals can be taken over");
+        let show = record_show(&file, seconds, &stop);
+        if stop.is_set() {
+            return ExitCode::from(INTERRUPTED);
+        }
         println!("reading {} back", Size(show.recorded_bytes));
         prove(&file, &show, seconds);
         println!("every tick is there, in order, bit for bit");
@@ -76,14 +83,14 @@ fn report(figures: &mut Figures, show: &Show) {
     }
 }
 
-/// The seconds to record; `None` where the argument makes no sense. Cargo adds arguments of its own.
+/// The seconds to record; `None` where the arguments make no sense. Cargo adds one of its own.
 fn seconds_of_arguments() -> Option<u32> {
-    let mut arguments = std::env::args().skip_while(|argument| argument != "--seconds").skip(1);
-    let Some(text) = arguments.next() else {
-        let has_flag = std::env::args().any(|argument| argument == "--seconds");
-        return (!has_flag).then_some(SECONDS);
-    };
-    text.parse().ok().filter(|seconds| (1..=3600).contains(seconds))
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        [] => Some(SECONDS),
+        ["--seconds", text] => text.parse().ok().filter(|seconds| (1..=3600).contains(seconds)),
+        _ => None,
+    }
 }
 
 /// What a recording takes that does not compress at all, and some more.

@@ -12,9 +12,10 @@ use crate::RATE_HZ;
 use crate::shared::dragon;
 use crate::show::Show;
 
-/// Fails unless the recording holds every tick of the show, in order, each bit for bit what the solver gives.
+/// Fails unless the recording holds every tick of the show, in order, each bit for bit what the simulation gives.
 pub(crate) fn prove(file: &Path, show: &Show, seconds: u32) {
     assert_eq!((show.frames_recorded, show.frames_lost), (show.frames_published, 0), "{show:?}");
+    assert_eq!(show.frames_published, u64::from(seconds * RATE_HZ) + 1, "the show was played to its end");
     let mut frames = FrameReader::open(file).expect("the recording can be read");
     let dragon = Arc::new(dragon(223));
     let mut expected = vec![HandleState::default(); 224];

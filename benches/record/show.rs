@@ -1,17 +1,25 @@
 //! The show that is recorded: a server and a recorder, started, watched and ended.
 
 use std::io::{BufRead as _, BufReader};
+use std::panic::resume_unwind;
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
-use std::time::Instant;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use bench_dragon::report::{RecordLine, RecordSummary, ServeLine};
 use bench_dragon::server::ServerSummary;
+use bench_dragon::stop::StopFlag;
 use rustix::process::{Pid, Signal, kill_process};
 use serde::de::DeserializeOwned;
 
 use crate::RATE_HZ;
 use crate::cores::{CoreTimes, cpu_seconds_at_end};
+
+/// The same in every run, so that the next one clears away what one that was killed has left.
+const INSTANCE: &str = "bench-record";
+/// How often a bench looks whether a signal has come.
+const LOOK_PERIOD: Duration = Duration::from_millis(50);
 
 /// What came of it.
 #[derive(Debug)]
@@ -31,18 +39,18 @@ pub(crate) struct Show {
     pub(crate) busy_shares: Vec<f64>,
 }
 
-/// Plays so many seconds of the paper's dragon and records them.
-pub(crate) fn record_show(file: &Path, seconds: u32) -> Show {
+/// Plays so many seconds of the paper's dragon and records them. A signal ends the show early.
+pub(crate) fn record_show(file: &Path, seconds: u32, stop: &StopFlag) -> Show {
     let mut recorder = Process::start(&["record", file.to_str().expect("cargo's folder has a name in UTF-8")]);
     assert!(matches!(recorder.line(), RecordLine::Started { .. }), "a recorder says first that it has started");
     let (rate, until) = (RATE_HZ.to_string(), seconds.to_string());
     let mut server = Process::start(&["serve", "--rate", &rate, "--until", &until, "--readers", "1"]);
     let ServeLine::Started { run_id } = server.line() else { panic!("a server says first that it has started") };
     let (begun, times_before) = (Instant::now(), CoreTimes::now());
-    let ServeLine::Summary(served) = server.line() else { panic!("a server tells at its end what it did") };
+    let ServeLine::Summary(served) = server.line_or_stop(stop) else { panic!("a server tells at its end what it did") };
     let (elapsed_s, times) = (begun.elapsed().as_secs_f64(), CoreTimes::now());
     let server_cpu_s = cpu_seconds_at_end(&mut server.child);
-    recorder.terminate();
+    terminate(Pid::from_child(&recorder.child));
     let recorded = summary_of(&mut recorder);
     let recorder_cpu_s = cpu_seconds_at_end(&mut recorder.child);
     let ServerSummary { frames, overruns, tick_us, .. } = served;
@@ -80,10 +88,9 @@ struct Process {
 
 impl Process {
     fn start(arguments: &[&str]) -> Self {
-        let instance = format!("record-{}", std::process::id());
         let mut child = Command::new(env!("CARGO_BIN_EXE_bench-dragon"))
             .args(arguments)
-            .args(["--format", "json", "--instance", &instance])
+            .args(["--format", "json", "--instance", INSTANCE, "--parent", &std::process::id().to_string()])
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .spawn()
@@ -99,8 +106,19 @@ impl Process {
         serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error} in {line:?}"))
     }
 
-    fn terminate(&self) {
-        kill_process(Pid::from_child(&self.child), Signal::TERM).expect("it has not been waited for");
+    /// The same, ending the process where a signal comes meanwhile.
+    fn line_or_stop<Line: DeserializeOwned + Send>(&mut self, stop: &StopFlag) -> Line {
+        let pid = Pid::from_child(&self.child);
+        thread::scope(|scope| {
+            let line = scope.spawn(|| self.line());
+            while !line.is_finished() && !stop.is_set() {
+                thread::sleep(LOOK_PERIOD);
+            }
+            if stop.is_set() {
+                terminate(pid);
+            }
+            line.join().unwrap_or_else(|panic| resume_unwind(panic))
+        })
     }
 }
 
@@ -110,4 +128,9 @@ impl Drop for Process {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// Asks a process that has not been waited for to end.
+fn terminate(pid: Pid) {
+    kill_process(pid, Signal::TERM).expect("it has not been waited for");
 }

@@ -12,6 +12,7 @@ mod server;
 
 use std::process::ExitCode;
 
+use bench_dragon::stop::StopFlag;
 use shared::{Figures, median};
 
 use growth::{exponent, start_s, step_ns};
@@ -30,37 +31,40 @@ const READERS: [usize; 4] = [1, 4, 8, 16];
 const BENCHES: [usize; 4] = [223, 2230, 22_300, 100_000];
 
 fn main() -> ExitCode {
-    match Role::of_arguments() {
-        Some(role) => role.play(),
-        None => measure_all(),
+    if let Some(role) = Role::of_arguments() {
+        role.play();
+    } else {
+        shared::require_no_arguments();
+        measure_all();
     }
     ExitCode::SUCCESS
 }
 
 #[allow(clippy::print_stdout, reason = "a bench prints")]
 fn measure_all() {
+    let stop = StopFlag::on_signals().expect("signals can be taken over");
     let mut figures = Figures::of("scale");
     println!(
         "\nreaders: the paper's dragon at {RATE_HZ} Hz, {READER_ROUNDS} rounds; a polling reader looks every millisecond"
     );
-    fan_out(&mut figures);
+    fan_out(&mut figures, &stop);
     println!("\nbenches: no readers, at a rate of which a tick takes a third at most, {BENCH_ROUNDS} rounds");
-    growth_of_cost(&mut figures);
+    growth_of_cost(&mut figures, &stop);
     figures.write();
 }
 
 /// A tick's cost with every number of readers, polling and woken.
-fn fan_out(figures: &mut Figures) {
+fn fan_out(figures: &mut Figures, stop: &StopFlag) {
     let setting = |readers, habit| Setting { benches: 223, rate_hz: RATE_HZ, readers, habit };
     let with_readers = [Habit::Polling, Habit::Woken].map(|habit| READERS.map(|readers| setting(readers, habit)));
     // None comes twice: what differs between equal settings is noise.
     let mut settings = vec![setting(0, Habit::Polling)];
     settings.extend(with_readers.iter().flatten());
     settings.push(setting(0, Habit::Polling));
-    let errors_m = settings.iter().filter(|setting| setting.readers > 0).map(prove);
+    let errors_m = settings.iter().filter(|setting| setting.readers > 0).map(|setting| prove(setting, stop));
     figures.set("max_error_m_readers", errors_m.fold(0.0, f64::max));
 
-    let costs = interleaved_costs(READER_ROUNDS, &settings);
+    let costs = interleaved_costs(READER_ROUNDS, &settings, stop);
     let (first, again) = (&costs[0], &costs[costs.len() - 1]);
     for (setting, cost) in settings.iter().zip(&costs).take(settings.len() - 1) {
         cost.report(figures, &format!("readers_{}_{}", setting.readers, setting.habit.name()));
@@ -79,10 +83,12 @@ fn fan_out(figures: &mut Figures) {
     figures.set("overruns_readers", costs.iter().map(|costs| costs.overruns).sum::<u64>());
     figures.set("noise_ratio", spread(&[first.tick_ns.as_slice(), &again.tick_ns].concat()));
     figures.set("noise_ratio_of_medians", tick_ns(again) / tick_ns(first));
+    figures.set("cpu_noise_ratio", spread(&[first.cpu_ns.as_slice(), &again.cpu_ns].concat()));
+    figures.set("cpu_noise_ratio_of_medians", cpu_ns(again) / cpu_ns(first));
 }
 
 /// A tick's cost with every number of benches, and how it grows.
-fn growth_of_cost(figures: &mut Figures) {
+fn growth_of_cost(figures: &mut Figures, stop: &StopFlag) {
     let steps = BENCHES.map(step_ns);
     let settings: Vec<Setting> = BENCHES
         .iter()
@@ -93,10 +99,10 @@ fn growth_of_cost(figures: &mut Figures) {
         })
         .collect();
     for setting in &settings {
-        let error_m = prove(&Setting { readers: 1, ..*setting });
+        let error_m = prove(&Setting { readers: 1, ..*setting }, stop);
         figures.set(&format!("max_error_m_benches_{}", setting.benches), error_m);
     }
-    let costs = interleaved_costs(BENCH_ROUNDS, &settings);
+    let costs = interleaved_costs(BENCH_ROUNDS, &settings, stop);
     let mut ticks = [0.0; BENCHES.len()];
     for (index, setting) in settings.iter().enumerate() {
         let name = format!("benches_{}", setting.benches);
@@ -143,11 +149,11 @@ impl Costs {
 }
 
 /// Lets each setting have its turn, `rounds` times over.
-fn interleaved_costs(rounds: usize, settings: &[Setting]) -> Vec<Costs> {
+fn interleaved_costs(rounds: usize, settings: &[Setting], stop: &StopFlag) -> Vec<Costs> {
     let mut costs: Vec<Costs> = settings.iter().map(|_| Costs::default()).collect();
     for _ in 0..rounds {
         for (setting, costs) in settings.iter().zip(&mut costs) {
-            costs.add(&measure(setting));
+            costs.add(&measure(setting, stop));
         }
     }
     costs.iter_mut().for_each(Costs::sort);

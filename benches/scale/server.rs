@@ -1,12 +1,12 @@
 //! The server that is measured: the product's own, from its creation to its end.
 
-use std::sync::atomic::AtomicBool;
 use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use bench_dragon::config::Config;
 use bench_dragon::server::{Server, ServerSettings, ServerSummary};
+use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{Domain, Instance};
 use rustix::time::{ClockId, clock_gettime};
 
@@ -16,6 +16,11 @@ use crate::reader::{Account, Habit, Reader};
 const RUN_S: f64 = 1.2;
 /// What is left out of them at the start, and at the end, where processor time is measured.
 const MARGIN_S: f64 = 0.1;
+
+/// The same in every run, so that the next one clears away what one that was killed has left.
+const INSTANCE: &str = "bench-scale";
+/// Exit status of a bench that a signal ends, as shells number it.
+const INTERRUPTED: i32 = 130;
 
 /// What is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,29 +49,29 @@ pub(crate) struct Cost {
 
 /// Fails unless every reader gets its frames in order, accounts for each, and has them as the reference solver does.
 /// Returns how far a handle was from where that has it, in metres.
-pub(crate) fn prove(setting: &Setting) -> f64 {
-    run(setting, true).largest_error_m
+pub(crate) fn prove(setting: &Setting, stop: &StopFlag) -> f64 {
+    run(setting, true, stop).largest_error_m
 }
 
 /// What a tick costs in one run.
-pub(crate) fn measure(setting: &Setting) -> Cost {
-    run(setting, false)
+pub(crate) fn measure(setting: &Setting, stop: &StopFlag) -> Cost {
+    run(setting, false, stop)
 }
 
-fn run(setting: &Setting, proving: bool) -> Cost {
-    let instance = Instance::new(&format!("scale-{}", std::process::id())).expect("digits and a hyphen are allowed");
+/// Ends the program, and leaves nothing of it, where a signal has come.
+fn run(setting: &Setting, proving: bool, stop: &StopFlag) -> Cost {
+    let instance = Instance::new(INSTANCE).expect("letters and a hyphen are allowed");
     let domain = Domain::new(instance).expect("XDG_RUNTIME_DIR is short, or unset");
     let settings = settings(setting);
-    let never = AtomicBool::new(false);
     let (created, is_created) = mpsc::channel();
     let (go, may_go) = mpsc::channel();
     thread::scope(|scope| {
-        let (domain, never) = (&domain, &never);
+        let domain = &domain;
         let serving = scope.spawn(move || {
             let server = Server::create(domain, settings).expect("the instance is this process's own");
             created.send(()).expect("it is waited for");
             may_go.recv().expect("readers are there first");
-            server.run(never).expect("frames can be published")
+            server.run(stop.as_atomic()).expect("frames can be published")
         });
         is_created.recv().expect("the server is created");
         let mut readers: Vec<Reader> = (0..setting.readers).map(|_| Reader::start(domain, setting, proving)).collect();
@@ -74,6 +79,12 @@ fn run(setting: &Setting, proving: bool) -> Cost {
         go.send(()).expect("the server waits for it");
         let cpu_share = cpu_share();
         let summary = serving.join().expect("the server does not panic");
+        if stop.is_set() {
+            drop(readers);
+            // Whoever is alone on an instance clears away what killed processes have left.
+            drop(Server::create(domain, self::settings(setting)));
+            std::process::exit(INTERRUPTED);
+        }
         let accounts: Vec<Account> = readers.into_iter().map(|reader| reader.end(&summary)).collect();
         Cost {
             tick_ns: summary.tick_us.p50 * 1e3,

@@ -1,12 +1,14 @@
 //! What the benches share: dragons, timing that is fair to every contestant, and where figures go.
 #![allow(dead_code, unreachable_pub, clippy::print_stdout, reason = "each bench uses a part of this, and prints")]
 
+mod arguments;
 mod figures;
 mod paper;
 mod timing;
 
 #[allow(unused_imports, reason = "each bench uses a part of this")]
 pub use self::{
+    arguments::require_no_arguments,
     figures::Figures,
     paper::{dimensions, dragon},
     timing::{interleaved, median, nanoseconds_a_call, quantile},

@@ -95,26 +95,33 @@ impl FrameSubscriber {
         if timeout < LEAST_WAIT {
             return Ok(None);
         }
-        match self.listener() {
-            Ok(listener) => match listener.timed_wait(|_| (), timeout) {
-                Ok(_) | Err(ListenerWaitError::InterruptSignal) => self.receive(),
-                Err(error) => Err(BusError::failed(FRAMES, error)),
-            },
-            // The source is gone, and what it left is kept by readers that only poll: there is nobody to be woken by.
-            Err(error) if error.is_absent() => {
-                thread::sleep(timeout.min(LOOK_PERIOD));
-                self.receive()
+        if self.listener.is_none() {
+            match self.listen() {
+                // A frame that was sent before there was a listener wakes nobody.
+                Ok(()) => {
+                    if let Some(frame) = self.receive()? {
+                        return Ok(Some(frame));
+                    }
+                }
+                // The source is gone, and what it left is kept by readers that only poll: nobody would wake this one.
+                Err(error) if error.is_absent() => {
+                    thread::sleep(timeout.min(LOOK_PERIOD));
+                    return self.receive();
+                }
+                Err(error) => return Err(error),
             }
-            Err(error) => Err(error),
+        }
+        let listener = self.listener.as_ref().expect("made where it was missing");
+        match listener.timed_wait(|_| (), timeout) {
+            Ok(_) | Err(ListenerWaitError::InterruptSignal) => self.receive(),
+            Err(error) => Err(BusError::failed(FRAMES, error)),
         }
     }
 
-    fn listener(&mut self) -> Result<&Listener<Service>, BusError> {
-        if self.listener.is_none() {
-            let events = self.member.frame_events()?;
-            self.listener = Some(events.listener_builder().create().map_err(|error| BusError::failed(FRAMES, error))?);
-        }
-        Ok(self.listener.as_ref().expect("just made where it was missing"))
+    fn listen(&mut self) -> Result<(), BusError> {
+        let events = self.member.frame_events()?;
+        self.listener = Some(events.listener_builder().create().map_err(|error| BusError::failed(FRAMES, error))?);
+        Ok(())
     }
 
     /// Frames that were published between the first one read and the last, and that this reader never got.
