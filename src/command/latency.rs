@@ -42,6 +42,9 @@ impl Tally {
 }
 
 pub(crate) fn run(args: &LatencyArgs) -> anyhow::Result<ExitCode> {
+    if let Some(path) = &args.hgrm {
+        whole_file::check(path)?;
+    }
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
     let opened = open_when_there(domain.instance(), &stop, || FrameSubscriber::open(&domain, "latency"))?;

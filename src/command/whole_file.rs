@@ -15,12 +15,35 @@ pub(crate) fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     write_or_leave(path, bytes).with_context(|| format!("cannot write {}", path.display()))
 }
 
+/// Fails where a file could not be written: for what takes long to find out.
+pub(crate) fn check(path: &Path) -> anyhow::Result<()> {
+    create_beside(path).with_context(|| format!("cannot write {}", path.display()))
+}
+
+fn create_beside(path: &Path) -> io::Result<()> {
+    let path = behind_links(path)?;
+    if path.is_dir() {
+        return Err(ErrorKind::IsADirectory.into());
+    }
+    if path.exists() && !path.is_file() {
+        // To open and close a pipe would be its end to whoever reads it.
+        return Ok(());
+    }
+    let unfinished = unfinished(&path)?;
+    File::create_new(&unfinished)?;
+    fs::remove_file(&unfinished)
+}
+
+/// Behind a symbolic link it is the file linked to that is replaced.
+fn behind_links(path: &Path) -> io::Result<PathBuf> {
+    match fs::canonicalize(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(path.to_owned()),
+        found => found,
+    }
+}
+
 fn write_or_leave(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    // Behind a symbolic link it is the file linked to that is replaced.
-    let path = match fs::canonicalize(path) {
-        Err(error) if error.kind() == ErrorKind::NotFound => path.to_owned(),
-        found => found?,
-    };
+    let path = behind_links(path)?;
     if path.exists() && !path.is_file() {
         return fs::OpenOptions::new().write(true).open(&path)?.write_all(bytes);
     }

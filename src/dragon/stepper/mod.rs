@@ -52,7 +52,7 @@ const LARGEST_CORRECTION: f64 = 1.0 / 64.0;
 
 /// Follows a dragon from travel to travel, in steps that are small against its links.
 ///
-/// A pose differs from that of the reference solver by rounding alone: under 10⁻¹² m for the paper's dragon. Which way it
+/// A pose differs from that of the reference solver by rounding alone: some 10⁻¹² m for the paper's dragon. Which way it
 /// was come by may change its last bits; the same way gives the same bits on the same machine. No call allocates.
 #[derive(Debug)]
 pub struct ChainStepper {
