@@ -137,9 +137,12 @@ impl Server {
     /// [`BusError::Failed`] where a frame cannot be published.
     pub fn run(mut self, stop: &AtomicBool) -> Result<ServerSummary, BusError> {
         sleep_precisely();
-        self.wait_for_readers(stop);
+        let stopped_before = self.wait_for_readers(stop);
         let mut schedule = Schedule::new(monotonic_ns() + LEAD.as_nanos() as u64, self.settings.config.rate_hz());
         let mut tick = 0;
+        if stopped_before {
+            return Ok(self.finish(tick, &schedule));
+        }
         while !stop.load(Ordering::Relaxed) {
             while !sleep_until(schedule.due_ns()) {
                 if stop.load(Ordering::Relaxed) {
@@ -162,12 +165,8 @@ impl Server {
 
     /// One tick. Returns whether a client asked the server to stop.
     fn tick(&mut self, tick: u64, schedule: &Schedule) -> Result<bool, BusError> {
-        let Self { simulation, frames, commands, settings, run_id, .. } = self;
-        let mut asked_to_stop = false;
-        commands.drain(*run_id, tick, |request| {
-            asked_to_stop |= request == Request::Stop;
-            simulation.request(request)
-        });
+        let asked_to_stop = self.take_commands(tick);
+        let Self { simulation, frames, settings, run_id, .. } = self;
         simulation.advance();
         let config = &settings.config;
         let bench_count = config.dragon().dimensions().benches() as u32;
@@ -180,6 +179,17 @@ impl Server {
         )?;
         self.tell_reporter(tick, schedule);
         Ok(asked_to_stop)
+    }
+
+    /// Answers the commands that have come; they hold from this tick on. Returns whether a client asked the server to stop.
+    fn take_commands(&mut self, tick: u64) -> bool {
+        let Self { simulation, commands, run_id, .. } = self;
+        let mut asked_to_stop = false;
+        commands.drain(*run_id, tick, |request| {
+            asked_to_stop |= request == Request::Stop;
+            simulation.request(request)
+        });
+        asked_to_stop
     }
 
     fn tell_reporter(&self, tick: u64, schedule: &Schedule) {
@@ -195,17 +205,23 @@ impl Server {
         self.settings.until_s.is_some() && self.simulation.head().state == ShowState::Finished
     }
 
-    fn wait_for_readers(&self, stop: &AtomicBool) {
+    /// Waits for the readers that were told of, and answers commands meanwhile. Returns whether a client asked the server
+    /// to stop.
+    fn wait_for_readers(&mut self, stop: &AtomicBool) -> bool {
         const POLL_PERIOD: Duration = Duration::from_millis(1);
         let deadline = Instant::now() + READER_PATIENCE;
         while self.frames.reader_count() < self.settings.readers && !stop.load(Ordering::Relaxed) {
             if Instant::now() >= deadline {
                 let (seen, expected) = (self.frames.reader_count(), self.settings.readers);
                 tracing::warn!("starting with {seen} of {expected} readers");
-                return;
+                break;
+            }
+            if self.take_commands(0) {
+                return true;
             }
             std::thread::sleep(POLL_PERIOD);
         }
+        false
     }
 
     fn finish(self, frames: u64, schedule: &Schedule) -> ServerSummary {

@@ -158,6 +158,25 @@ fn a_server_started_held_walks_from_the_release_on() {
 }
 
 #[test]
+fn a_server_that_waits_for_its_readers_answers_commands() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "10", "--readers", "1"]);
+    let reply = stage.run(&["ctl", "--format", "json", "seek", "100"]).expect_clean().last_json();
+    assert_eq!(reply, json!({ "accepted": true, "run_id": server.run_id, "tick": 0 }));
+    let shots = Reader::join(&stage).read_to_tick(0);
+    assert_eq!(shots[0].header.sim_time_ns, 100_000_000_000);
+    server.stop();
+}
+
+#[test]
+fn a_server_that_waits_for_its_readers_can_be_stopped() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--readers", "1"]);
+    stage.run(&["ctl", "stop"]).expect_clean();
+    assert_eq!(server.summary()["frames"], 0);
+}
+
+#[test]
 fn a_new_speed_changes_the_travel_of_its_tick_and_not_the_show_time() {
     let mut rehearsal = Rehearsal::start(&[]);
     let [before, at] = rehearsal.accept(&["speed", "2.5"]);
