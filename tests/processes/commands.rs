@@ -27,8 +27,9 @@ impl Rehearsal {
     fn start(args: &[&str]) -> Self {
         let stage = Stage::new();
         let server = stage.serve(&[&["--rate", &RATE_HZ.to_string(), "--readers", "1"], args].concat());
-        let reader = Reader::join(&stage);
-        Self { server, reader, shots: Vec::new(), stage }
+        let mut reader = Reader::join(&stage);
+        let shots = reader.read_to_tick(0);
+        Self { server, reader, shots, stage }
     }
 
     fn ctl(&self, order: &[&str]) -> Ended {
@@ -239,11 +240,12 @@ fn a_stop_ends_the_server_after_the_tick_of_its_reply() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "10", "--readers", "1"]);
     let mut reader = Reader::join(&stage);
+    let mut shots = reader.read_to_tick(0);
     let reply = stage.run(&["ctl", "stop", "--format", "json"]).expect_clean().last_json();
     let tick = reply["tick"].as_u64().expect("a tick");
     let run_id = server.run_id;
     assert_eq!(server.summary()["frames"], tick + 1);
-    let shots = reader.read_unread();
+    shots.extend(reader.read_unread());
     assert_whole(&shots, run_id);
     assert_eq!(shots.len() as u64, tick + 1);
 }

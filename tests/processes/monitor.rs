@@ -12,11 +12,14 @@ use crate::stage::{Server, Stage};
 const CONTACT_S: f64 = 412.473_838;
 const CONTACT_BENCHES: [u32; 2] = [0, 8];
 
-/// A server that waits for a monitor and for nobody else, and the monitor; before both, somebody who hears its alerts.
+/// A server with a monitor that reads it from tick 0 on, which is there on return; before both, somebody who hears its
+/// alerts.
 fn watch(stage: &Stage, args: &[&str]) -> (Server, AlertSubscriber, Process) {
-    let server = stage.serve(&[&["--readers", "1"], args].concat());
+    let server = stage.serve(&[&["--readers", "2"], args].concat());
     let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has made the services");
     let monitor = stage.start(&["monitor", "--format", "json"]);
+    // The second reader: tick 0 comes to it when the monitor has joined too.
+    Reader::join(stage).read_to_tick(0);
     (server, alerts, monitor)
 }
 
