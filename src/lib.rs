@@ -4,7 +4,7 @@
 //!
 //! | module | what it is |
 //! |---|---|
-//! | [`server`], [`monitor`], [`record`] | the processes' logic |
+//! | [`server`], [`monitor`], [`guard`], [`record`] | the processes' logic |
 //! | [`plan`] | what a choreographer asks |
 //! | [`dragon`] | chain, boards, clearance, contact |
 //! | [`route`] | the curves that the handles follow |
@@ -17,6 +17,7 @@ pub mod clock;
 pub mod config;
 pub mod dragon;
 pub mod figure;
+pub mod guard;
 pub mod histogram;
 pub mod monitor;
 pub mod number;

@@ -31,6 +31,8 @@ pub enum MonitorLine {
     Alert(AlertLine),
     /// How it stands.
     Progress(MonitorProgress),
+    /// The guard holds the head where no further ground can ever be granted.
+    Guard(GuardReport),
     /// The monitor has ended.
     Summary(MonitorSummary),
 }
@@ -96,8 +98,23 @@ pub struct MonitorSummary {
     pub contact: Option<ContactReport>,
     /// Least clearance of all frames; null where there was no frame.
     pub least_clearance: Option<ClearanceReport>,
+    /// Where its guard held the head for good; null where it did not.
+    pub guard: Option<GuardReport>,
+    /// Times at which a guard found that a frame did not agree with the published description.
+    pub faults: u64,
     /// From the instant a frame was due to the instant it was read, in microseconds.
     pub latency_us: Percentiles,
+}
+
+/// Where a guard held the head for good.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GuardReport {
+    /// Show time.
+    pub held_at_s: f64,
+    /// Least clearance there; null with fewer than three benches.
+    pub clearance_m: Option<f64>,
+    /// Show time at which two benches would have touched at the planned speed; null where they would not.
+    pub forecast_contact_s: Option<f64>,
 }
 
 /// A contact.
@@ -193,6 +210,8 @@ pub struct ShowSummary {
     pub frames: FrameCounts,
     /// First contact, or null.
     pub contact: Option<ContactReport>,
+    /// Where the guard held the head for good; null where it did not.
+    pub guard: Option<GuardReport>,
     /// From each release to the start of its tick, in microseconds.
     pub lateness_us: Percentiles,
     /// From the instant a frame was due to the instant the monitor had read it, in microseconds.

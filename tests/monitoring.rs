@@ -20,20 +20,12 @@ struct Rehearsal {
 
 impl Rehearsal {
     fn new(time_scale: f64, start_s: f64) -> Self {
-        let overrides = Overrides { time_scale: Some(time_scale), rate_hz: None };
+        let overrides = Overrides { time_scale: Some(time_scale), ..Overrides::default() };
         let config = Config::load(None, overrides).expect("the paper's dragon is valid");
         let plan = MotionPlan {
-            speed_mps: 1.0,
-            tick_s: config.tick_s(),
             start_s,
             start_travel_m: start_s,
-            start_speed_mps: 1.0,
-            first_s: 0.0,
-            last_s: config.end_s(),
-            end_travel_m: config.dragon().end_travel_m(),
-            until_s: None,
-            held: false,
-            paused: false,
+            ..MotionPlan::plain(config.tick_s(), 0.0, config.dragon().end_travel_m())
         };
         Self {
             simulation: Simulation::new(config.dragon().clone(), plan),

@@ -266,19 +266,7 @@ proptest! {
 /// Plays a show with commands in between, and hashes every frame.
 fn play(dragon: Dragon) -> u64 {
     let (first_s, last_s) = (dragon.start_travel_m(), dragon.end_travel_m());
-    let plan = MotionPlan {
-        speed_mps: 1.0,
-        tick_s: 1e-3,
-        start_s: first_s,
-        start_travel_m: first_s,
-        start_speed_mps: 1.0,
-        first_s,
-        last_s,
-        end_travel_m: last_s,
-        until_s: None,
-        held: false,
-        paused: false,
-    };
+    let plan = MotionPlan::plain(1e-3, first_s, last_s);
     let mut handles = vec![HandleState::default(); dragon.dimensions().handles()];
     let mut simulation = Simulation::new(Arc::new(dragon), plan);
     let mut hasher = DefaultHasher::new();

@@ -24,20 +24,7 @@ pub(crate) struct FrameSource {
 impl FrameSource {
     pub(crate) fn new() -> Self {
         let dragon = shared::dragon(BENCHES);
-        let end_travel_m = dragon.end_travel_m();
-        let plan = MotionPlan {
-            speed_mps: 1.0,
-            tick_s: 1.0 / f64::from(RATE_HZ),
-            start_s: 0.0,
-            start_travel_m: 0.0,
-            start_speed_mps: 1.0,
-            first_s: 0.0,
-            last_s: end_travel_m,
-            end_travel_m,
-            until_s: None,
-            held: false,
-            paused: false,
-        };
+        let plan = MotionPlan::plain(1.0 / f64::from(RATE_HZ), 0.0, dragon.end_travel_m());
         Self { simulation: Simulation::new(Arc::new(dragon), plan), tick: 0 }
     }
 

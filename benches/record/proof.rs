@@ -40,17 +40,5 @@ fn bits(handles: &[HandleState]) -> impl Iterator<Item = u64> {
 }
 
 fn plan(end_travel_m: f64, seconds: u32) -> MotionPlan {
-    MotionPlan {
-        speed_mps: 1.0,
-        tick_s: 1.0 / f64::from(RATE_HZ),
-        start_s: 0.0,
-        start_travel_m: 0.0,
-        start_speed_mps: 1.0,
-        first_s: 0.0,
-        last_s: end_travel_m,
-        end_travel_m,
-        until_s: Some(f64::from(seconds)),
-        held: false,
-        paused: false,
-    }
+    MotionPlan { until_s: Some(f64::from(seconds)), ..MotionPlan::plain(1.0 / f64::from(RATE_HZ), 0.0, end_travel_m) }
 }

@@ -17,19 +17,7 @@ const HANDLES_A_BATCH: usize = 100_000;
 /// Nanoseconds that the state of so many benches takes, written into plain memory: no bus, no clock.
 pub(crate) fn step_ns(benches: usize) -> f64 {
     let dragon = Arc::new(dragon(benches));
-    let plan = MotionPlan {
-        speed_mps: 1.0,
-        tick_s: 0.001,
-        start_s: 0.0,
-        start_travel_m: 0.0,
-        start_speed_mps: 1.0,
-        first_s: 0.0,
-        last_s: dragon.end_travel_m(),
-        end_travel_m: dragon.end_travel_m(),
-        until_s: None,
-        held: false,
-        paused: false,
-    };
+    let plan = MotionPlan::plain(0.001, 0.0, dragon.end_travel_m());
     let mut simulation = Simulation::new(dragon, plan);
     let mut frame = vec![HandleState::default(); benches + 1];
     let mut batch = || {

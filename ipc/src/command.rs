@@ -7,17 +7,19 @@ use iceoryx2::prelude::ZeroCopySend;
 /// A command as it lies in shared memory. Build it with [`Request::to_wire`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("bench_dragon.Command.v1")]
+#[type_name("bench_dragon.Command.v2")]
 pub struct Command {
     /// Number of the [`Request`] variant, see [`Request::to_wire`].
     pub kind: u32,
     /// Always 0.
     pub reserved: u32,
-    /// The request's value; 0 where it has none.
-    pub value: f64,
+    /// The run that the request is for; 0 where it is for any.
+    pub run_id: u64,
+    /// The request's values, the first ones first; 0 where it has fewer.
+    pub values: [f64; 2],
 }
 
-const _: () = assert!(size_of::<Command>() == 16 && align_of::<Command>() == 8);
+const _: () = assert!(size_of::<Command>() == 32 && align_of::<Command>() == 8);
 
 /// The server's answer as it lies in shared memory. Read it with [`CommandReply::outcome`].
 #[repr(C)]
@@ -63,6 +65,17 @@ pub enum Request {
     Release,
     /// End the server.
     Stop,
+    /// The guard's word that no two benches come too near to each other anywhere on a stretch of travel. It is true of the
+    /// run's geometry, however the head walks there, so it is never taken back: a guarded server moves the head as far as
+    /// it goes, and may be put into it by `Seek`.
+    Grant {
+        /// The run whose description was proved.
+        run_id: u64,
+        /// Where the proved stretch begins, in metres of travel.
+        from_m: f64,
+        /// Where it ends.
+        to_m: f64,
+    },
 }
 
 impl Request {
@@ -71,30 +84,33 @@ impl Request {
 
     /// The wire form.
     pub fn to_wire(self) -> Command {
-        let (kind, value) = match self {
-            Self::Pause => (0, 0.0),
-            Self::Resume => (1, 0.0),
-            Self::Speed { speed_mps } => (2, speed_mps),
-            Self::Seek { sim_time_s } => (3, sim_time_s),
-            Self::Hold => (4, 0.0),
-            Self::Release => (5, 0.0),
-            Self::Stop => (6, 0.0),
-        };
-        Command { kind, reserved: 0, value }
+        let plain = |kind| Command { kind, ..Command::default() };
+        match self {
+            Self::Pause => plain(0),
+            Self::Resume => plain(1),
+            Self::Speed { speed_mps } => Command { values: [speed_mps, 0.0], ..plain(2) },
+            Self::Seek { sim_time_s } => Command { values: [sim_time_s, 0.0], ..plain(3) },
+            Self::Hold => plain(4),
+            Self::Release => plain(5),
+            Self::Stop => plain(6),
+            Self::Grant { run_id, from_m, to_m } => Command { run_id, values: [from_m, to_m], ..plain(7) },
+        }
     }
 
     /// The request behind a wire form, or `None` for a kind that this version does not know.
     ///
-    /// The value is taken as it is, NaN included: the server refuses what is out of range.
+    /// The values are taken as they are, NaN included: the server refuses what is out of range.
     pub fn from_wire(command: &Command) -> Option<Self> {
+        let [value, second] = command.values;
         Some(match command.kind {
             0 => Self::Pause,
             1 => Self::Resume,
-            2 => Self::Speed { speed_mps: command.value },
-            3 => Self::Seek { sim_time_s: command.value },
+            2 => Self::Speed { speed_mps: value },
+            3 => Self::Seek { sim_time_s: value },
             4 => Self::Hold,
             5 => Self::Release,
             6 => Self::Stop,
+            7 => Self::Grant { run_id: command.run_id, from_m: value, to_m: second },
             _ => return None,
         })
     }
@@ -118,6 +134,15 @@ pub enum Refusal {
     NotHeld,
     /// The show is over; a `seek` starts it again.
     Finished,
+    /// The server takes no grants: it was not started with `--guarded`.
+    NotGuarded,
+    /// The server is guarded, and its guard has not proved yet that the benches are apart where the seek goes. It is asked to:
+    /// the same seek is accepted a little later, unless they are not.
+    NotProved,
+    /// The grant is for another run.
+    OtherRun,
+    /// The guard holds the dragon, and only its next grant moves it on.
+    HeldByGuard,
 }
 
 impl fmt::Display for Refusal {
@@ -130,6 +155,12 @@ impl fmt::Display for Refusal {
             Self::Held => formatter.write_str("the show is held: release it first"),
             Self::NotHeld => formatter.write_str("the show is not held"),
             Self::Finished => formatter.write_str("the show is finished: seek to start it again"),
+            Self::NotGuarded => formatter.write_str("the server is not guarded: start it with --guarded"),
+            Self::NotProved => formatter.write_str("the guard has not proved that the benches are apart there"),
+            Self::OtherRun => formatter.write_str("the grant is for another run"),
+            Self::HeldByGuard => {
+                formatter.write_str("the guard holds the dragon: it walks on when the guard has proved the way ahead")
+            }
         }
     }
 }
@@ -149,6 +180,10 @@ impl CommandReply {
             Refusal::Held => Self { refusal: 3, ..reply },
             Refusal::NotHeld => Self { refusal: 4, ..reply },
             Refusal::Finished => Self { refusal: 5, ..reply },
+            Refusal::NotGuarded => Self { refusal: 6, ..reply },
+            Refusal::NotProved => Self { refusal: 7, ..reply },
+            Refusal::OtherRun => Self { refusal: 8, ..reply },
+            Refusal::HeldByGuard => Self { refusal: 9, ..reply },
         }
     }
 
@@ -163,6 +198,10 @@ impl CommandReply {
             3 => Err(Refusal::Held),
             4 => Err(Refusal::NotHeld),
             5 => Err(Refusal::Finished),
+            6 => Err(Refusal::NotGuarded),
+            7 => Err(Refusal::NotProved),
+            8 => Err(Refusal::OtherRun),
+            9 => Err(Refusal::HeldByGuard),
             _ => Err(Refusal::Unknown),
         }
     }

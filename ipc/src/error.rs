@@ -20,6 +20,13 @@ pub enum BusError {
         /// The other source's process id, as it wrote it; empty in the instant before it has.
         pid: String,
     },
+    /// Another guard watches over this instance.
+    GuardRunning {
+        /// The instance.
+        instance: String,
+        /// The other guard's process id, as it wrote it; empty in the instant before it has.
+        pid: String,
+    },
     /// The instance's directory is not usable.
     Domain(DomainError),
     /// The service is there, with another layout or from another iceoryx2 version.
@@ -77,6 +84,9 @@ impl fmt::Display for BusError {
                 formatter,
                 "a server already runs on instance {instance:?}, pid {pid}: stop it, or choose another --instance"
             ),
+            Self::GuardRunning { instance, pid } => {
+                write!(formatter, "a guard already runs on instance {instance:?}, pid {pid}: there can be only one")
+            }
             Self::Domain(error) => error.fmt(formatter),
             Self::VersionMismatch { service } => write!(
                 formatter,

@@ -1,9 +1,54 @@
 //! Lock files: the kernel drops a lock with the process that holds it, however that ends.
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, ErrorKind};
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::Path;
+
+/// Why an exclusive lock is not to be had.
+pub(crate) enum Refused {
+    /// Somebody else holds it; with the process id that is written in the file, empty in the instant before it is.
+    Taken { pid: String },
+    /// The file system's reason.
+    Io(io::Error),
+}
+
+impl From<io::Error> for Refused {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+/// Takes the exclusive lock on the file at a path without waiting, and writes this process's id into it.
+pub(crate) fn hold_alone(path: &Path) -> Result<File, Refused> {
+    let mut file = lock_at(path, lock_exclusively)?;
+    file.set_len(0)?;
+    file.seek(SeekFrom::Start(0))?;
+    writeln!(file, "{}", std::process::id())?;
+    Ok(file)
+}
+
+/// Removes a lock file that nobody holds.
+pub(crate) fn clear_abandoned(path: &Path) -> io::Result<()> {
+    match File::open(path) {
+        Ok(file) if file.try_lock().is_ok() => fs::remove_file(path),
+        Ok(_) => Ok(()),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(error),
+    }
+}
+
+fn lock_exclusively(file: &mut File) -> Result<(), Refused> {
+    match file.try_lock() {
+        Ok(()) => Ok(()),
+        Err(TryLockError::WouldBlock) => {
+            let mut pid = String::new();
+            file.read_to_string(&mut pid)?;
+            Err(Refused::Taken { pid: pid.trim().to_owned() })
+        }
+        Err(TryLockError::Error(error)) => Err(Refused::Io(error)),
+    }
+}
 
 /// Opens the file at a path, making it where it is missing, and locks it with `lock`.
 ///

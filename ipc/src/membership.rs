@@ -13,6 +13,7 @@ use iceoryx2::prelude::{CallbackProgression, Node, NodeState};
 
 use crate::domain::Domain;
 use crate::domain_error::DomainError;
+use crate::guard_lock::GuardLock;
 use crate::lock_file::lock_at;
 use crate::service::Service;
 use crate::source_lock::SourceLock;
@@ -102,6 +103,7 @@ fn sweep(domain: &Domain) -> io::Result<()> {
 fn dissolve(domain: &Domain) -> io::Result<()> {
     sweep(domain)?;
     SourceLock::clear_abandoned(domain)?;
+    GuardLock::clear_abandoned(domain)?;
     fs::remove_file(domain.iceoryx2_toml_path())?;
     fs::remove_file(lock_path(domain))?;
     fs::remove_dir(domain.root())

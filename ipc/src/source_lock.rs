@@ -1,13 +1,13 @@
 //! One source an instance, without a daemon.
 
-use std::fs::{self, File, TryLockError};
-use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::fs::{self, File};
+use std::io;
 use std::path::PathBuf;
 
 use crate::domain::Domain;
 use crate::domain_error::DomainError;
 use crate::error::BusError;
-use crate::lock_file::lock_at;
+use crate::lock_file::{self, Refused, hold_alone};
 
 /// Held by the one source of an instance for as long as it runs.
 #[derive(Debug)]
@@ -16,18 +16,6 @@ pub struct SourceLock {
     cleared: Vec<PathBuf>,
     // Closing the file drops the lock.
     _file: File,
-}
-
-/// Why the lock is not to be had.
-enum Refused {
-    Taken { pid: String },
-    Io(io::Error),
-}
-
-impl From<io::Error> for Refused {
-    fn from(error: io::Error) -> Self {
-        Self::Io(error)
-    }
 }
 
 impl SourceLock {
@@ -42,13 +30,13 @@ impl SourceLock {
         let path = lock_path(domain);
         let locked = loop {
             domain.create_directory()?;
-            match lock_at(&path, lock_exclusively) {
+            match hold_alone(&path) {
                 // The last one to leave has just removed the directory.
                 Err(Refused::Io(error)) if error.kind() == io::ErrorKind::NotFound => {}
                 locked => break locked,
             }
         };
-        match locked.and_then(|file| write_pid(file).map_err(Refused::Io)) {
+        match locked {
             Ok(file) => {
                 let cleared = clear_half_made(domain).map_err(|error| DomainError::Io { path: path.clone(), error })?;
                 Ok(Self { path, cleared, _file: file })
@@ -64,13 +52,7 @@ impl SourceLock {
 impl SourceLock {
     /// Removes the file that a killed source has left.
     pub(crate) fn clear_abandoned(domain: &Domain) -> io::Result<()> {
-        let path = lock_path(domain);
-        match File::open(&path) {
-            Ok(file) if file.try_lock().is_ok() => fs::remove_file(path),
-            Ok(_) => Ok(()),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
-            Err(error) => Err(error),
-        }
+        lock_file::clear_abandoned(&lock_path(domain))
     }
 
     /// The half-made services that were in the way and have been removed.
@@ -92,18 +74,6 @@ fn lock_path(domain: &Domain) -> PathBuf {
     domain.root().join("source.lock")
 }
 
-fn lock_exclusively(file: &mut File) -> Result<(), Refused> {
-    match file.try_lock() {
-        Ok(()) => Ok(()),
-        Err(TryLockError::WouldBlock) => {
-            let mut pid = String::new();
-            file.read_to_string(&mut pid)?;
-            Err(Refused::Taken { pid: pid.trim().to_owned() })
-        }
-        Err(TryLockError::Error(error)) => Err(Refused::Io(error)),
-    }
-}
-
 /// Removes what iceoryx2 has begun to write and not finished: its finished service files are read-only.
 fn clear_half_made(domain: &Domain) -> io::Result<Vec<PathBuf>> {
     let entries = match fs::read_dir(domain.root().join("services")) {
@@ -120,11 +90,4 @@ fn clear_half_made(domain: &Domain) -> io::Result<Vec<PathBuf>> {
         }
     }
     Ok(cleared)
-}
-
-fn write_pid(mut file: File) -> io::Result<File> {
-    file.set_len(0)?;
-    file.seek(SeekFrom::Start(0))?;
-    writeln!(file, "{}", std::process::id())?;
-    Ok(file)
 }

@@ -6,8 +6,8 @@ use crate::frame::ShowState;
 
 /// How the server keeps its schedule. Published ten times a second and once more at the end.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
-#[type_name("bench_dragon.Status.v1")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[type_name("bench_dragon.Status.v2")]
 pub struct Status {
     /// Run that this is about.
     pub run_id: u64,
@@ -25,6 +25,10 @@ pub struct Status {
     pub lateness_p999_ns: u64,
     /// Greatest lateness, in nanoseconds.
     pub lateness_max_ns: u64,
+    /// Travel up to which a guarded server may move the head, in metres; [`Status::NONE`] for one that is not guarded.
+    pub granted_to_m: f64,
+    /// Travel that a refused seek asked a guarded server for, in metres, or [`Status::NONE`]: its guard proves it.
+    pub asked_m: f64,
     /// Ticks a second of wall time.
     pub rate_hz: u32,
     /// A [`ShowState`] as its number.
@@ -35,9 +39,17 @@ pub struct Status {
     pub reserved: u32,
 }
 
-const _: () = assert!(size_of::<Status>() == 80 && align_of::<Status>() == 8);
+const _: () = assert!(size_of::<Status>() == 96 && align_of::<Status>() == 8);
 
 impl Status {
+    /// The value of a travel that there is none of: not a number.
+    pub const NONE: f64 = f64::NAN;
+
+    /// Travel that a refused seek asked for, where there is one.
+    pub fn asked(&self) -> Option<f64> {
+        (!self.asked_m.is_nan()).then_some(self.asked_m)
+    }
+
     /// The state of the show, or `None` where a newer server sends a number that this version does not know.
     pub fn show_state(&self) -> Option<ShowState> {
         ShowState::from_wire(self.state)

@@ -40,17 +40,20 @@ pub(crate) enum Command {
     /// Play a show: serve, monitor and record until contact, the end or Ctrl-C, then report.
     #[command(after_help = "Examples:
   bench-dragon show --time-scale 20
-  bench-dragon show --config stage.toml --out rehearsal-3 --fail-on-contact")]
+  bench-dragon show --config stage.toml --out rehearsal-3 --fail-on-contact
+  bench-dragon show --guard --start-at 405")]
     Show(ShowArgs),
     /// Advance the dragon at a fixed rate and publish every frame.
     #[command(after_help = "Examples:
   bench-dragon serve
-  bench-dragon serve --config stage.toml --rate 250 --start-at 120 --held")]
+  bench-dragon serve --config stage.toml --rate 250 --start-at 120 --held
+  bench-dragon serve --guarded                moves only while a guard runs: monitor --guard")]
     Serve(ServeArgs),
     /// Watch for benches that come near, touch and part.
     #[command(after_help = "Examples:
   bench-dragon monitor
-  bench-dragon monitor --format json --fail-on-contact")]
+  bench-dragon monitor --format json --fail-on-contact
+  bench-dragon monitor --guard                for a server that was started with --guarded")]
     Monitor(MonitorArgs),
     /// Record every frame into an MCAP file.
     #[command(after_help = "Examples:
@@ -164,6 +167,9 @@ pub(crate) struct ShowArgs {
     /// Let a restarted server walk on at once, instead of standing held until `ctl release`.
     #[arg(long)]
     pub(crate) auto_resume: bool,
+    /// Keep benches from touching: the head rests before they would, and the show ends there.
+    #[arg(long)]
+    pub(crate) guard: bool,
     /// Exit with status 3 where benches touched.
     #[arg(long)]
     pub(crate) fail_on_contact: bool,
@@ -183,6 +189,9 @@ pub(crate) struct ServeArgs {
     /// Stand held at the start, until `ctl release`.
     #[arg(long)]
     pub(crate) held: bool,
+    /// Move the head only where `monitor --guard` has proved the way free.
+    #[arg(long)]
+    pub(crate) guarded: bool,
     /// Stand paused at the start, or once the hold is lifted.
     #[arg(long, hide = true)]
     pub(crate) paused: bool,
@@ -214,6 +223,9 @@ pub(crate) struct ChildArgs {
 pub(crate) struct MonitorArgs {
     #[command(flatten)]
     pub(crate) bus: BusArgs,
+    /// Keep the benches of a guarded server from touching: let the head walk only where the way is proved free.
+    #[arg(long)]
+    pub(crate) guard: bool,
     /// End with status 3 at the first contact.
     #[arg(long)]
     pub(crate) fail_on_contact: bool,

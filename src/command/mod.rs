@@ -11,6 +11,7 @@ mod ctl;
 mod description;
 mod echo;
 mod follow;
+mod guarding;
 mod hz;
 mod iox2_config;
 mod latency;

@@ -9,17 +9,23 @@ use anyhow::Context as _;
 use bench_dragon::clock::monotonic_ns;
 use bench_dragon::config::Config;
 use bench_dragon::dragon::PairClearance;
+use bench_dragon::guard::Witness;
 use bench_dragon::histogram::LatencyHistogram;
 use bench_dragon::monitor::forecast::{Forecast, Forecaster};
-use bench_dragon::monitor::{AlertPublisher, Monitor, run_alert};
-use bench_dragon::report::{AlertLine, ClearanceReport, ContactReport, MonitorLine, MonitorProgress, MonitorSummary};
+use bench_dragon::monitor::{AlertPublisher, Monitor, fault_alert, run_alert};
+use bench_dragon::report::{
+    AlertLine, ClearanceReport, ContactReport, GuardReport, MonitorLine, MonitorProgress, MonitorSummary,
+};
 use bench_dragon::stop::StopFlag;
-use bench_dragon_ipc::{Alert, AlertKind, Continuity, Domain, Frame, FrameHeader, FrameSubscriber, ShowState};
+use bench_dragon_ipc::{
+    Alert, AlertKind, Continuity, Domain, Frame, FrameHeader, FrameSubscriber, GuardLock, ShowState,
+};
 
 use crate::cli::{Format, MonitorArgs};
 use crate::command::CONTACT;
 use crate::command::description::Descriptions;
 use crate::command::follow::{Following, Next, open_when_there};
+use crate::command::guarding::{Guarding, News};
 use crate::command::output::{print_json, print_line};
 use crate::command::parent::follow_parent;
 
@@ -28,7 +34,8 @@ pub(crate) fn run(args: &MonitorArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
     let opened = open_when_there(domain.instance(), &stop, || Ports::open(&domain, &stop))?;
-    let mut session = Session::new(args, &stop);
+    let _lock = opened.as_ref().filter(|_| args.guard).map(|_| GuardLock::take(&domain)).transpose()?;
+    let mut session = Session::new(args, &domain, &stop);
     if let Some(mut ports) = opened {
         session.follow(&mut ports)?;
     }
@@ -61,11 +68,20 @@ struct Watch {
     /// Travel from which the forecast was last asked for.
     asked_from_m: f64,
     state: Option<ShowState>,
+    keeper: Option<Keeper>,
+}
+
+/// The guard of the run, and whether the frames are what it proves.
+struct Keeper {
+    guarding: Guarding,
+    witness: Witness,
+    has_fault: bool,
 }
 
 /// A monitor's life, over any number of runs.
 struct Session<'a> {
     args: &'a MonitorArgs,
+    domain: &'a Domain,
     stop: &'a StopFlag,
     watch: Option<Watch>,
     summary: MonitorSummary,
@@ -76,9 +92,10 @@ struct Session<'a> {
 }
 
 impl<'a> Session<'a> {
-    fn new(args: &'a MonitorArgs, stop: &'a StopFlag) -> Self {
+    fn new(args: &'a MonitorArgs, domain: &'a Domain, stop: &'a StopFlag) -> Self {
         Self {
             args,
+            domain,
             stop,
             watch: None,
             summary: MonitorSummary::default(),
@@ -102,6 +119,7 @@ impl<'a> Session<'a> {
             if self.args.fail_on_contact && self.summary.contact.is_some() {
                 return Ok(());
             }
+            self.take_news()?;
             self.print_progress()?;
         }
     }
@@ -114,6 +132,8 @@ impl<'a> Session<'a> {
             self.tell(&run_alert(header, AlertKind::Restarted), ports)?;
         }
         if self.watch.as_ref().is_none_or(|watch| watch.run_id != header.run_id) {
+            // The last run's guard ends first.
+            self.watch = None;
             let Some(watch) = self.begin(header, ports)? else { return Ok(()) };
             self.watch = Some(watch);
         }
@@ -121,7 +141,9 @@ impl<'a> Session<'a> {
         let forecast = watch.forecaster.latest();
         let nearest = watch.monitor.observe(header, frame.handles(), Some(&forecast));
         watch.follow_forecast(header, &forecast);
-        let alerts = [watch.state_alert(header).as_slice(), watch.monitor.alerts()].concat();
+        let fault = watch.guard(header, nearest);
+        self.summary.faults += fault.iter().len() as u64;
+        let alerts = [fault.as_slice(), watch.state_alert(header).as_slice(), watch.monitor.alerts()].concat();
         for alert in &alerts {
             self.tell(alert, ports)?;
         }
@@ -137,7 +159,39 @@ impl<'a> Session<'a> {
         let monitor = Monitor::new(&config);
         let from_m = header.head_travel_m;
         let forecaster = Forecaster::start(Arc::clone(monitor.dragon()), from_m);
-        Ok(Some(Watch { run_id: header.run_id, monitor, forecaster, asked_from_m: from_m, state: None }))
+        let keeper = self.args.guard.then(|| Keeper::start(self.domain, config, header.run_id));
+        Ok(Some(Watch { run_id: header.run_id, monitor, forecaster, asked_from_m: from_m, state: None, keeper }))
+    }
+
+    /// Takes what the guard has to tell.
+    fn take_news(&mut self) -> anyhow::Result<()> {
+        let keeper = self.watch.as_ref().and_then(|watch| watch.keeper.as_ref());
+        match keeper.and_then(|keeper| keeper.guarding.news()) {
+            None => Ok(()),
+            Some(News::FinalRest(rest)) => self.tell_rest(GuardReport {
+                held_at_s: rest.sim_time_s,
+                clearance_m: self.nearest.map(|pair| pair.clearance_m),
+                forecast_contact_s: rest.forecast_s,
+            }),
+            Some(News::NotGuarded) => {
+                tracing::warn!("the server is not guarded: it walks on without grants; start it with --guarded");
+                Ok(())
+            }
+            Some(News::GaveUp(held)) => {
+                let held = held.map_or("it has held the show".to_owned(), |error| error.to_string());
+                tracing::warn!("the frames are not what the guard has proved: it grants no more, and {held}");
+                Ok(())
+            }
+            Some(News::Failed(error)) => Err(error).context("the guard"),
+        }
+    }
+
+    fn tell_rest(&mut self, report: GuardReport) -> anyhow::Result<()> {
+        self.summary.guard = Some(report);
+        match self.args.format.format {
+            Format::Json => print_json(&MonitorLine::Guard(report)),
+            Format::Text => Ok(print_line(rest_text(&report))?),
+        }
     }
 
     fn note(&mut self, header: &FrameHeader, nearest: Option<PairClearance>, forecast: &Forecast) {
@@ -205,6 +259,9 @@ impl<'a> Session<'a> {
             }
             None => print_line("no contact")?,
         }
+        if self.summary.faults > 0 {
+            print_line(format_args!("{} faults: frames were not as published", self.summary.faults))?;
+        }
         Ok(())
     }
 }
@@ -220,12 +277,45 @@ impl Watch {
         }
     }
 
-    /// The alert of a hold that begins with this frame.
+    /// The alert of a hold that begins with this frame. A guarded show begins held, until its guard has looked at it.
     fn state_alert(&mut self, header: &FrameHeader) -> Option<Alert> {
         let state = header.show_state();
-        let begins = std::mem::replace(&mut self.state, state) != state;
+        let last = std::mem::replace(&mut self.state, state);
+        let begins = last != state && (last.is_some() || self.keeper.is_none());
         (begins && state == Some(ShowState::Held)).then(|| run_alert(header, AlertKind::Held))
     }
+
+    /// Shows the guard, where there is one, a frame and what was measured in it. Returns the alert of a fault that begins
+    /// with this frame.
+    fn guard(&mut self, header: &FrameHeader, nearest: Option<PairClearance>) -> Option<Alert> {
+        let keeper = self.keeper.as_mut()?;
+        keeper.guarding.show(header);
+        let has_fault = !keeper.witness.agrees(header, nearest);
+        let begins = has_fault && !std::mem::replace(&mut keeper.has_fault, has_fault);
+        begins.then(|| {
+            keeper.guarding.give_up();
+            fault_alert(header, nearest)
+        })
+    }
+}
+
+impl Keeper {
+    fn start(domain: &Domain, config: Config, run_id: u64) -> Self {
+        let witness = Witness::new(Arc::clone(config.dragon()));
+        Self { guarding: Guarding::start(domain, config, run_id), witness, has_fault: false }
+    }
+}
+
+fn rest_text(report: &GuardReport) -> String {
+    let mut text = format!("{:>12.6} s  held by the guard for good", report.held_at_s);
+    if let Some(clearance_m) = report.clearance_m {
+        // Writing into a String cannot fail, here and below.
+        let _ = write!(text, ", clearance {clearance_m:.6} m");
+    }
+    if let Some(forecast_s) = report.forecast_contact_s {
+        let _ = write!(text, ", contact forecast at {forecast_s:.6} s");
+    }
+    text
 }
 
 fn alert_text(line: &AlertLine) -> String {

@@ -30,8 +30,8 @@ pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
 }
 
 /// The configuration with the flags over it.
-pub(crate) fn configure(args: &ConfigArgs, pace: &PaceArgs) -> anyhow::Result<Config> {
-    let overrides = Overrides { rate_hz: pace.rate, time_scale: pace.time_scale };
+pub(crate) fn configure(args: &ConfigArgs, pace: &PaceArgs, guard: bool) -> anyhow::Result<Config> {
+    let overrides = Overrides { rate_hz: pace.rate, time_scale: pace.time_scale, guard };
     load_config(args, overrides)
 }
 
@@ -48,7 +48,7 @@ fn start_s(config: &Config, pace: &PaceArgs) -> f64 {
 }
 
 fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
-    let config = configure(&args.config, &args.pace)?;
+    let config = configure(&args.config, &args.pace, args.guarded)?;
     match args.start_travel {
         // The speed was changed on the way, so show time says nothing of the travel.
         Some(travel_m) => {

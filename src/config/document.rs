@@ -38,6 +38,8 @@ pub(super) struct DragonTable {
 #[serde(default, deny_unknown_fields, expecting = "a table")]
 pub(super) struct HeadTable {
     pub(super) speed_mps: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) accel_mps2: Option<f64>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -51,6 +53,8 @@ pub(super) struct ServeTable {
 #[serde(default, deny_unknown_fields, expecting = "a table")]
 pub(super) struct MonitorTable {
     pub(super) near_m: f64,
+    pub(super) margin_m: f64,
+    pub(super) guard: bool,
 }
 
 impl Default for DragonTable {
@@ -61,7 +65,7 @@ impl Default for DragonTable {
 
 impl Default for HeadTable {
     fn default() -> Self {
-        Self { speed_mps: 1.0 }
+        Self { speed_mps: 1.0, accel_mps2: None }
     }
 }
 
@@ -73,7 +77,7 @@ impl Default for ServeTable {
 
 impl Default for MonitorTable {
     fn default() -> Self {
-        Self { near_m: 0.02 }
+        Self { near_m: 0.02, margin_m: 0.0005, guard: false }
     }
 }
 

@@ -26,8 +26,12 @@ pub const RATE_HZ: RangeInclusive<u32> = 1..=100_000;
 pub const TIME_SCALE: RangeInclusive<f64> = 0.001..=1000.0;
 /// Speeds of the head that a show may be planned with, in metres per show second.
 pub const HEAD_SPEED_MPS: RangeInclusive<f64> = 0.001..=10.0;
+/// Greatest accelerations of the head that a show may be planned with, in m/s².
+pub const HEAD_ACCEL_MPS2: RangeInclusive<f64> = 0.001..=1000.0;
 /// Clearances below which the monitor may be told to warn, in metres.
 pub const NEAR_M: RangeInclusive<f64> = 0.0..=10.0;
+/// Clearances that the guard may be told to keep, in metres.
+pub const MARGIN_M: RangeInclusive<f64> = 0.000_001..=10.0;
 
 /// What flags set over the document.
 #[derive(Clone, Copy, Debug, Default)]
@@ -36,6 +40,8 @@ pub struct Overrides {
     pub rate_hz: Option<u32>,
     /// Show seconds per wall-clock second.
     pub time_scale: Option<f64>,
+    /// Whether a guard is to keep the benches apart, where the document does not ask for it already.
+    pub guard: bool,
 }
 
 /// A valid configuration.
@@ -79,6 +85,11 @@ impl Config {
         self.document.head.speed_mps
     }
 
+    /// Greatest acceleration of the head in m/s²; without one it starts and stops at once.
+    pub fn head_accel_mps2(&self) -> Option<f64> {
+        self.document.head.accel_mps2
+    }
+
     /// Ticks a second.
     pub fn rate_hz(&self) -> u32 {
         self.document.serve.rate_hz
@@ -97,6 +108,16 @@ impl Config {
     /// Clearance in metres from which on the monitor warns.
     pub fn near_m(&self) -> f64 {
         self.document.monitor.near_m
+    }
+
+    /// Clearance in metres that the guard keeps.
+    pub fn margin_m(&self) -> f64 {
+        self.document.monitor.margin_m
+    }
+
+    /// Whether a guard keeps the benches apart.
+    pub fn is_guarded(&self) -> bool {
+        self.document.monitor.guard
     }
 
     /// The route as planned.
@@ -140,11 +161,16 @@ impl Config {
         let serve = &mut document.serve;
         serve.rate_hz = overrides.rate_hz.unwrap_or(serve.rate_hz);
         serve.time_scale = overrides.time_scale.unwrap_or(serve.time_scale);
+        document.monitor.guard |= overrides.guard;
         let rates = f64::from(*RATE_HZ.start())..=f64::from(*RATE_HZ.end());
         require("serve", "rate_hz", f64::from(document.serve.rate_hz), &rates)?;
         require("serve", "time_scale", document.serve.time_scale, &TIME_SCALE)?;
         require("head", "speed_mps", document.head.speed_mps, &HEAD_SPEED_MPS)?;
+        if let Some(accel_mps2) = document.head.accel_mps2 {
+            require("head", "accel_mps2", accel_mps2, &HEAD_ACCEL_MPS2)?;
+        }
         require("monitor", "near_m", document.monitor.near_m, &NEAR_M)?;
+        require("monitor", "margin_m", document.monitor.margin_m, &MARGIN_M)?;
         let route = document.route.plan()?;
         document.route = RouteTable::written_out(route);
         let dragon = Dragon::new(
@@ -208,7 +234,7 @@ mod tests {
 
     #[test]
     fn flags_override_the_document() {
-        let overrides = Overrides { rate_hz: Some(50), time_scale: Some(20.0) };
+        let overrides = Overrides { rate_hz: Some(50), time_scale: Some(20.0), guard: false };
         let config = Config::load(None, overrides).expect("both are in range");
         assert_eq!((config.rate_hz(), config.time_scale()), (50, 20.0));
     }

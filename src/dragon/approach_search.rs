@@ -31,14 +31,25 @@ pub(crate) struct Piece {
 }
 
 /// Which pairs to look at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Pairs {
     /// Every pair.
     All,
-    /// Those that do not stand where another pair has stood before: those with one of the first two benches, once every
-    /// handle has come to where the one before it stood at the beginning of the run (see
+    /// Those that do not stand where another pair has stood before, from the beginning of the run on: those with one of
+    /// the first two benches, once every handle has come to where the one before it stood at the beginning (see
     /// [`ContactSearch`](super::ContactSearch)).
     Unrepeated,
+    /// The same from this travel on.
+    UnrepeatedSince(f64),
+}
+
+/// Where a pair's clearance falls under a limit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Fall {
+    /// Lower index first; not neighbours.
+    pub(crate) benches: [usize; 2],
+    /// Travel of the head up to which it is at or over the limit.
+    pub(crate) travel_m: f64,
 }
 
 /// Searches ways for pairs that come near.
@@ -46,7 +57,7 @@ pub(crate) enum Pairs {
 pub(crate) struct ApproachSearch<'a> {
     dragon: &'a Dragon,
     pairs: Pairs,
-    /// Places of the handles at the beginning of the run.
+    /// Places of the handles where the beginning is.
     beginning: Vec<f64>,
     earlier: Pose,
     later: Pose,
@@ -56,7 +67,11 @@ pub(crate) struct ApproachSearch<'a> {
 impl<'a> ApproachSearch<'a> {
     /// A search that stands at a travel of the run.
     pub(crate) fn new(dragon: &'a Dragon, pairs: Pairs, travel_m: f64) -> Self {
-        let chain = dragon.chain(dragon.start_travel_m()).expect("a run has a start");
+        let beginning_m = match pairs {
+            Pairs::UnrepeatedSince(beginning_m) => beginning_m,
+            Pairs::All | Pairs::Unrepeated => dragon.start_travel_m(),
+        };
+        let chain = dragon.chain(beginning_m).expect("the travel lies within the run");
         let mut search = Self {
             dragon,
             pairs,
@@ -77,10 +92,14 @@ impl<'a> ApproachSearch<'a> {
         self.earlier.extend_to(self.dragon, usize::MAX);
     }
 
+    /// Longest way looked at as one.
+    pub(crate) fn stride_m(dragon: &Dragon) -> f64 {
+        STRIDE_LINKS * dragon.dimensions().link_m(0).min(dragon.dimensions().link_m(1))
+    }
+
     /// Travels that cut a way into strides, both ends included.
     pub(crate) fn strides(dragon: &Dragon, from_m: f64, to_m: f64) -> Vec<f64> {
-        let stride_m = STRIDE_LINKS * dragon.dimensions().link_m(0).min(dragon.dimensions().link_m(1));
-        let count = ((to_m - from_m) / stride_m).ceil().max(1.0) as usize;
+        let count = ((to_m - from_m) / Self::stride_m(dragon)).ceil().max(1.0) as usize;
         let at = |i: usize| from_m + (to_m - from_m) * (i as f64 / count as f64);
         (0..count).map(at).chain([to_m]).collect()
     }
@@ -113,10 +132,31 @@ impl<'a> ApproachSearch<'a> {
         std::mem::swap(&mut self.earlier, &mut self.later);
     }
 
+    /// Walks on to `to_m`, at most a stride away, unless a pair's clearance falls under the limit on the way: then it stays
+    /// where it is. No clearance is under the limit where it stands.
+    ///
+    /// Up to the fall that is returned, every clearance is proved to be at or over the limit; there, a bound that is met
+    /// to `resolution_m` of travel can no longer tell.
+    pub(crate) fn walk_over(&mut self, to_m: f64, limit_m: f64, resolution_m: f64) -> Result<(), Fall> {
+        self.later.place_head(self.dragon, to_m);
+        self.later.extend_to(self.dragon, usize::MAX);
+        let pairs = self.pairs_within(limit_m);
+        let falls = pairs.into_iter().filter_map(|benches| {
+            let pair = Pair { dragon: self.dragon, benches };
+            let travel_m = pair.fall_m(&pair.at(&self.earlier), &pair.at(&self.later), limit_m, resolution_m)?;
+            Some(Fall { benches, travel_m })
+        });
+        if let Some(fall) = falls.min_by(|one, other| one.travel_m.total_cmp(&other.travel_m)) {
+            return Err(fall);
+        }
+        std::mem::swap(&mut self.earlier, &mut self.later);
+        Ok(())
+    }
+
     /// Whether each pair but those with one of the first two benches stands where another has stood before.
     fn repeats(&self) -> bool {
         let body = self.earlier.handles.iter().skip(2);
-        self.pairs == Pairs::Unrepeated
+        self.pairs != Pairs::All
             && body.zip(self.beginning.iter().skip(1)).all(|(handle, &place)| handle.place >= place)
     }
 
@@ -206,6 +246,20 @@ impl Pair<'_> {
         let middle = self.solve(0.5 * (earlier.travel_m + later.travel_m));
         self.halve(earlier, &middle, halvings - 1, limit_m, sink);
         self.halve(&middle, later, halvings - 1, limit_m, sink);
+    }
+
+    /// Where the bound of the clearance first falls under the limit, on pieces as short as the resolution; `None` where it
+    /// does not. At most log₂ of their number of pieces are halved at a time.
+    fn fall_m(&self, earlier: &Moment, later: &Moment, limit_m: f64, resolution_m: f64) -> Option<f64> {
+        if self.least_m(earlier, later) >= limit_m {
+            return None;
+        }
+        if later.travel_m - earlier.travel_m <= resolution_m || earlier.approach.clearance_m < limit_m {
+            return Some(earlier.travel_m);
+        }
+        let middle = self.solve(0.5 * (earlier.travel_m + later.travel_m));
+        self.fall_m(earlier, &middle, limit_m, resolution_m)
+            .or_else(|| self.fall_m(&middle, later, limit_m, resolution_m))
     }
 
     /// A bound that the clearance does not fall under on the way.

@@ -44,7 +44,7 @@ pub use dimensions::{Dimensions, DimensionsError};
 pub use run::RunEnd;
 pub use stepper::{ChainStepper, HandleRecord, Instructions};
 
-pub(crate) use approach_search::{ApproachSearch, Pairs, Piece};
+pub(crate) use approach_search::{ApproachSearch, Fall, Pairs, Piece};
 pub(crate) use newton::{Slope, rising_root};
 pub(crate) use orbit::Station;
 

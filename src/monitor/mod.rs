@@ -25,7 +25,7 @@ mod alert_publisher;
 pub use alert_publisher::AlertPublisher;
 
 use forecast::Forecast;
-use passage::Passage;
+use passage::{Pace, Passage};
 
 /// A pair that came near is watched until it is this many times the warning distance apart.
 const FAREWELL: f64 = 1.25;
@@ -43,7 +43,7 @@ enum Standing {
 #[derive(Debug)]
 pub struct Monitor {
     dragon: Arc<Dragon>,
-    tick_s: f64,
+    pace: Pace,
     near_m: f64,
     planned_speed_mps: f64,
     clearances: ClearanceSearch,
@@ -59,7 +59,7 @@ impl Monitor {
     pub fn new(config: &Config) -> Self {
         let dragon = Arc::clone(config.dragon());
         Self {
-            tick_s: config.tick_s(),
+            pace: Pace { tick_s: config.tick_s(), accel_mps2: config.head_accel_mps2() },
             near_m: config.near_m(),
             planned_speed_mps: config.head_speed_mps(),
             clearances: ClearanceSearch::default(),
@@ -93,7 +93,7 @@ impl Monitor {
         self.alerts.clear();
         let forecast_ns = self.forecast_ns(header, forecast);
         match self.last.replace(*header) {
-            Some(last) if Passage::between(&last, header, self.tick_s) == Passage::Walked => {
+            Some(last) if Passage::between(&last, header, self.pace) == Passage::Walked => {
                 self.sweep(&last, header, forecast);
             }
             _ => self.pairs.clear(),
@@ -176,6 +176,12 @@ pub fn run_alert(header: &FrameHeader, kind: AlertKind) -> Alert {
         bench_b: Alert::NO_BENCH,
         reserved: 0,
     }
+}
+
+/// An alert that a frame is not as published; with the pair that was nearest in it.
+pub fn fault_alert(header: &FrameHeader, nearest: Option<PairClearance>) -> Alert {
+    let none = run_alert(header, AlertKind::Fault);
+    nearest.map_or(none, |pair| pair_alert(header, AlertKind::Fault, &pair, Alert::NO_FORECAST))
 }
 
 fn pair_alert(header: &FrameHeader, kind: AlertKind, pair: &PairClearance, forecast_ns: i64) -> Alert {

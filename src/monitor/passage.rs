@@ -8,6 +8,15 @@ const SIM_TIME_TOLERANCE_S: f64 = 2e-9;
 /// How far travel may be from speed times show time, in metres: that resolution at the greatest speed.
 const TRAVEL_TOLERANCE_M: f64 = SIM_TIME_TOLERANCE_S * Request::MAX_SPEED_MPS;
 
+/// How a source moves the head.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pace {
+    /// Show seconds that a running tick advances.
+    pub tick_s: f64,
+    /// Greatest acceleration in m/s²; without one the head starts and stops at once.
+    pub accel_mps2: Option<f64>,
+}
+
 /// The way from one frame to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Passage {
@@ -18,14 +27,14 @@ pub enum Passage {
 }
 
 impl Passage {
-    /// The way from `last` to `next`, two frames of a source that advances show time by `tick_s` in a running tick.
-    pub fn between(last: &FrameHeader, next: &FrameHeader, tick_s: f64) -> Self {
+    /// The way from `last` to `next`, two frames of a source.
+    pub fn between(last: &FrameHeader, next: &FrameHeader, pace: Pace) -> Self {
         let same_run = last.run_id == next.run_id && last.tick < next.tick;
-        if same_run && walked(last, next, tick_s) { Self::Walked } else { Self::Broken }
+        if same_run && walked(last, next, pace) { Self::Walked } else { Self::Broken }
     }
 }
 
-fn walked(last: &FrameHeader, next: &FrameHeader, tick_s: f64) -> bool {
+fn walked(last: &FrameHeader, next: &FrameHeader, Pace { tick_s, accel_mps2 }: Pace) -> bool {
     let sim_step_s = (next.sim_time_ns - last.sim_time_ns) as f64 * 1e-9;
     let travel_step_m = next.head_travel_m - last.head_travel_m;
     let ticks = next.tick - last.tick;
@@ -37,16 +46,23 @@ fn walked(last: &FrameHeader, next: &FrameHeader, tick_s: f64) -> bool {
     if ticks > 1 || !runs {
         return travel_step_m <= sim_step_s * Request::MAX_SPEED_MPS + TRAVEL_TOLERANCE_M;
     }
-    // Successive frames of a running show: one whole step at the speed that the second one states.
-    (sim_step_s - tick_s).abs() <= SIM_TIME_TOLERANCE_S
-        && (travel_step_m - next.head_speed_mps * sim_step_s).abs() <= TRAVEL_TOLERANCE_M
+    // Successive frames of a running show: one whole step, at the speed that the second one states or on a ramp up or down
+    // to it, which leaves the mean of both speeds by at most a quarter of what the speed may change.
+    let (step_m, off_m) = match accel_mps2 {
+        None => (next.head_speed_mps * sim_step_s, 0.0),
+        Some(accel_mps2) => {
+            let mean_mps = 0.5 * (last.head_speed_mps + next.head_speed_mps);
+            (mean_mps * sim_step_s, 0.25 * accel_mps2 * sim_step_s * sim_step_s)
+        }
+    };
+    (sim_step_s - tick_s).abs() <= SIM_TIME_TOLERANCE_S && (travel_step_m - step_m).abs() <= off_m + TRAVEL_TOLERANCE_M
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const TICK_S: f64 = 0.02;
+    const PACE: Pace = Pace { tick_s: 0.02, accel_mps2: None };
 
     fn frame(tick: u64, sim_time_s: f64, head_travel_m: f64) -> FrameHeader {
         FrameHeader {
@@ -62,33 +78,43 @@ mod tests {
 
     #[test]
     fn a_step_at_the_stated_speed_is_walked() {
-        assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &frame(6, 0.12, 0.12), TICK_S), Passage::Walked);
+        assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &frame(6, 0.12, 0.12), PACE), Passage::Walked);
     }
 
     #[test]
     fn a_gap_that_the_head_could_walk_is_walked() {
-        assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &frame(15, 0.3, 0.3), TICK_S), Passage::Walked);
-        assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &frame(15, 0.1, 0.1), TICK_S), Passage::Walked, "paused");
+        assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &frame(15, 0.3, 0.3), PACE), Passage::Walked);
+        assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &frame(15, 0.1, 0.1), PACE), Passage::Walked, "paused");
     }
 
     #[test]
     fn seeks_forward_and_back_are_broken() {
         for (sim_time_s, travel_m) in [(0.05, 0.05), (0.11, 0.11), (0.121, 0.121), (300.0, 300.0), (0.12, 0.2)] {
             let next = frame(6, sim_time_s, travel_m);
-            assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &next, TICK_S), Passage::Broken, "{sim_time_s}");
+            assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &next, PACE), Passage::Broken, "{sim_time_s}");
         }
-        assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &frame(15, 0.4, 0.4), TICK_S), Passage::Broken, "in a gap");
+        assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &frame(15, 0.4, 0.4), PACE), Passage::Broken, "in a gap");
     }
 
     #[test]
     fn another_run_is_broken() {
         let next = FrameHeader { run_id: 2, ..frame(6, 0.12, 0.12) };
-        assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &next, TICK_S), Passage::Broken);
+        assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &next, PACE), Passage::Broken);
     }
 
     #[test]
     fn the_shortened_last_step_of_a_show_is_walked() {
         let last = FrameHeader { state: ShowState::Finished.to_wire(), head_speed_mps: 0.0, ..frame(6, 0.107, 0.107) };
-        assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &last, TICK_S), Passage::Walked);
+        assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &last, PACE), Passage::Walked);
+    }
+
+    #[test]
+    fn a_ramp_is_walked_and_a_leap_on_it_is_not() {
+        let pace = Pace { accel_mps2: Some(2.0), ..PACE };
+        let last = FrameHeader { head_speed_mps: 0.5, ..frame(5, 0.1, 0.1) };
+        let next = |travel_m| FrameHeader { head_speed_mps: 0.54, ..frame(6, 0.12, travel_m) };
+        assert_eq!(Passage::between(&last, &next(0.1104), pace), Passage::Walked);
+        assert_eq!(Passage::between(&last, &next(0.1104), PACE), Passage::Broken);
+        assert_eq!(Passage::between(&last, &next(0.1107), pace), Passage::Broken);
     }
 }

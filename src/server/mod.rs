@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::service::{AlertService, EventService, Member, Role};
-use bench_dragon_ipc::{BusError, Description, Domain, Request, ShowState, SourceLock};
+use bench_dragon_ipc::{BusError, Description, Domain, Request, ShowState, SourceLock, Status};
 
 use crate::clock::{monotonic_ns, sleep_precisely, sleep_until};
 use crate::config::Config;
@@ -27,7 +27,7 @@ pub use simulation::Simulation;
 
 use command_server::CommandServer;
 use frame_publisher::FramePublisher;
-use motion::MotionPlan;
+use motion::{Limits, MotionPlan};
 use reporter::{LoopGauges, Reporter, TimesOfAll};
 use schedule::Schedule;
 use tick_times::{TickTimes, TickTimesSink, tick_times_queue};
@@ -112,7 +112,7 @@ impl Server {
         let (reporter, gauges) =
             Reporter::start(domain.clone(), description, bench_count, settings.config.rate_hz(), counter)?;
         Ok(Self {
-            simulation: Simulation::new(settings.config.dragon().clone(), plan(&settings)),
+            simulation: Simulation::new(settings.config.dragon().clone(), plan(&settings, run_id)),
             frames: FramePublisher::create(domain, &member, bench_count)?,
             commands: CommandServer::create(&member)?,
             _alerts: (member.alerts()?, member.alert_events()?),
@@ -198,6 +198,9 @@ impl Server {
         self.gauges.sim_time_ns.store(head.sim_time_ns, Ordering::Relaxed);
         self.gauges.state.store(head.state.to_wire(), Ordering::Relaxed);
         self.gauges.overruns.store(schedule.overruns(), Ordering::Relaxed);
+        let Limits { granted_to_m, asked_m } = self.simulation.limits();
+        self.gauges.granted_to_m.store(granted_to_m.unwrap_or(Status::NONE).to_bits(), Ordering::Relaxed);
+        self.gauges.asked_m.store(asked_m.unwrap_or(Status::NONE).to_bits(), Ordering::Relaxed);
     }
 
     /// Whether the show time to end at is reached. Without one the server goes on publishing the finished show.
@@ -231,11 +234,12 @@ impl Server {
     }
 }
 
-fn plan(settings: &ServerSettings) -> MotionPlan {
+fn plan(settings: &ServerSettings, run_id: u64) -> MotionPlan {
     let config = &settings.config;
     let speed_mps = config.head_speed_mps();
     MotionPlan {
         speed_mps,
+        accel_mps2: config.head_accel_mps2(),
         tick_s: config.tick_s(),
         start_s: settings.start_s,
         start_travel_m: settings.start_travel_m.unwrap_or(speed_mps * settings.start_s),
@@ -246,6 +250,7 @@ fn plan(settings: &ServerSettings) -> MotionPlan {
         until_s: settings.until_s,
         held: settings.held,
         paused: settings.paused,
+        guarded_run: config.is_guarded().then_some(run_id),
     }
 }
 

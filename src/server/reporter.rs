@@ -18,7 +18,7 @@ use crate::server::tick_times::TickTimesCounter;
 const REPORT_PERIOD: Duration = Duration::from_millis(100);
 
 /// What the loop tells the reporter, a word at a time: each is the value of the last tick, not all of the same one.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct LoopGauges {
     /// Last tick published.
     pub(super) tick: AtomicU64,
@@ -28,7 +28,26 @@ pub(super) struct LoopGauges {
     pub(super) state: AtomicU32,
     /// Releases skipped so far.
     pub(super) overruns: AtomicU64,
+    /// Travel that a guarded head may walk to, the bits of a double.
+    pub(super) granted_to_m: AtomicU64,
+    /// Travel that a guarded head was asked to be put at, the bits of a double.
+    pub(super) asked_m: AtomicU64,
     finished: AtomicBool,
+}
+
+impl LoopGauges {
+    fn new() -> Self {
+        let none = || AtomicU64::new(Status::NONE.to_bits());
+        Self {
+            tick: AtomicU64::default(),
+            sim_time_ns: AtomicI64::default(),
+            state: AtomicU32::default(),
+            overruns: AtomicU64::default(),
+            granted_to_m: none(),
+            asked_m: none(),
+            finished: AtomicBool::default(),
+        }
+    }
 }
 
 /// The times of all ticks, in microseconds.
@@ -60,7 +79,7 @@ impl Reporter {
         rate_hz: u32,
         times: TickTimesCounter,
     ) -> Result<(Self, Arc<LoopGauges>), BusError> {
-        let gauges = Arc::new(LoopGauges::default());
+        let gauges = Arc::new(LoopGauges::new());
         let shared = Arc::clone(&gauges);
         let (ready, opened) = channel::bounded(1);
         let (wake, woken) = channel::bounded::<()>(1);
@@ -154,6 +173,8 @@ impl Report {
             lateness_p99_ns: lateness.quantile_ns(0.99),
             lateness_p999_ns: lateness.quantile_ns(0.999),
             lateness_max_ns: lateness.max_ns(),
+            granted_to_m: f64::from_bits(gauges.granted_to_m.load(Ordering::Relaxed)),
+            asked_m: f64::from_bits(gauges.asked_m.load(Ordering::Relaxed)),
             rate_hz: self.rate_hz,
             state: gauges.state.load(Ordering::Relaxed),
             pid: std::process::id(),

@@ -6,7 +6,7 @@ use bench_dragon_ipc::{FrameHeader, HandleState, Refusal, Request};
 use glam::DVec2;
 
 use crate::dragon::{ChainStepper, Dragon, HandleRecord};
-use crate::server::motion::{HeadState, Motion, MotionPlan};
+use crate::server::motion::{HeadState, Limits, Motion, MotionPlan};
 
 /// The state of a whole dragon as a function of ticks and requests.
 #[derive(Debug)]
@@ -37,6 +37,11 @@ impl Simulation {
     /// The head at this tick.
     pub fn head(&self) -> HeadState {
         self.motion.head()
+    }
+
+    /// What a guard has to do with this head.
+    pub fn limits(&self) -> Limits {
+        self.motion.limits()
     }
 
     /// Writes every handle at this tick. The slice has one handle more than there are benches.

@@ -31,11 +31,16 @@ class HandleState(ctypes.Structure):
 
 
 class Command(ctypes.Structure):
-    _fields_ = [("kind", ctypes.c_uint32), ("reserved", ctypes.c_uint32), ("value", ctypes.c_double)]
+    _fields_ = [
+        ("kind", ctypes.c_uint32),
+        ("reserved", ctypes.c_uint32),
+        ("run_id", ctypes.c_uint64),
+        ("values", ctypes.c_double * 2),
+    ]
 
     @staticmethod
     def type_name():
-        return "bench_dragon.Command.v1"
+        return "bench_dragon.Command.v2"
 
 
 class CommandReply(ctypes.Structure):
@@ -63,6 +68,8 @@ class Status(ctypes.Structure):
         ("lateness_p99_ns", ctypes.c_uint64),
         ("lateness_p999_ns", ctypes.c_uint64),
         ("lateness_max_ns", ctypes.c_uint64),
+        ("granted_to_m", ctypes.c_double),
+        ("asked_m", ctypes.c_double),
         ("rate_hz", ctypes.c_uint32),
         ("state", ctypes.c_uint32),
         ("pid", ctypes.c_uint32),
@@ -71,7 +78,7 @@ class Status(ctypes.Structure):
 
     @staticmethod
     def type_name():
-        return "bench_dragon.Status.v1"
+        return "bench_dragon.Status.v2"
 
 
 HEADER_FIELDS = [name for name, _ in FrameHeader._fields_]

@@ -121,7 +121,7 @@ def test_the_status_is_the_servers(node):
 
 def call(node, kind, value=0.0):
     commands = service(node, "bench-dragon/commands").request_response(Command, CommandReply).open()
-    pending = commands.client_builder().create().send_copy(Command(kind, 0, value))
+    pending = commands.client_builder().create().send_copy(Command(kind, 0, 0, (ctypes.c_double * 2)(value)))
     while True:
         response = pending.receive()
         if response is not None:

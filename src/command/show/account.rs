@@ -80,6 +80,10 @@ impl Account {
     fn take_monitor_line(&mut self, line: MonitorLine) {
         match line {
             MonitorLine::Progress(progress) => self.progress = progress,
+            MonitorLine::Guard(report) => {
+                self.line.say(&format!("{:.6} s: held by the guard for good", report.held_at_s));
+                self.tally.guard = Some(report);
+            }
             MonitorLine::Summary(summary) => {
                 self.tally.add_monitor(&summary);
                 self.progress = MonitorProgress::default();

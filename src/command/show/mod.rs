@@ -47,7 +47,7 @@ const FIRST_BACKOFF: Duration = Duration::from_millis(50);
 /// What is told when a restarted server stands held.
 const HELD: &str = "the dragon stands where it was, held: `bench-dragon ctl release` lets it walk";
 pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
-    let config = configure(&args.config, &args.pace)?;
+    let config = configure(&args.config, &args.pace, args.guard)?;
     check_pace(&config, &args.pace)?;
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
@@ -71,6 +71,8 @@ struct Show<'a> {
     args: &'a ShowArgs,
     domain: Domain,
     folder: PathBuf,
+    /// Whether a guard keeps the benches from touching.
+    guarded: bool,
     children: Children,
     frames: Option<FrameSubscriber>,
     status: Option<StatusReader>,
@@ -94,6 +96,7 @@ impl<'a> Show<'a> {
             args,
             domain,
             folder,
+            guarded: config.is_guarded(),
             children: Children::new(),
             frames: None,
             status: None,
@@ -106,13 +109,13 @@ impl<'a> Show<'a> {
         }
     }
 
-    /// Plays the show until a contact, the end or a signal.
+    /// Plays the show until a contact, the guard's last word, the end or a signal.
     fn play(&mut self, stop: &StopFlag) -> anyhow::Result<()> {
         self.start_server()?;
         self.await_server(stop)?;
         self.start_monitor()?;
         self.start_recorder()?;
-        while !stop.is_set() && self.account.tally.contact.is_none() {
+        while !stop.is_set() && self.account.tally.contact.is_none() && self.account.tally.guard.is_none() {
             match self.children.next_event(LOOK_PERIOD) {
                 Some(Event::Line(role, line)) => self.account.take_line(role, &line)?,
                 Some(Event::Closed(role)) => self.take_end(role)?,
@@ -275,6 +278,9 @@ impl<'a> Show<'a> {
     fn start_monitor(&mut self) -> anyhow::Result<()> {
         let mut args = self.bus_args();
         args.extend(["--progress".to_owned(), PROGRESS_PERIOD_S.to_owned()]);
+        if self.guarded {
+            args.push("--guard".to_owned());
+        }
         self.children.start(Role::Monitor, &args)
     }
 

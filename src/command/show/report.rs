@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use bench_dragon::histogram::Percentiles;
-use bench_dragon::report::{ContactReport, ShowSummary};
+use bench_dragon::report::{ContactReport, GuardReport, ShowSummary};
 
 use crate::cli::Format;
 use crate::command::output::{print_json, print_line};
@@ -18,6 +18,12 @@ pub(super) fn print_report(format: Format, summary: &ShowSummary, folder: &Path)
             print_line(format_args!("first contact   {time_s:.6} s, benches {a} and {b}"))?;
         }
         None => print_line("first contact   none")?,
+    }
+    if let Some(GuardReport { held_at_s, clearance_m, forecast_contact_s }) = summary.guard {
+        let clearance = clearance_m.map_or(String::new(), |clearance_m| format!(", clearance {clearance_m:.6} m"));
+        let forecast =
+            forecast_contact_s.map_or(String::new(), |time_s| format!(", contact forecast at {time_s:.6} s"));
+        print_line(format_args!("held by guard   {held_at_s:.6} s{clearance}{forecast}"))?;
     }
     print_line(format_args!(
         "frames          {} published, {} monitored ({} missed), {} recorded ({} missed)",

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use bench_dragon::histogram::Percentiles;
-use bench_dragon::report::{ContactReport, FrameCounts, MonitorSummary, Restarts, ShowSummary};
+use bench_dragon::report::{ContactReport, FrameCounts, GuardReport, MonitorSummary, Restarts, ShowSummary};
 use bench_dragon::server::ServerSummary;
 use bench_dragon_ipc::{FrameHeader, Status};
 
@@ -22,6 +22,7 @@ pub(super) struct Tally {
     latency_us: Percentiles,
     last_run_id: u64,
     pub(super) contact: Option<ContactReport>,
+    pub(super) guard: Option<GuardReport>,
     restarts: Restarts,
 }
 
@@ -91,6 +92,7 @@ impl Tally {
                 missed_by_recorder: published.saturating_sub(self.recorded),
             },
             contact: self.contact,
+            guard: self.guard,
             lateness_us: self.lateness_us,
             latency_us: self.latency_us,
             overruns: self.overruns.values().sum(),

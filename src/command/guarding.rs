@@ -1,0 +1,153 @@
+//! The guard's thread: looks at the newest frame, proves the way ahead and sends grants.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use bench_dragon::config::Config;
+use bench_dragon::guard::{FinalRest, Guard, GuardSettings};
+use bench_dragon_ipc::{BusError, CommandClient, Domain, FrameHeader, Refusal, Request, StatusReader};
+use crossbeam::channel::{self, Receiver, RecvTimeoutError, Sender};
+use crossbeam::queue::ArrayQueue;
+
+/// How often the thread looks at the status where no frame comes.
+const LOOK_PERIOD: Duration = Duration::from_millis(20);
+/// How long a server may take to answer before the guard looks at the present again.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// The guard of one run. Its thread ends with it, and with that its grants.
+#[derive(Debug)]
+pub(crate) struct Guarding {
+    newest: Arc<ArrayQueue<FrameHeader>>,
+    has_fault: Arc<AtomicBool>,
+    news: Receiver<News>,
+    wake: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// What a guard has to tell.
+#[derive(Debug)]
+pub(crate) enum News {
+    /// The server takes no grants.
+    NotGuarded,
+    /// The head rests where no further ground can ever be granted.
+    FinalRest(FinalRest),
+    /// The bus has failed; the guard has ended.
+    Failed(BusError),
+    /// The guard has ended after a fault, and has held the show unless that failed.
+    GaveUp(Option<BusError>),
+}
+
+impl Guarding {
+    /// Starts to guard a run.
+    pub(crate) fn start(domain: &Domain, config: Config, run_id: u64) -> Self {
+        let newest = Arc::new(ArrayQueue::new(1));
+        let has_fault = Arc::new(AtomicBool::new(false));
+        let (wake, woken) = channel::bounded(1);
+        let (tell, news) = channel::unbounded();
+        let (domain, frames, stop) = (domain.clone(), Arc::clone(&newest), Arc::clone(&has_fault));
+        let thread = thread::spawn(move || {
+            let dragon = Arc::clone(config.dragon());
+            let guard = Guard::new(&dragon, &config, GuardSettings::of(&config), run_id);
+            let ended = Watch::open(&domain, frames, stop, woken)
+                .map_err(News::Failed)
+                .and_then(|watch| watch.keep(guard, &tell));
+            // Nobody listens where the owner has gone meanwhile.
+            let _ = ended.map_err(|news| tell.send(news));
+        });
+        Self { newest, has_fault, news, wake: Some(wake), thread: Some(thread) }
+    }
+
+    /// Shows the guard a frame. It looks at the newest one when it comes to it.
+    pub(crate) fn show(&self, header: &FrameHeader) {
+        self.newest.force_push(*header);
+        self.wake();
+    }
+
+    /// Ends the guard, because the frames are not what was proved: it grants no more, and holds the show.
+    pub(crate) fn give_up(&self) {
+        self.has_fault.store(true, Ordering::Relaxed);
+        self.wake();
+    }
+
+    /// What it has to tell, if there is anything.
+    pub(crate) fn news(&self) -> Option<News> {
+        self.news.try_recv().ok()
+    }
+
+    fn wake(&self) {
+        // Where it is already woken, or has ended, nothing is to be done.
+        let _ = self.wake.as_ref().map(|wake| wake.try_send(()));
+    }
+}
+
+impl Drop for Guarding {
+    fn drop(&mut self) {
+        self.wake = None;
+        // Its ports are taken off the bus by then. It does not panic, and here nobody could be told.
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
+
+/// What the thread works with.
+struct Watch {
+    commands: CommandClient,
+    status: StatusReader,
+    frames: Arc<ArrayQueue<FrameHeader>>,
+    has_fault: Arc<AtomicBool>,
+    woken: Receiver<()>,
+    asked_m: Option<f64>,
+}
+
+impl Watch {
+    fn open(
+        domain: &Domain,
+        frames: Arc<ArrayQueue<FrameHeader>>,
+        has_fault: Arc<AtomicBool>,
+        woken: Receiver<()>,
+    ) -> Result<Self, BusError> {
+        let commands = CommandClient::open(domain, "guard")?;
+        let status = StatusReader::open(domain, "guard-status")?;
+        Ok(Self { commands, status, frames, has_fault, woken, asked_m: None })
+    }
+
+    /// Guards until the owner is gone, or the guard has to give up, for the reason that is returned.
+    fn keep(mut self, mut guard: Guard<'_>, tell: &Sender<News>) -> Result<(), News> {
+        let mut newest = None;
+        let mut told_m = None;
+        while self.woken.recv_timeout(LOOK_PERIOD) != Err(RecvTimeoutError::Disconnected) {
+            newest = self.frames.pop().or(newest);
+            let Some(header) = newest else { continue };
+            self.grant(&mut guard, header)?;
+            let rest_m = guard.is_final(&header).then_some(header.head_travel_m);
+            if rest_m.is_some() && rest_m != told_m {
+                // Nobody listens where the owner has gone meanwhile.
+                let _ = tell.send(News::FinalRest(guard.final_rest(&header)));
+            }
+            told_m = rest_m;
+        }
+        Ok(())
+    }
+
+    /// Sends grants until the server has enough, or is gone.
+    fn grant(&mut self, guard: &mut Guard<'_>, mut header: FrameHeader) -> Result<(), News> {
+        while !self.has_fault.load(Ordering::Relaxed) {
+            if let Some(status) = self.status.poll().map_err(News::Failed)? {
+                self.asked_m = status.asked().filter(|_| status.run_id == header.run_id);
+            }
+            let Some(grant @ Request::Grant { from_m, to_m, .. }) = guard.follow(&header, self.asked_m) else {
+                return Ok(());
+            };
+            match self.commands.call(grant, PATIENCE).map(|reply| reply.outcome()) {
+                Ok(Ok(_)) => guard.note_granted(from_m, to_m),
+                Ok(Err(Refusal::NotGuarded)) => return Err(News::NotGuarded),
+                // It has just been started again, or is gone: the next frame tells.
+                Ok(Err(_)) | Err(BusError::NoServer { .. }) => return Ok(()),
+                Err(error) => return Err(News::Failed(error)),
+            }
+            header = self.frames.pop().unwrap_or(header);
+        }
+        Err(News::GaveUp(self.commands.call(Request::Hold, PATIENCE).err()))
+    }
+}

@@ -1,0 +1,190 @@
+//! The guard: keeps benches from touching by a movement authority, as railway signalling keeps trains apart.
+//!
+//! A guarded server moves the head only as far as it was granted. The guard proves from the published description that on
+//! the way ahead no two benches come nearer than a margin ([`Request::Grant`]), and keeps the grant a horizon ahead of the
+//! head: never past the point where the clearance would fall under the margin. Where the benches are is a function of
+//! travel alone, so a grant holds at any speed, for as long as the run lasts. If the guard dies, lags or is wrong about the
+//! state, the head comes to rest on ground that was proved free.
+//!
+//! Pure: frame headers go in, grants come out. Clocks, the bus and the thread are the command's.
+
+mod ground;
+mod witness;
+
+use bench_dragon_ipc::{FrameHeader, Request, ShowState};
+
+use crate::config::Config;
+use crate::dragon::{ContactSearch, Dragon};
+
+pub use witness::{FAULT_M, Witness};
+
+use ground::Ground;
+
+/// Strides that are proved in one go, so that the present is looked at in between.
+const STRIDES_AT_A_TIME: u32 = 16;
+/// How far a grant reaches where one is needed, in horizons, so that not every frame needs one.
+const GRANTED_HORIZONS: f64 = 1.5;
+
+/// How a guard works.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GuardSettings {
+    /// Clearance that it keeps, in metres.
+    pub margin_m: f64,
+    /// How far ahead of the head a grant reaches, in seconds of wall time at its speed.
+    pub horizon_s: f64,
+}
+
+impl GuardSettings {
+    /// Horizon where nothing else is wanted, in seconds of wall time.
+    pub const DEFAULT_HORIZON_S: f64 = 0.5;
+
+    /// What a configuration asks for.
+    pub fn of(config: &Config) -> Self {
+        Self { margin_m: config.margin_m(), horizon_s: Self::DEFAULT_HORIZON_S }
+    }
+}
+
+/// Where the head rests for good: no further ground can ever be granted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FinalRest {
+    /// Travel of the head in metres.
+    pub travel_m: f64,
+    /// Show time in seconds.
+    pub sim_time_s: f64,
+    /// Show time at which two benches would touch if the head walked on at its planned speed; `None` where they would not
+    /// up to the run's end.
+    pub forecast_s: Option<f64>,
+}
+
+/// The guard of one run.
+#[derive(Debug)]
+pub struct Guard<'a> {
+    dragon: &'a Dragon,
+    settings: GuardSettings,
+    run_id: u64,
+    planned_speed_mps: f64,
+    accel_mps2: Option<f64>,
+    /// Speed at which the head last walked.
+    walking_speed_mps: f64,
+    /// The ground that the head is on, unless it is not free.
+    present: Option<Granting<'a>>,
+    /// Ground that somebody has asked for.
+    prepared: Option<Granting<'a>>,
+    /// Travel that was asked for last, which may not be free.
+    asked_m: Option<f64>,
+    /// Travel at which the ground was last found not to be free.
+    refused_m: Option<f64>,
+}
+
+/// Proved ground and how much of it the server knows.
+#[derive(Debug)]
+struct Granting<'a> {
+    ground: Ground<'a>,
+    /// Where the last grant of it that was taken ends.
+    granted_to_m: Option<f64>,
+}
+
+impl<'a> Guard<'a> {
+    /// The guard of a run of this dragon, which was published with this configuration.
+    pub fn new(dragon: &'a Dragon, config: &Config, settings: GuardSettings, run_id: u64) -> Self {
+        Self {
+            dragon,
+            settings,
+            run_id,
+            planned_speed_mps: config.head_speed_mps(),
+            accel_mps2: config.head_accel_mps2(),
+            walking_speed_mps: 0.0,
+            present: None,
+            prepared: None,
+            asked_m: None,
+            refused_m: None,
+        }
+    }
+
+    /// Looks at a frame of the run, and at the travel that a refused seek asked for, proves more ground where it is needed,
+    /// and returns a grant for the server. It is returned again until [`Guard::note_granted`] says that it was taken.
+    pub fn follow(&mut self, header: &FrameHeader, asked_m: Option<f64>) -> Option<Request> {
+        if header.show_state() == Some(ShowState::Running) {
+            self.walking_speed_mps = header.head_speed_mps;
+        }
+        let (run_id, travel_m) = (self.run_id, header.head_travel_m);
+        let horizon_m = self.horizon_m(header.time_scale);
+        self.stand_on(travel_m);
+        self.prepare(asked_m);
+        let present = self.present.as_mut().and_then(|present| present.next_grant(run_id, travel_m, horizon_m));
+        present.or_else(|| self.prepared.as_mut()?.next_grant(run_id, self.asked_m?, horizon_m))
+    }
+
+    /// Takes note that the server has taken a grant.
+    pub fn note_granted(&mut self, from_m: f64, to_m: f64) {
+        let grantings = [&mut self.present, &mut self.prepared].into_iter().flatten();
+        for granting in grantings.filter(|granting| granting.ground.from_m() == from_m) {
+            granting.granted_to_m = Some(to_m);
+        }
+    }
+
+    /// Whether this frame shows the head at rest where no further ground can ever be granted.
+    pub fn is_final(&self, header: &FrameHeader) -> bool {
+        let rests = header.show_state() == Some(ShowState::Held);
+        rests
+            && self
+                .present
+                .as_ref()
+                .is_none_or(|present| present.ground.is_whole() && header.head_travel_m >= present.ground.to_m())
+    }
+
+    /// What there is to tell of such a frame.
+    pub fn final_rest(&self, header: &FrameHeader) -> FinalRest {
+        let travel_m = header.head_travel_m;
+        let contact = ContactSearch::new(self.dragon).first(travel_m, self.dragon.end_travel_m());
+        let sim_time_s = header.sim_time_s();
+        let forecast_s = contact.map(|contact| sim_time_s + (contact.travel_m - travel_m) / self.planned_speed_mps);
+        FinalRest { travel_m, sim_time_s, forecast_s }
+    }
+
+    /// How far ahead of the head a grant is to reach: a horizon of wall time at its speed, and the way to brake from there.
+    fn horizon_m(&self, time_scale: f64) -> f64 {
+        let speed_mps = self.walking_speed_mps.max(self.planned_speed_mps);
+        let braking_m = self.accel_mps2.map_or(0.0, |accel_mps2| speed_mps * speed_mps / (2.0 * accel_mps2));
+        self.settings.horizon_s * time_scale * speed_mps + braking_m
+    }
+
+    /// Finds the ground that the head is on, or begins it there.
+    fn stand_on(&mut self, travel_m: f64) {
+        let holds =
+            |granting: &Option<Granting<'_>>| granting.as_ref().is_some_and(|some| some.ground.contains(travel_m));
+        if holds(&self.present) || self.refused_m == Some(travel_m) {
+            return;
+        }
+        self.present = if holds(&self.prepared) { self.prepared.take() } else { self.begin(travel_m) };
+        self.refused_m = self.present.is_none().then_some(travel_m);
+    }
+
+    /// Begins ground where a seek was asked to go, unless it was before.
+    fn prepare(&mut self, asked_m: Option<f64>) {
+        if asked_m != self.asked_m {
+            self.asked_m = asked_m;
+            self.prepared = asked_m.map_or(self.prepared.take(), |asked_m| self.begin(asked_m));
+        }
+    }
+
+    fn begin(&self, travel_m: f64) -> Option<Granting<'a>> {
+        let within_run = (self.dragon.start_travel_m()..=self.dragon.end_travel_m()).contains(&travel_m);
+        let ground = within_run.then(|| Ground::at(self.dragon, self.settings.margin_m, travel_m))?.ok()?;
+        Some(Granting { ground, granted_to_m: None })
+    }
+}
+
+impl Granting<'_> {
+    /// Proves on, and returns what is to be granted if it is needed for a head at `travel_m`.
+    fn next_grant(&mut self, run_id: u64, travel_m: f64, horizon_m: f64) -> Option<Request> {
+        let is_needed = |granted_to_m: f64| granted_to_m < travel_m + horizon_m;
+        if !self.granted_to_m.is_none_or(is_needed) {
+            return None;
+        }
+        self.ground.extend(travel_m + GRANTED_HORIZONS * horizon_m, STRIDES_AT_A_TIME);
+        let (from_m, to_m) = (self.ground.from_m(), self.ground.to_m());
+        let is_new = self.granted_to_m.is_none_or(|granted_to_m| granted_to_m < to_m);
+        is_new.then_some(Request::Grant { run_id, from_m, to_m })
+    }
+}

@@ -1,0 +1,116 @@
+//! How far a guarded head may walk: the movement authority, as railway signalling calls it.
+
+use bench_dragon_ipc::Refusal;
+
+/// A stretch of travel that the guard has proved free.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Stretch {
+    from_m: f64,
+    to_m: f64,
+}
+
+impl Stretch {
+    fn contains(&self, travel_m: f64) -> bool {
+        (self.from_m..=self.to_m).contains(&travel_m)
+    }
+}
+
+/// What the guard of a run has granted.
+///
+/// A proof is about the run's geometry and stays true, so nothing is ever taken back: what overlaps is joined.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Authority {
+    run_id: u64,
+    /// The stretch on which the head is.
+    present: Option<Stretch>,
+    /// A stretch on which it is not: where a seek was asked to.
+    prepared: Option<Stretch>,
+    asked_m: Option<f64>,
+}
+
+impl Authority {
+    /// None yet, for a run.
+    pub(super) fn none(run_id: u64) -> Self {
+        Self { run_id, present: None, prepared: None, asked_m: None }
+    }
+
+    /// Travel up to which a head at `travel_m` may walk.
+    pub(super) fn limit_m(&self, travel_m: f64) -> f64 {
+        self.present.map_or(travel_m, |present| present.to_m)
+    }
+
+    /// Takes a grant, finite and not backwards, while the head is at `travel_m`.
+    ///
+    /// # Errors
+    /// [`Refusal::OtherRun`].
+    pub(super) fn grant(&mut self, run_id: u64, from_m: f64, to_m: f64, travel_m: f64) -> Result<(), Refusal> {
+        if run_id != self.run_id {
+            return Err(Refusal::OtherRun);
+        }
+        let stretch = Stretch { from_m, to_m };
+        let slot = if stretch.contains(travel_m) { &mut self.present } else { &mut self.prepared };
+        let known = slot.filter(|known| known.from_m <= to_m && from_m <= known.to_m);
+        *slot = Some(
+            known.map_or(stretch, |known| Stretch { from_m: known.from_m.min(from_m), to_m: known.to_m.max(to_m) }),
+        );
+        Ok(())
+    }
+
+    /// Lets the head be put somewhere else, where that is proved; otherwise notes where it was asked to go.
+    ///
+    /// # Errors
+    /// [`Refusal::NotProved`].
+    pub(super) fn seek(&mut self, travel_m: f64) -> Result<(), Refusal> {
+        let holds = |stretch: &Option<Stretch>| stretch.is_some_and(|stretch| stretch.contains(travel_m));
+        if !holds(&self.present) {
+            if !holds(&self.prepared) {
+                self.asked_m = Some(travel_m);
+                return Err(Refusal::NotProved);
+            }
+            std::mem::swap(&mut self.present, &mut self.prepared);
+        }
+        self.asked_m = None;
+        Ok(())
+    }
+
+    /// Travel that a refused seek asked for.
+    pub(super) fn asked_m(&self) -> Option<f64> {
+        self.asked_m
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_a_grant_the_head_stays_where_it_is() {
+        assert_eq!(Authority::none(7).limit_m(12.5), 12.5);
+    }
+
+    #[test]
+    fn grants_are_joined_and_never_shrink() {
+        let mut authority = Authority::none(7);
+        for (from_m, to_m, limit_m) in [(0.0, 2.0, 2.0), (0.0, 5.0, 5.0), (1.0, 3.0, 5.0)] {
+            authority.grant(7, from_m, to_m, 1.5).expect("the run is the right one");
+            assert_eq!(authority.limit_m(1.5), limit_m);
+        }
+    }
+
+    #[test]
+    fn a_grant_for_another_run_is_refused() {
+        let mut authority = Authority::none(7);
+        assert_eq!(authority.grant(8, 0.0, 9.0, 0.0), Err(Refusal::OtherRun));
+        assert_eq!(authority.limit_m(0.0), 0.0);
+    }
+
+    #[test]
+    fn a_grant_elsewhere_moves_nothing_and_lets_the_head_be_put_there() {
+        let mut authority = Authority::none(7);
+        assert_eq!((authority.seek(100.0), authority.asked_m()), (Err(Refusal::NotProved), Some(100.0)));
+        authority.grant(7, 100.0, 101.0, 0.0).expect("the run is the right one");
+        assert_eq!(authority.limit_m(0.0), 0.0);
+        assert_eq!((authority.seek(100.5), authority.asked_m()), (Ok(()), None));
+        assert_eq!(authority.limit_m(100.5), 101.0);
+    }
+}

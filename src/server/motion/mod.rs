@@ -1,0 +1,528 @@
+//! The head's way through the show: from ticks and requests to show time, travel, speed and state.
+//!
+//! Pure: no clock, no geometry. Every running tick advances show time by exactly `time_scale / rate`; the one in which the
+//! head comes to rest ends at that instant. Show time is counted in ticks from the last seek or such a rest, and travel in
+//! closed form from the last change of speed, so rounding does not grow.
+//!
+//! A guarded head starts where it is and goes no further than its guard has granted ([`Request::Grant`]); there it stands
+//! held, until a further grant moves it on.
+
+mod authority;
+mod walk;
+
+use bench_dragon_ipc::{Refusal, Request, ShowState};
+
+use authority::Authority;
+use walk::Walk;
+
+/// What a motion starts from. All values are finite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionPlan {
+    /// Speed of the head that travel is planned with, above 0, in metres per show second.
+    pub speed_mps: f64,
+    /// Greatest acceleration of the head, above 0, in m/s²; without one it starts and stops at once.
+    pub accel_mps2: Option<f64>,
+    /// Show seconds that one running tick advances.
+    pub tick_s: f64,
+    /// Show time at tick 0.
+    pub start_s: f64,
+    /// Travel at tick 0, in metres.
+    pub start_travel_m: f64,
+    /// Speed to walk at from tick 0 on, from 0 to [`Request::MAX_SPEED_MPS`], in metres per show second.
+    pub start_speed_mps: f64,
+    /// Show time of the run's start: the least that may be sought.
+    pub first_s: f64,
+    /// Show time of the run's end at the planned speed: the most that may be sought.
+    pub last_s: f64,
+    /// Travel at which the run ends, in metres.
+    pub end_travel_m: f64,
+    /// Show time at which the show is over, where that comes first.
+    pub until_s: Option<f64>,
+    /// Whether tick 0 is held.
+    pub held: bool,
+    /// Whether tick 0 is paused, or will be once the hold is lifted.
+    pub paused: bool,
+    /// The run whose guard's grants the head waits for; without one it walks freely.
+    pub guarded_run: Option<u64>,
+}
+
+impl MotionPlan {
+    /// A run at 1 m/s, between two travels, of which nothing else is wanted.
+    pub fn plain(tick_s: f64, start_travel_m: f64, end_travel_m: f64) -> Self {
+        Self {
+            speed_mps: 1.0,
+            accel_mps2: None,
+            tick_s,
+            start_s: start_travel_m,
+            start_travel_m,
+            start_speed_mps: 1.0,
+            first_s: start_travel_m,
+            last_s: end_travel_m,
+            end_travel_m,
+            until_s: None,
+            held: false,
+            paused: false,
+            guarded_run: None,
+        }
+    }
+}
+
+/// The head at one tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeadState {
+    /// Show time in nanoseconds.
+    pub sim_time_ns: i64,
+    /// Signed arc length walked since t = 0, in metres.
+    pub travel_m: f64,
+    /// Speed in metres per show second; 0 unless running.
+    pub speed_mps: f64,
+    /// What the show is doing.
+    pub state: ShowState,
+}
+
+/// What a guard has to do with a head. Without a guard there is nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Travel up to which the head may walk, in metres.
+    pub granted_to_m: Option<f64>,
+    /// Travel that a seek has asked for and that is not proved yet.
+    pub asked_m: Option<f64>,
+}
+
+/// A stretch of the show in which time goes on evenly.
+#[derive(Clone, Copy, Debug)]
+struct Leg {
+    start_s: f64,
+    /// Running ticks since its start.
+    ticks: u64,
+    /// Whether the tick that shows its start has begun.
+    shown: bool,
+}
+
+/// The motion of the head.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion {
+    plan: MotionPlan,
+    leg: Leg,
+    walk: Walk,
+    /// Speed to walk at unless something stops the head.
+    speed_mps: f64,
+    authority: Option<Authority>,
+    paused: bool,
+    held: bool,
+    /// Whether the show time at which the show is over has been reached.
+    over: bool,
+}
+
+impl Motion {
+    /// The motion before tick 0, which begins with the first [`Motion::advance`].
+    pub fn new(plan: MotionPlan) -> Self {
+        let mut motion = Self {
+            plan,
+            leg: Leg { start_s: plan.start_s, ticks: 0, shown: false },
+            walk: Walk::at_rest(plan.tick_s, plan.accel_mps2, plan.start_travel_m),
+            speed_mps: plan.start_speed_mps,
+            authority: plan.guarded_run.map(Authority::none),
+            paused: plan.paused,
+            held: plan.held,
+            over: plan.until_s.is_some_and(|until_s| plan.start_s >= until_s),
+        };
+        motion.steer();
+        motion
+    }
+
+    /// Begins the next tick, after the requests that hold from it on.
+    ///
+    /// A tick that starts a leg, by a seek or as the first of all, shows the leg's start.
+    pub fn advance(&mut self) {
+        let starts_leg = !std::mem::replace(&mut self.leg.shown, true);
+        if starts_leg || self.state() != ShowState::Running {
+            return;
+        }
+        let next = self.leg.ticks + 1;
+        if self.plan.until_s.is_some_and(|until_s| self.sim_s_at(next as f64) >= until_s) {
+            return self.end_show();
+        }
+        self.leg.ticks = next;
+        self.walk.advance_to(self.ticks());
+        self.stop_time_at_rest();
+    }
+
+    /// Takes a request at the start of a tick, from which on it holds. `Stop` is accepted and changes nothing here.
+    ///
+    /// # Errors
+    /// The reason for which it is refused; then nothing has changed, but that a refused `Seek` of a guarded head is
+    /// remembered for its guard.
+    pub fn request(&mut self, request: Request) -> Result<(), Refusal> {
+        match request {
+            Request::Pause => self.paused = true,
+            Request::Resume => self.resume()?,
+            Request::Speed { speed_mps } => self.set_speed(speed_mps)?,
+            Request::Seek { sim_time_s } => self.seek(sim_time_s)?,
+            Request::Hold => self.held = true,
+            Request::Release => self.release()?,
+            Request::Grant { run_id, from_m, to_m } => self.grant(run_id, from_m, to_m)?,
+            Request::Stop => {}
+        }
+        self.steer();
+        Ok(())
+    }
+
+    /// The head at this tick.
+    pub fn head(&self) -> HeadState {
+        let state = self.state();
+        let speed_mps = if state == ShowState::Running { self.walk.speed_mps(self.ticks()) } else { 0.0 };
+        HeadState { sim_time_ns: (self.sim_s() * 1e9).round() as i64, travel_m: self.travel_m(), speed_mps, state }
+    }
+
+    /// What a guard has to do with this head.
+    pub fn limits(&self) -> Limits {
+        let asked_m = self.authority.and_then(|authority| authority.asked_m());
+        Limits { granted_to_m: self.granted_to_m(), asked_m }
+    }
+
+    fn granted_to_m(&self) -> Option<f64> {
+        self.authority.map(|authority| authority.limit_m(self.travel_m()))
+    }
+
+    fn state(&self) -> ShowState {
+        let rests = self.walk.rests_since().is_some();
+        match self {
+            Self { held: true, .. } if rests || self.over => ShowState::Held,
+            Self { over: true, .. } => ShowState::Finished,
+            _ if rests && self.travel_m() >= self.plan.end_travel_m => ShowState::Finished,
+            _ if rests && self.is_at_limit() => ShowState::Held,
+            Self { paused: true, .. } if rests => ShowState::Paused,
+            _ => ShowState::Running,
+        }
+    }
+
+    fn is_at_limit(&self) -> bool {
+        self.granted_to_m().is_some_and(|granted_to_m| self.travel_m() >= granted_to_m)
+    }
+
+    fn ticks(&self) -> f64 {
+        self.leg.ticks as f64
+    }
+
+    fn sim_s(&self) -> f64 {
+        self.sim_s_at(self.ticks())
+    }
+
+    fn sim_s_at(&self, ticks: f64) -> f64 {
+        self.leg.start_s + ticks * self.plan.tick_s
+    }
+
+    fn travel_m(&self) -> f64 {
+        self.walk.travel_m(self.ticks())
+    }
+
+    /// Tells the walk what all requests so far come to.
+    fn steer(&mut self) {
+        let target_mps = if self.held || self.paused { 0.0 } else { self.speed_mps };
+        let granted_to_m = self.granted_to_m().unwrap_or(f64::INFINITY);
+        self.walk.steer(self.ticks(), target_mps, granted_to_m.min(self.plan.end_travel_m));
+    }
+
+    /// Lets a leg begin at the instant at which the head has come to rest, where that is within this tick.
+    fn stop_time_at_rest(&mut self) {
+        if let Some(since) = self.walk.rests_since()
+            && since < self.ticks()
+            && self.state() != ShowState::Running
+        {
+            self.begin_leg(self.sim_s_at(since), since);
+        }
+    }
+
+    /// Ends the show at the time asked for, unless the head has come to rest for good before.
+    fn end_show(&mut self) {
+        let until_s = self.plan.until_s.expect("asked for only where there is such a time");
+        let until = (until_s - self.leg.start_s) / self.plan.tick_s;
+        self.walk.advance_to(until);
+        match self.walk.rests_since() {
+            Some(since) if self.state() != ShowState::Running => self.begin_leg(self.sim_s_at(since), since),
+            _ => {
+                self.over = true;
+                self.begin_leg(until_s.max(self.sim_s()), until);
+            }
+        }
+    }
+
+    /// Begins a leg at an instant of the present one, which has been shown.
+    fn begin_leg(&mut self, start_s: f64, ticks: f64) {
+        self.walk.count_from(ticks);
+        self.leg = Leg { start_s, ticks: 0, shown: true };
+    }
+
+    fn resume(&mut self) -> Result<(), Refusal> {
+        match self.state() {
+            _ if self.held => return Err(Refusal::Held),
+            ShowState::Held => return Err(Refusal::HeldByGuard),
+            ShowState::Finished => return Err(Refusal::Finished),
+            ShowState::Running | ShowState::Paused => self.paused = false,
+        }
+        Ok(())
+    }
+
+    fn release(&mut self) -> Result<(), Refusal> {
+        if !self.held {
+            let by_guard = self.state() == ShowState::Held;
+            return Err(if by_guard { Refusal::HeldByGuard } else { Refusal::NotHeld });
+        }
+        self.held = false;
+        Ok(())
+    }
+
+    fn set_speed(&mut self, speed_mps: f64) -> Result<(), Refusal> {
+        require(speed_mps, 0.0, Request::MAX_SPEED_MPS)?;
+        self.speed_mps = speed_mps;
+        Ok(())
+    }
+
+    fn seek(&mut self, sim_time_s: f64) -> Result<(), Refusal> {
+        let last_s = self.plan.until_s.map_or(self.plan.last_s, |until_s| until_s.min(self.plan.last_s));
+        require(sim_time_s, self.plan.first_s, last_s)?;
+        let travel_m = self.plan.speed_mps * sim_time_s;
+        if let Some(authority) = &mut self.authority {
+            authority.seek(travel_m)?;
+        }
+        self.leg = Leg { start_s: sim_time_s, ticks: 0, shown: false };
+        self.walk = Walk::at_rest(self.plan.tick_s, self.plan.accel_mps2, travel_m);
+        self.over = self.plan.until_s.is_some_and(|until_s| sim_time_s >= until_s);
+        Ok(())
+    }
+
+    fn grant(&mut self, run_id: u64, from_m: f64, to_m: f64) -> Result<(), Refusal> {
+        let travel_m = self.travel_m();
+        let Some(authority) = &mut self.authority else { return Err(Refusal::NotGuarded) };
+        let (first_m, end_m) = (self.plan.speed_mps * self.plan.first_s, self.plan.end_travel_m);
+        require(from_m, first_m, end_m)?;
+        require(to_m, from_m, end_m)?;
+        authority.grant(run_id, from_m, to_m, travel_m)
+    }
+}
+
+fn require(value: f64, lowest: f64, highest: f64) -> Result<(), Refusal> {
+    if (lowest..=highest).contains(&value) { Ok(()) } else { Err(Refusal::OutOfRange { lowest, highest }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plan() -> MotionPlan {
+        MotionPlan::plain(0.001, 0.0, 400.0)
+    }
+
+    /// The motion at tick 0.
+    fn start(plan: MotionPlan) -> Motion {
+        after(Motion::new(plan), 1)
+    }
+
+    fn after(mut motion: Motion, ticks: u64) -> Motion {
+        for _ in 0..ticks {
+            motion.advance();
+        }
+        motion
+    }
+
+    #[test]
+    fn running_ticks_advance_show_time_by_exactly_one_step() {
+        let motion = after(start(MotionPlan { tick_s: 20.0 / 1000.0, ..plan() }), 12_345);
+        assert_eq!(motion.head().sim_time_ns, 246_900_000_000);
+        assert_eq!(motion.head().travel_m, 12_345.0 * 0.02);
+    }
+
+    #[test]
+    fn a_paused_show_stands_and_resumes_where_it_stood() {
+        let mut motion = after(start(plan()), 5);
+        motion.request(Request::Pause).expect("pause is always accepted");
+        let paused = after(motion, 100).head();
+        assert_eq!((paused.state, paused.speed_mps, paused.sim_time_ns), (ShowState::Paused, 0.0, 5_000_000));
+        motion.request(Request::Resume).expect("a paused show resumes");
+        assert_eq!(after(motion, 1).head().sim_time_ns, 6_000_000);
+    }
+
+    #[test]
+    fn only_release_lifts_a_hold() {
+        let mut motion = after(start(plan()), 5);
+        motion.request(Request::Hold).expect("hold is always accepted");
+        assert_eq!(motion.request(Request::Resume), Err(Refusal::Held));
+        assert_eq!(after(motion, 9).head().state, ShowState::Held);
+        motion.request(Request::Release).expect("a held show is released");
+        assert_eq!(motion.head().state, ShowState::Running);
+        assert_eq!(motion.request(Request::Release), Err(Refusal::NotHeld));
+    }
+
+    #[test]
+    fn a_pause_outlasts_a_hold() {
+        let mut motion = start(plan());
+        for request in [Request::Pause, Request::Hold, Request::Release] {
+            motion.request(request).expect("the three are accepted");
+        }
+        assert_eq!(motion.head().state, ShowState::Paused);
+    }
+
+    #[test]
+    fn a_new_speed_bends_the_travel_and_not_the_show_time() {
+        let mut motion = after(start(plan()), 1000);
+        motion.request(Request::Speed { speed_mps: 2.0 }).expect("2 m/s is allowed");
+        let head = after(motion, 500).head();
+        assert_eq!(head.sim_time_ns, 1_500_000_000);
+        assert!((head.travel_m - 2.0).abs() < 1e-12, "{}", head.travel_m);
+    }
+
+    #[test]
+    fn impossible_speeds_are_refused_with_the_range() {
+        let mut motion = start(plan());
+        for speed_mps in [-0.1, 10.1, f64::NAN, f64::INFINITY] {
+            let refusal = motion.request(Request::Speed { speed_mps });
+            assert_eq!(refusal, Err(Refusal::OutOfRange { lowest: 0.0, highest: 10.0 }), "{speed_mps}");
+        }
+    }
+
+    #[test]
+    fn a_seek_goes_to_the_configured_speed_times_the_time() {
+        let mut motion = after(start(MotionPlan { speed_mps: 0.5, start_speed_mps: 0.5, last_s: 800.0, ..plan() }), 10);
+        motion.request(Request::Speed { speed_mps: 3.0 }).expect("3 m/s is allowed");
+        motion.request(Request::Seek { sim_time_s: 100.0 }).expect("100 s is inside the run");
+        assert_eq!(motion.head().travel_m, 50.0);
+        assert_eq!(motion.head().speed_mps, 3.0);
+        let refusal = motion.request(Request::Seek { sim_time_s: 800.1 });
+        assert_eq!(refusal, Err(Refusal::OutOfRange { lowest: 0.0, highest: 800.0 }));
+    }
+
+    #[test]
+    fn a_run_that_starts_before_0_may_be_sought_as_far_back() {
+        let plan = MotionPlan { start_s: -2.0, start_travel_m: -2.0, first_s: -2.0, ..plan() };
+        let mut motion = after(start(plan), 100);
+        assert_eq!(motion.head().sim_time_ns, -1_900_000_000);
+        motion.request(Request::Seek { sim_time_s: -1.5 }).expect("-1.5 s is inside the run");
+        assert_eq!(motion.head().travel_m, -1.5);
+        let refusal = motion.request(Request::Seek { sim_time_s: -2.1 });
+        assert_eq!(refusal, Err(Refusal::OutOfRange { lowest: -2.0, highest: 400.0 }));
+    }
+
+    #[test]
+    fn the_run_ends_exactly_at_its_end() {
+        let motion = after(start(MotionPlan { tick_s: 0.3, end_travel_m: 1.0, ..plan() }), 50);
+        let head = motion.head();
+        assert_eq!((head.state, head.travel_m, head.sim_time_ns), (ShowState::Finished, 1.0, 1_000_000_000));
+        assert_eq!(motion.clone().request(Request::Resume), Err(Refusal::Finished));
+    }
+
+    #[test]
+    fn the_show_ends_exactly_at_the_time_asked_for() {
+        let motion = after(start(MotionPlan { tick_s: 0.3, until_s: Some(0.5), ..plan() }), 50);
+        let head = motion.head();
+        assert_eq!((head.state, head.sim_time_ns), (ShowState::Finished, 500_000_000));
+        assert!((head.travel_m - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_seek_starts_a_finished_show_again() {
+        let mut motion = after(start(MotionPlan { end_travel_m: 0.002, ..plan() }), 9);
+        assert_eq!(motion.head().state, ShowState::Finished);
+        motion.request(Request::Seek { sim_time_s: 0.0 }).expect("the start is inside the run");
+        assert_eq!(after(motion, 1).head().sim_time_ns, 0, "the tick of a seek shows its target");
+        assert_eq!(after(motion, 2).head().sim_time_ns, 1_000_000);
+    }
+
+    #[test]
+    fn a_show_that_starts_at_its_end_is_finished() {
+        assert_eq!(
+            start(MotionPlan { start_s: 400.0, start_travel_m: 400.0, ..plan() }).head().state,
+            ShowState::Finished
+        );
+    }
+
+    fn guarded() -> MotionPlan {
+        MotionPlan { guarded_run: Some(7), ..plan() }
+    }
+
+    fn grant(motion: &mut Motion, from_m: f64, to_m: f64) -> Result<(), Refusal> {
+        motion.request(Request::Grant { run_id: 7, from_m, to_m })
+    }
+
+    #[test]
+    fn a_guarded_head_starts_held_and_walks_exactly_as_far_as_it_was_granted() {
+        let mut motion = after(start(guarded()), 10);
+        assert_eq!((motion.head().state, motion.head().sim_time_ns), (ShowState::Held, 0));
+        grant(&mut motion, 0.0, 0.012_345_6).expect("the head is there");
+        assert_eq!(after(motion, 12).head().state, ShowState::Running);
+        let head = after(motion, 20).head();
+        assert_eq!((head.state, head.travel_m, head.sim_time_ns), (ShowState::Held, 0.012_345_6, 12_345_600));
+        let mut motion = after(motion, 50);
+        grant(&mut motion, 0.01, 1.0).expect("the head is there");
+        assert_eq!(after(motion, 1).head().sim_time_ns, 13_345_600, "a whole step from where it stood");
+    }
+
+    #[test]
+    fn neither_release_nor_resume_lifts_a_guards_stop() {
+        let mut motion = start(guarded());
+        assert_eq!(motion.request(Request::Release), Err(Refusal::HeldByGuard));
+        assert_eq!(motion.request(Request::Resume), Err(Refusal::HeldByGuard));
+        motion.request(Request::Hold).expect("hold is always accepted");
+        motion.request(Request::Release).expect("the hold is lifted");
+        assert_eq!(after(motion, 5).head().state, ShowState::Held);
+    }
+
+    #[test]
+    fn a_grant_does_not_lift_a_hold() {
+        let mut motion = start(MotionPlan { held: true, ..guarded() });
+        grant(&mut motion, 0.0, 10.0).expect("the head is there");
+        assert_eq!(after(motion, 5).head().state, ShowState::Held);
+        motion.request(Request::Release).expect("a held show is released");
+        assert_eq!(after(motion, 5).head().travel_m, 0.005);
+    }
+
+    #[test]
+    fn a_guarded_head_is_put_only_where_its_guard_has_proved_it() {
+        let mut motion = start(guarded());
+        let seek = Request::Seek { sim_time_s: 300.0 };
+        assert_eq!((motion.request(seek), motion.limits().asked_m), (Err(Refusal::NotProved), Some(300.0)));
+        grant(&mut motion, 300.0, 300.5).expect("it is where the seek asked to go");
+        assert_eq!(motion.head().travel_m, 0.0);
+        motion.request(seek).expect("it is proved now");
+        assert_eq!(after(motion, 2000).head().travel_m, 300.5);
+    }
+
+    #[test]
+    fn grants_of_an_unguarded_head_for_another_run_and_outside_the_run_are_refused() {
+        let grant = |run_id, from_m, to_m| Request::Grant { run_id, from_m, to_m };
+        assert_eq!(start(plan()).request(grant(7, 0.0, 1.0)), Err(Refusal::NotGuarded));
+        let mut motion = start(guarded());
+        assert_eq!(motion.request(grant(8, 0.0, 1.0)), Err(Refusal::OtherRun));
+        for (from_m, to_m) in
+            [(2.0, 1.0), (f64::NAN, 1.0), (0.0, f64::NAN), (0.0, f64::INFINITY), (0.0, 401.0), (-1.0, 1.0)]
+        {
+            let refusal = motion.request(grant(7, from_m, to_m));
+            assert!(matches!(refusal, Err(Refusal::OutOfRange { .. })), "{from_m} to {to_m}: {refusal:?}");
+        }
+        assert_eq!(motion.limits().granted_to_m, Some(0.0));
+    }
+
+    #[test]
+    fn with_an_acceleration_the_head_ramps_up_and_is_paused_once_it_rests() {
+        let mut motion = start(MotionPlan { accel_mps2: Some(0.5), ..plan() });
+        motion = after(motion, 1000);
+        assert!((motion.head().travel_m - 0.25).abs() < 1e-12 && (motion.head().speed_mps - 0.5).abs() < 1e-12);
+        motion.request(Request::Pause).expect("pause is always accepted");
+        assert_eq!(after(motion, 500).head().state, ShowState::Running);
+        let head = after(motion, 1001).head();
+        assert_eq!((head.state, head.speed_mps, head.sim_time_ns), (ShowState::Paused, 0.0, 2_000_000_000));
+        assert!((head.travel_m - 0.5).abs() < 1e-12, "{}", head.travel_m);
+    }
+
+    #[test]
+    fn with_an_acceleration_the_head_rests_exactly_at_the_end_of_its_grant() {
+        for tick_s in [0.000_1, 0.02, 0.4] {
+            let mut motion = start(MotionPlan { accel_mps2: Some(0.5), tick_s, ..guarded() });
+            grant(&mut motion, 0.0, 7.5).expect("the head is there");
+            let head = after(motion, (20.0 / tick_s) as u64).head();
+            assert_eq!((head.state, head.travel_m), (ShowState::Held, 7.5));
+            // 2 s and 1 m each to speed up and to brake, and 5.5 s between.
+            assert!((head.sim_time_ns - 9_500_000_000).abs() <= 1, "{}", head.sim_time_ns);
+        }
+    }
+}

@@ -1,0 +1,286 @@
+//! How the head walks: as fast as it is told, never past a limit, and with bounded acceleration where there is a bound.
+//!
+//! A walk is a sequence of phases of constant acceleration. A phase ends where the speed that was told is reached, where
+//! braking has to begin so that the head rests exactly at the limit, or where it rests. Those instants lie between ticks;
+//! they are computed in closed form, so where the head rests does not depend on the ticks.
+
+/// The head's walk. Instants are counted in ticks, as fractions.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Walk {
+    tick_s: f64,
+    /// Greatest acceleration, up and down, in m/s²; without one the head starts and stops at once.
+    accel_mps2: Option<f64>,
+    target_mps: f64,
+    limit_m: f64,
+    phase: Phase,
+}
+
+/// A stretch of constant acceleration.
+#[derive(Clone, Copy, Debug)]
+struct Phase {
+    start: Instant,
+    accel_mps2: f64,
+    end: Option<End>,
+}
+
+/// The head at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Instant {
+    ticks: f64,
+    travel_m: f64,
+    speed_mps: f64,
+}
+
+/// The end of a phase.
+#[derive(Clone, Copy, Debug)]
+struct End {
+    at: Instant,
+    /// Whether the next phase brakes to the limit, however that compares with the greatest acceleration in rounding.
+    brakes: bool,
+}
+
+impl Walk {
+    /// A head that rests, and has nowhere to go.
+    pub(super) fn at_rest(tick_s: f64, accel_mps2: Option<f64>, travel_m: f64) -> Self {
+        let start = Instant { ticks: 0.0, travel_m, speed_mps: 0.0 };
+        let phase = Phase { start, accel_mps2: 0.0, end: None };
+        Self { tick_s, accel_mps2, target_mps: 0.0, limit_m: travel_m, phase }
+    }
+
+    /// Sets the speed to walk at and the travel to stop at, from an instant of the present phase on.
+    ///
+    /// The limit may be so near that the head brakes harder than it should, but it is not passed.
+    pub(super) fn steer(&mut self, ticks: f64, target_mps: f64, limit_m: f64) {
+        if (target_mps, limit_m) != (self.target_mps, self.limit_m) {
+            let now = self.at(ticks);
+            (self.target_mps, self.limit_m) = (target_mps, limit_m);
+            self.phase = self.plan(now, false);
+        }
+    }
+
+    /// Walks on to an instant.
+    pub(super) fn advance_to(&mut self, ticks: f64) {
+        while let Some(End { at, brakes }) = self.phase.end
+            && at.ticks <= ticks
+        {
+            self.phase = self.plan(at, brakes);
+        }
+    }
+
+    /// The same walk with the instants counted from a later one on.
+    pub(super) fn count_from(&mut self, ticks: f64) {
+        self.phase.start.ticks -= ticks;
+        if let Some(end) = &mut self.phase.end {
+            end.at.ticks -= ticks;
+        }
+    }
+
+    /// Since when the head has rested, if it does.
+    pub(super) fn rests_since(&self) -> Option<f64> {
+        (self.phase.start.speed_mps == 0.0 && self.phase.accel_mps2 == 0.0).then_some(self.phase.start.ticks)
+    }
+
+    /// Travel at an instant of the present phase, in metres.
+    pub(super) fn travel_m(&self, ticks: f64) -> f64 {
+        self.at(ticks).travel_m
+    }
+
+    /// Speed at an instant of the present phase, in metres per show second.
+    pub(super) fn speed_mps(&self, ticks: f64) -> f64 {
+        self.at(ticks).speed_mps
+    }
+
+    fn at(&self, ticks: f64) -> Instant {
+        let Phase { start, accel_mps2, .. } = self.phase;
+        let elapsed_s = (ticks - start.ticks) * self.tick_s;
+        let travel_m = start.travel_m + start.speed_mps * elapsed_s;
+        if accel_mps2 == 0.0 {
+            return Instant { ticks, travel_m, ..start };
+        }
+        // Rounding must carry the head neither past the limit nor backwards.
+        let travel_m = (travel_m + 0.5 * accel_mps2 * elapsed_s * elapsed_s).min(self.limit_m.max(start.travel_m));
+        Instant { ticks, travel_m, speed_mps: (start.speed_mps + accel_mps2 * elapsed_s).max(0.0) }
+    }
+
+    /// The phase that begins at an instant.
+    fn plan(&self, start: Instant, brakes: bool) -> Phase {
+        let ahead_m = self.limit_m - start.travel_m;
+        match self.accel_mps2 {
+            None => self.walk_at_once(start, ahead_m),
+            Some(_) if ahead_m <= 0.0 => rest(start),
+            Some(accel_mps2) if brakes || braking_way_m(start.speed_mps, accel_mps2) > ahead_m => {
+                self.brake_to_limit(start, ahead_m)
+            }
+            Some(accel_mps2) if start.speed_mps > self.target_mps => self.change_speed(start, -accel_mps2),
+            Some(_) if self.target_mps == 0.0 => rest(start),
+            Some(accel_mps2) if start.speed_mps < self.target_mps => self.speed_up(start, accel_mps2, ahead_m),
+            Some(accel_mps2) => {
+                let way_m = ahead_m - braking_way_m(start.speed_mps, accel_mps2);
+                let at = self.after(start, way_m / start.speed_mps, start.travel_m + way_m, start.speed_mps);
+                Phase { start, accel_mps2: 0.0, end: Some(End { at, brakes: true }) }
+            }
+        }
+    }
+
+    fn walk_at_once(&self, start: Instant, ahead_m: f64) -> Phase {
+        if self.target_mps == 0.0 || ahead_m <= 0.0 {
+            return rest(start);
+        }
+        let start = Instant { speed_mps: self.target_mps, ..start };
+        let at = self.after(start, ahead_m / self.target_mps, self.limit_m, self.target_mps);
+        Phase { start, accel_mps2: 0.0, end: Some(End { at, brakes: false }) }
+    }
+
+    /// Brakes evenly, to rest exactly at the limit.
+    fn brake_to_limit(&self, start: Instant, ahead_m: f64) -> Phase {
+        let accel_mps2 = -start.speed_mps * start.speed_mps / (2.0 * ahead_m);
+        let at = self.after(start, 2.0 * ahead_m / start.speed_mps, self.limit_m, 0.0);
+        Phase { start, accel_mps2, end: Some(End { at, brakes: false }) }
+    }
+
+    /// Changes the speed to the one that was told.
+    fn change_speed(&self, start: Instant, accel_mps2: f64) -> Phase {
+        let elapsed_s = (self.target_mps - start.speed_mps) / accel_mps2;
+        let travel_m = start.travel_m + 0.5 * (start.speed_mps + self.target_mps) * elapsed_s;
+        let at = self.after(start, elapsed_s, travel_m, self.target_mps);
+        Phase { start, accel_mps2, end: Some(End { at, brakes: false }) }
+    }
+
+    /// Speeds up, to the speed that was told or to where braking has to begin.
+    fn speed_up(&self, start: Instant, accel_mps2: f64, ahead_m: f64) -> Phase {
+        // There the square of the speed, v² + 2·a·x, is what may still be braked away: 2·a·(ahead − x).
+        let top_mps = (0.5 * start.speed_mps * start.speed_mps + accel_mps2 * ahead_m).sqrt();
+        if top_mps >= self.target_mps {
+            return self.change_speed(start, accel_mps2);
+        }
+        let elapsed_s = (top_mps - start.speed_mps).max(0.0) / accel_mps2;
+        let travel_m = start.travel_m + 0.5 * (start.speed_mps + top_mps) * elapsed_s;
+        let at = self.after(start, elapsed_s, travel_m, top_mps);
+        Phase { start, accel_mps2, end: Some(End { at, brakes: true }) }
+    }
+
+    fn after(&self, start: Instant, elapsed_s: f64, travel_m: f64, speed_mps: f64) -> Instant {
+        Instant { ticks: start.ticks + elapsed_s / self.tick_s, travel_m, speed_mps }
+    }
+}
+
+fn rest(start: Instant) -> Phase {
+    Phase { start: Instant { speed_mps: 0.0, ..start }, accel_mps2: 0.0, end: None }
+}
+
+/// What the head walks from this speed to rest, in metres.
+fn braking_way_m(speed_mps: f64, accel_mps2: f64) -> f64 {
+    speed_mps * speed_mps / (2.0 * accel_mps2)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const TICK_S: f64 = 0.01;
+
+    fn walk(accel_mps2: Option<f64>, target_mps: f64, limit_m: f64) -> Walk {
+        let mut walk = Walk::at_rest(TICK_S, accel_mps2, 0.0);
+        walk.steer(0.0, target_mps, limit_m);
+        walk
+    }
+
+    /// Travel and speed after so many seconds.
+    fn after(mut walk: Walk, seconds: f64) -> (f64, f64) {
+        walk.advance_to(seconds / TICK_S);
+        (walk.travel_m(seconds / TICK_S), walk.speed_mps(seconds / TICK_S))
+    }
+
+    fn assert_near((travel_m, speed_mps): (f64, f64), expected: (f64, f64)) {
+        assert!(
+            (travel_m - expected.0).abs() < 1e-12 && (speed_mps - expected.1).abs() < 1e-12,
+            "{travel_m} {speed_mps}"
+        );
+    }
+
+    #[test]
+    fn without_an_acceleration_the_head_starts_and_stops_at_once() {
+        let walk = walk(None, 2.0, 3.0);
+        assert_eq!(after(walk, 1.0), (2.0, 2.0));
+        assert_eq!(after(walk, 1.5), (3.0, 0.0));
+        assert_eq!(after(walk, 9.0), (3.0, 0.0));
+    }
+
+    #[test]
+    fn a_ramp_leads_up_to_speed_and_down_to_rest_at_the_limit() {
+        // 2 s and 2 m to reach 2 m/s, 3 s and 6 m at it, 2 s and 2 m to rest.
+        let walk = walk(Some(1.0), 2.0, 10.0);
+        assert_near(after(walk, 1.0), (0.5, 1.0));
+        assert_near(after(walk, 2.0), (2.0, 2.0));
+        assert_near(after(walk, 5.0), (8.0, 2.0));
+        assert_near(after(walk, 6.0), (9.5, 1.0));
+        assert_eq!(after(walk, 7.5), (10.0, 0.0));
+    }
+
+    #[test]
+    fn on_a_short_way_braking_begins_before_the_speed_is_reached() {
+        let walk = walk(Some(1.0), 5.0, 4.0);
+        assert_near(after(walk, 2.0), (2.0, 2.0));
+        assert_eq!(after(walk, 4.1), (4.0, 0.0));
+    }
+
+    #[test]
+    fn a_longer_way_ends_the_braking() {
+        let mut walk = walk(Some(1.0), 2.0, 10.0);
+        walk.advance_to(6.0 / TICK_S);
+        walk.steer(6.0 / TICK_S, 2.0, 100.0);
+        assert_near(after(walk, 7.0), (11.0, 2.0));
+    }
+
+    proptest! {
+        /// At any instants, with any orders in between, a walk passes no limit, goes never back, and changes its speed no
+        /// faster than it may, unless a limit has come nearer than it can brake.
+        #[test]
+        fn a_walk_keeps_its_limits(
+            orders in prop::collection::vec((0.0..10.0_f64, 0.0..5.0_f64, 0.0..300.0_f64), 1..40),
+            accel_mps2 in prop::option::of(0.01..20.0_f64),
+        ) {
+            let mut walk = Walk::at_rest(TICK_S, accel_mps2, 0.0);
+            let (mut ticks, mut limit_m, mut last) = (0.0, 0.0, (0.0, 0.0));
+            for (target_mps, further_m, ticks_on) in orders {
+                limit_m += further_m;
+                walk.steer(ticks, target_mps, limit_m);
+                ticks += ticks_on;
+                walk.advance_to(ticks);
+                let (travel_m, speed_mps) = (walk.travel_m(ticks), walk.speed_mps(ticks));
+                prop_assert!((last.0..=limit_m).contains(&travel_m), "{travel_m} after {last:?}, limit {limit_m}");
+                if let Some(accel_mps2) = accel_mps2 {
+                    let change_mps: f64 = speed_mps - last.1;
+                    prop_assert!(change_mps.abs() <= accel_mps2 * ticks_on * TICK_S * (1.0 + 1e-9) + 1e-9);
+                    prop_assert!(braking_way_m(speed_mps, accel_mps2) <= (limit_m - travel_m) * (1.0 + 1e-9) + 1e-9);
+                }
+                last = (travel_m, speed_mps);
+            }
+        }
+
+        /// However the ticks fall, the head rests exactly at the limit, at the same instant.
+        #[test]
+        fn the_rest_does_not_depend_on_the_ticks(
+            target_mps in 0.1..10.0_f64,
+            limit_m in 0.001..400.0_f64,
+            accel_mps2 in prop::option::of(0.01..20.0_f64),
+            step in 0.001..1000.0_f64,
+        ) {
+            let at_once = {
+                let mut walk = walk(accel_mps2, target_mps, limit_m);
+                walk.advance_to(1e9);
+                walk.rests_since().expect("the way has an end")
+            };
+            let mut stepped = walk(accel_mps2, target_mps, limit_m);
+            let mut ticks = 0.0;
+            while stepped.rests_since().is_none() {
+                ticks += step;
+                stepped.advance_to(ticks);
+            }
+            prop_assert_eq!(stepped.travel_m(ticks), limit_m);
+            prop_assert_eq!(stepped.rests_since(), Some(at_once));
+        }
+    }
+}
