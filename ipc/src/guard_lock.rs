@@ -41,6 +41,8 @@ impl Drop for GuardLock {
     fn drop(&mut self) {
         // While the lock is held, so that nobody else's file is removed. What cannot be removed is used again.
         let _ = fs::remove_file(&self.path);
+        // The last one to leave the domain could not remove the directory while this file was in it.
+        let _ = self.path.parent().map(fs::remove_dir);
     }
 }
 

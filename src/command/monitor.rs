@@ -9,7 +9,7 @@ use anyhow::Context as _;
 use bench_dragon::clock::monotonic_ns;
 use bench_dragon::config::Config;
 use bench_dragon::dragon::PairClearance;
-use bench_dragon::guard::Witness;
+use bench_dragon::guard::ClearanceCheck;
 use bench_dragon::histogram::LatencyHistogram;
 use bench_dragon::monitor::forecast::{Forecast, Forecaster};
 use bench_dragon::monitor::{AlertPublisher, Monitor, fault_alert, run_alert};
@@ -74,7 +74,7 @@ struct Watch {
 /// The guard of the run, and whether the frames are what it proves.
 struct Keeper {
     guarding: Guarding,
-    witness: Witness,
+    check: ClearanceCheck,
     has_fault: bool,
 }
 
@@ -290,7 +290,7 @@ impl Watch {
     fn guard(&mut self, header: &FrameHeader, nearest: Option<PairClearance>) -> Option<Alert> {
         let keeper = self.keeper.as_mut()?;
         keeper.guarding.show(header);
-        let has_fault = !keeper.witness.agrees(header, nearest);
+        let has_fault = !keeper.check.agrees(header, nearest);
         let begins = has_fault && !std::mem::replace(&mut keeper.has_fault, has_fault);
         begins.then(|| {
             keeper.guarding.give_up();
@@ -301,8 +301,8 @@ impl Watch {
 
 impl Keeper {
     fn start(domain: &Domain, config: Config, run_id: u64) -> Self {
-        let witness = Witness::new(Arc::clone(config.dragon()));
-        Self { guarding: Guarding::start(domain, config, run_id), witness, has_fault: false }
+        let check = ClearanceCheck::new(Arc::clone(config.dragon()));
+        Self { guarding: Guarding::start(domain, config, run_id), check, has_fault: false }
     }
 }
 

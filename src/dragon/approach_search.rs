@@ -35,11 +35,9 @@ pub(crate) struct Piece {
 pub(crate) enum Pairs {
     /// Every pair.
     All,
-    /// Those that do not stand where another pair has stood before, from the beginning of the run on: those with one of
-    /// the first two benches, once every handle has come to where the one before it stood at the beginning (see
+    /// Those that do not stand where another pair has stood before, from this travel on: those with one of the first two
+    /// benches, once every handle has come to where the one before it stood there (see
     /// [`ContactSearch`](super::ContactSearch)).
-    Unrepeated,
-    /// The same from this travel on.
     UnrepeatedSince(f64),
 }
 
@@ -69,7 +67,7 @@ impl<'a> ApproachSearch<'a> {
     pub(crate) fn new(dragon: &'a Dragon, pairs: Pairs, travel_m: f64) -> Self {
         let beginning_m = match pairs {
             Pairs::UnrepeatedSince(beginning_m) => beginning_m,
-            Pairs::All | Pairs::Unrepeated => dragon.start_travel_m(),
+            Pairs::All => travel_m,
         };
         let chain = dragon.chain(beginning_m).expect("the travel lies within the run");
         let mut search = Self {

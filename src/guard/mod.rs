@@ -8,15 +8,15 @@
 //!
 //! Pure: frame headers go in, grants come out. Clocks, the bus and the thread are the command's.
 
+mod clearance_check;
 mod ground;
-mod witness;
 
 use bench_dragon_ipc::{FrameHeader, Request, ShowState};
 
 use crate::config::Config;
 use crate::dragon::{ContactSearch, Dragon};
 
-pub use witness::{FAULT_M, Witness};
+pub use clearance_check::{ClearanceCheck, FAULT_M};
 
 use ground::Ground;
 
@@ -123,14 +123,15 @@ impl<'a> Guard<'a> {
         }
     }
 
-    /// Whether this frame shows the head at rest where no further ground can ever be granted.
+    /// Whether this frame, which the guard has looked at, shows the head at rest where no further ground can ever be
+    /// granted.
     pub fn is_final(&self, header: &FrameHeader) -> bool {
-        let rests = header.show_state() == Some(ShowState::Held);
-        rests
-            && self
-                .present
-                .as_ref()
-                .is_none_or(|present| present.ground.is_whole() && header.head_travel_m >= present.ground.to_m())
+        let travel_m = header.head_travel_m;
+        let is_end = match &self.present {
+            Some(Granting { ground, .. }) => ground.is_whole() && travel_m >= ground.to_m(),
+            None => self.refused_m == Some(travel_m),
+        };
+        is_end && header.show_state() == Some(ShowState::Held)
     }
 
     /// What there is to tell of such a frame.

@@ -54,7 +54,7 @@ pub fn least_clearance(dragon: &Dragon, from_travel_m: f64, to_travel_m: f64) ->
     let stretches = stretches(&strides_m);
     let at_ends = on_all_cores(stretches.len(), |stretch| {
         let stretch_m = stretches[stretch];
-        let mut search = ApproachSearch::new(dragon, Pairs::Unrepeated, stretch_m[0]);
+        let mut search = ApproachSearch::new(dragon, Pairs::UnrepeatedSince(from_travel_m), stretch_m[0]);
         let nearest = stretch_m.iter().filter_map(|&travel_m| {
             search.stand(travel_m);
             Some(ClosestApproach { travel_m, pair: search.nearest()? })
@@ -66,7 +66,7 @@ pub fn least_clearance(dragon: &Dragon, from_travel_m: f64, to_travel_m: f64) ->
     let valleys = on_all_cores(stretches.len(), |stretch| {
         let stretch_m = stretches[stretch];
         let mut valley = None;
-        let mut search = ApproachSearch::new(dragon, Pairs::Unrepeated, stretch_m[0]);
+        let mut search = ApproachSearch::new(dragon, Pairs::UnrepeatedSince(from_travel_m), stretch_m[0]);
         for &to_m in &stretch_m[1..] {
             search.walk(to_m, &|| least_m.get(), &mut |Piece { benches, travels_m: [from_m, to_m], .. }| {
                 let found = ClosestApproach::between(dragon, benches, from_m, to_m);

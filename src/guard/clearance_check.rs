@@ -11,15 +11,15 @@ pub const FAULT_M: f64 = 1e-8;
 
 /// Checks the frames of one run.
 #[derive(Debug)]
-pub struct Witness {
+pub struct ClearanceCheck {
     dragon: Arc<Dragon>,
     solver: ChainSolver,
     boards: Vec<Board>,
     search: ClearanceSearch,
 }
 
-impl Witness {
-    /// A witness for a dragon.
+impl ClearanceCheck {
+    /// A check of this dragon.
     pub fn new(dragon: Arc<Dragon>) -> Self {
         let solver = ChainSolver::new(&dragon);
         Self { dragon, solver, boards: Vec::new(), search: ClearanceSearch::default() }

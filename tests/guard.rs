@@ -1,0 +1,256 @@
+//! The guard and a guarded head, tick by tick, without a bus: on any dragon, at any speed and time scale, with grants that
+//! come late or not at all and seeks to anywhere, no clearance ever falls under the margin.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use bench_dragon::config::Config;
+use bench_dragon::dragon::Dragon;
+use bench_dragon::guard::{ClearanceCheck, Guard, GuardSettings};
+use bench_dragon::plan::least_clearance;
+use bench_dragon::server::motion::{HeadState, Motion, MotionPlan};
+use bench_dragon_ipc::{FrameHeader, Refusal, Request, ShowState};
+use proptest::prelude::*;
+
+const RUN_ID: u64 = 7;
+/// How far a clearance that is worked out another way may be from the proof's, in metres: the rounding of poses.
+const ROUNDING_M: f64 = 1e-10;
+
+/// How much more than the margin may be left where the head rests, in metres.
+const SPARE_M: f64 = 1e-8;
+
+/// A guarded head and its guard, which sees the head and is heard by it some ticks late.
+struct Rehearsal<'a> {
+    config: &'a Config,
+    dragon: &'a Dragon,
+    motion: Motion,
+    guard: Guard<'a>,
+    check: ClearanceCheck,
+    tick: u64,
+    lag_ticks: usize,
+    late: VecDeque<(FrameHeader, Option<f64>)>,
+    margin_m: f64,
+    /// Ground that the head has walked since it was last put somewhere.
+    leg_m: [f64; 2],
+}
+
+impl<'a> Rehearsal<'a> {
+    fn new(config: &'a Config, start_travel_m: f64, lag_ticks: usize) -> Self {
+        let dragon: &Dragon = config.dragon();
+        let plan = MotionPlan {
+            speed_mps: config.head_speed_mps(),
+            start_speed_mps: config.head_speed_mps(),
+            accel_mps2: config.head_accel_mps2(),
+            start_s: start_travel_m / config.head_speed_mps(),
+            first_s: config.start_s(),
+            last_s: config.end_s(),
+            guarded_run: Some(RUN_ID),
+            ..MotionPlan::plain(config.tick_s(), start_travel_m, dragon.end_travel_m())
+        };
+        Self {
+            config,
+            dragon,
+            motion: Motion::new(plan),
+            guard: guard(config),
+            check: ClearanceCheck::new(Arc::clone(config.dragon())),
+            tick: 0,
+            lag_ticks,
+            late: VecDeque::new(),
+            margin_m: config.margin_m(),
+            leg_m: [start_travel_m; 2],
+        }
+    }
+
+    /// Another guard, which knows nothing of what the last one granted.
+    fn restart_guard(&mut self) {
+        self.guard = guard(self.config);
+        self.late.clear();
+    }
+
+    /// One tick, and what the guard makes of an earlier one.
+    fn play(&mut self) -> HeadState {
+        self.motion.advance();
+        let head = self.motion.head();
+        let header = head.header(RUN_ID, self.tick, 0, self.config.time_scale(), 0);
+        self.tick += 1;
+        self.leg_m[1] = head.travel_m;
+        self.late.push_back((header, self.motion.limits().asked_m));
+        if self.late.len() > self.lag_ticks {
+            let (header, asked_m) = self.late.pop_front().expect("it is not empty");
+            self.guard_sees(&header, asked_m);
+        }
+        head
+    }
+
+    fn guard_sees(&mut self, header: &FrameHeader, asked_m: Option<f64>) {
+        for _ in 0..3 {
+            let Some(grant) = self.guard.follow(header, asked_m) else { return };
+            let Request::Grant { from_m, to_m, .. } = grant else { panic!("not a grant: {grant:?}") };
+            self.motion.request(grant).expect("a grant of this run, within it");
+            self.guard.note_granted(from_m, to_m);
+        }
+    }
+
+    /// Asks until the guard has proved the target, or has had time enough to.
+    fn seek(&mut self, sim_time_s: f64) {
+        for _ in 0..=self.lag_ticks + 1 {
+            match self.motion.request(Request::Seek { sim_time_s }) {
+                Ok(()) => {
+                    self.assert_apart_on_leg();
+                    self.leg_m = [self.motion.head().travel_m; 2];
+                    return;
+                }
+                Err(refusal) => assert_eq!(refusal, Refusal::NotProved),
+            }
+            self.play();
+        }
+        let target_m = self.config.head_speed_mps() * sim_time_s;
+        assert!(!self.is_apart_at(target_m), "a seek to {target_m} m is refused for no reason");
+    }
+
+    fn is_apart_at(&mut self, travel_m: f64) -> bool {
+        self.check.nearest(travel_m).is_none_or(|pair| pair.clearance_m >= self.margin_m - ROUNDING_M)
+    }
+
+    /// Everywhere the head has walked, between ticks too, by the planner's own search.
+    fn assert_apart_on_leg(&self) {
+        let [from_m, to_m] = self.leg_m;
+        if from_m < to_m
+            && let Some(nearest) = least_clearance(self.dragon, from_m, to_m)
+        {
+            assert!(nearest.pair.clearance_m >= self.margin_m - ROUNDING_M, "{from_m} to {to_m} m: {nearest:?}");
+        }
+    }
+
+    /// Plays until the head rests for good.
+    fn play_to_rest(&mut self) -> HeadState {
+        loop {
+            let head = self.play();
+            let header = head.header(RUN_ID, self.tick, 0, self.config.time_scale(), 0);
+            if head.state == ShowState::Finished || self.late.len() >= self.lag_ticks && self.guard.is_final(&header) {
+                return head;
+            }
+        }
+    }
+}
+
+fn guard(config: &Config) -> Guard<'_> {
+    Guard::new(config.dragon(), config, GuardSettings::of(config), RUN_ID)
+}
+
+/// Configurations on both routes, most of which have a contact somewhere.
+fn configs() -> impl Strategy<Value = Config> {
+    let dragon = (2..60_u32, 1.5..4.0_f64, 1.0..3.0_f64, 0.2..0.4_f64, 0.05..0.3_f64);
+    let spiral = (1.2..2.5_f64, 2.0..9.0_f64).prop_map(|(widths, turns)| (widths, format!("start_turns = {turns}")));
+    let turnaround = (1.5..4.0_f64, 4.0..9.0_f64, 0.5..3.0_f64).prop_map(|(widths, diameter_m, ratio)| {
+        let ends = "start_s = -30\nend_s = 30";
+        (widths, format!("kind = \"turnaround\"\nturn_diameter_m = {diameter_m}\nradius_ratio = {ratio}\n{ends}"))
+    });
+    let route = prop_oneof![3 => spiral, 1 => turnaround];
+    let pace = (0.2..3.0_f64, prop::option::of(0.05..5.0_f64), 20..1000_u32, prop_oneof![Just(1.0), 0.5..400.0_f64]);
+    let margin_m = prop_oneof![Just(0.0005), 0.000_01..0.05_f64];
+    (dragon, route, pace, margin_m).prop_filter_map("an impossible dragon", |(dragon, route, pace, margin_m)| {
+        let (benches, head_m, body_m, width_m, offset_m) = dragon;
+        let (widths, route) = route;
+        let (speed_mps, accel_mps2, rate_hz, time_scale) = pace;
+        let accel = accel_mps2.map_or(String::new(), |accel_mps2| format!("accel_mps2 = {accel_mps2}"));
+        let text = format!(
+            "[dragon]\nbenches = {benches}\nhead_length_m = {head_m}\nbody_length_m = {body_m}\nwidth_m = {width_m}\n\
+             hole_offset_m = {offset_m}\n[route]\npitch_m = {}\n{route}\n[head]\nspeed_mps = {speed_mps}\n{accel}\n\
+             [serve]\nrate_hz = {rate_hz}\ntime_scale = {time_scale:?}\n[monitor]\nmargin_m = {margin_m}\nguard = true\n",
+            widths * width_m,
+        );
+        Config::from_toml(&text).ok()
+    })
+}
+
+/// What happens to a show: where it starts, how late the guard is, and after so many ticks a speed, a seek to a share of
+/// the run, or another guard.
+type Events = Vec<(u32, Event)>;
+
+#[derive(Clone, Copy, Debug)]
+enum Event {
+    Speed(f64),
+    Seek(f64),
+    GuardRestart,
+    Hold,
+    Release,
+}
+
+fn events() -> impl Strategy<Value = Events> {
+    let event = prop_oneof![
+        (0.0..10.0_f64).prop_map(Event::Speed),
+        (0.0..1.0_f64).prop_map(Event::Seek),
+        Just(Event::GuardRestart),
+        Just(Event::Hold),
+        Just(Event::Release),
+    ];
+    prop::collection::vec((0..400_u32, event), 0..8)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 100, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_clearance_falls_under_the_margin(
+        config in configs(),
+        start in 0.0..1.0_f64,
+        lag_ticks in 0..30_usize,
+        events in events(),
+    ) {
+        let dragon = Arc::clone(config.dragon());
+        let at = |share: f64| dragon.start_travel_m() + share * (dragon.end_travel_m() - dragon.start_travel_m());
+        let mut rehearsal = Rehearsal::new(&config, at(start), lag_ticks);
+        for (ticks, event) in events {
+            for _ in 0..ticks {
+                rehearsal.play();
+            }
+            match event {
+                Event::Seek(share) => rehearsal.seek(at(share) / config.head_speed_mps()),
+                Event::GuardRestart => rehearsal.restart_guard(),
+                Event::Speed(speed_mps) => rehearsal.motion.request(Request::Speed { speed_mps }).expect("it is in range"),
+                Event::Hold => rehearsal.motion.request(Request::Hold).expect("hold is always accepted"),
+                // Refused where there is no hold.
+                Event::Release => drop(rehearsal.motion.request(Request::Release)),
+            }
+        }
+        drop(rehearsal.motion.request(Request::Release));
+        rehearsal.motion.request(Request::Speed { speed_mps: 3.0 }).expect("it is in range");
+        let head = rehearsal.play_to_rest();
+        rehearsal.assert_apart_on_leg();
+        if head.state == ShowState::Held {
+            let ahead_m = (head.travel_m + 1e-6).min(dragon.end_travel_m());
+            let ahead = least_clearance(&dragon, head.travel_m, ahead_m).expect("something is in the way");
+            prop_assert!(ahead.pair.clearance_m < rehearsal.margin_m + SPARE_M, "it rests too early: {ahead:?}");
+        } else {
+            prop_assert_eq!((head.state, head.travel_m), (ShowState::Finished, dragon.end_travel_m()));
+        }
+    }
+}
+
+#[test]
+fn the_papers_dragon_rests_half_a_millimetre_before_its_contact() {
+    for (time_scale, rate_hz) in [(1.0, 1000), (20.0, 1000), (400.0, 50), (0.01, 20_000)] {
+        let text = format!("[serve]\nrate_hz = {rate_hz}\ntime_scale = {time_scale:?}\n[monitor]\nguard = true\n");
+        let config = Config::from_toml(&text).expect("a valid configuration");
+        let start_m = if time_scale < 1.0 { 412.454 } else { 405.0 };
+        let mut rehearsal = Rehearsal::new(&config, start_m, 3);
+        let head = rehearsal.play_to_rest();
+        assert_eq!((head.state, head.sim_time_ns / 1000), (ShowState::Held, 412_454_969), "at {time_scale} times");
+        let nearest = rehearsal.check.nearest(head.travel_m).expect("223 benches");
+        assert_eq!(nearest.benches, [0, 8]);
+        assert!((0.0005..0.000_501).contains(&nearest.clearance_m), "{nearest:?}");
+    }
+}
+
+#[test]
+fn a_head_that_starts_too_near_never_moves() {
+    let config = Config::from_toml("[monitor]\nguard = true\n").expect("a valid configuration");
+    let mut rehearsal = Rehearsal::new(&config, 412.46, 0);
+    for _ in 0..100 {
+        let head = rehearsal.play();
+        assert_eq!((head.state, head.travel_m), (ShowState::Held, 412.46));
+    }
+    rehearsal.seek(300.0);
+    assert!(rehearsal.play().travel_m >= 300.0, "from there on it walks");
+}

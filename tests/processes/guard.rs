@@ -1,0 +1,218 @@
+//! The guard as a process: the head walks only where it was granted, whatever happens to whoever grants it.
+
+use std::fs;
+
+use bench_dragon_ipc::{Request, ShowState};
+use serde_json::Value;
+
+use crate::lying_source::LyingSource;
+use crate::process::Process;
+use crate::reader::{Reader, Shot};
+use crate::stage::Stage;
+
+/// Show time at which the paper's dragon comes to rest, and travel too, at 1 m/s.
+const REST_S: f64 = 412.454_970;
+const MARGIN_M: f64 = 0.0005;
+
+fn assert_is_the_rest(guard: &Value) {
+    let [held_at_s, clearance_m, forecast_s] =
+        ["held_at_s", "clearance_m", "forecast_contact_s"].map(|key| guard[key].as_f64().expect("a number"));
+    assert!((held_at_s - REST_S).abs() < 5e-7, "{guard}");
+    assert!((MARGIN_M..MARGIN_M + 1e-6).contains(&clearance_m), "{guard}");
+    assert!((forecast_s - 412.473_838).abs() < 5e-7, "{guard}");
+}
+
+fn start_guard(stage: &Stage) -> Process {
+    stage.start(&["monitor", "--guard", "--format", "json"])
+}
+
+/// Waits until a guard says that the head rests for good.
+fn await_rest(guard: &mut Process) -> Value {
+    guard.json_until(|line| line["type"] == "guard").pop().expect("the line that was waited for")
+}
+
+/// Fails unless every frame's head is where the one before it could walk to, and before the rest.
+fn assert_never_past_rest(shots: &[Shot]) {
+    for shot in shots {
+        assert!(shot.header.head_travel_m <= REST_S + 5e-7, "tick {}: {}", shot.header.tick, shot.header.head_travel_m);
+    }
+    assert!(shots.windows(2).all(|pair| pair[0].header.head_travel_m <= pair[1].header.head_travel_m));
+}
+
+#[test]
+fn a_guarded_show_ends_with_status_0_half_a_millimetre_before_the_contact_at_any_time_scale() {
+    for time_scale in ["1", "20", "400"] {
+        let stage = Stage::new();
+        let show = ["show", "--guard", "--out", "out", "--start-at", "405", "--format", "json"];
+        let ended = stage.run(&[&show[..], &["--time-scale", time_scale]].concat());
+        assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
+        let summary = ended.last_json();
+        assert_is_the_rest(&summary["guard"]);
+        assert_eq!(summary["contact"], Value::Null);
+        let kept: Value =
+            serde_json::from_slice(&fs::read(stage.path("out/summary.json")).expect("a file")).expect("JSON");
+        assert_eq!(kept, summary);
+    }
+}
+
+#[test]
+fn a_show_without_a_guard_has_none_in_its_summary() {
+    let stage = Stage::new();
+    let ended = stage.run(&["show", "--out", "out", "--start-at", "1", "--until", "1.1", "--format", "json"]);
+    assert_eq!(ended.expect_clean().last_json().get("guard"), Some(&Value::Null));
+}
+
+#[test]
+fn a_guarded_server_stands_held_until_there_is_a_guard_and_walks_with_it() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--guarded", "--rate", "100"]);
+    let mut reader = Reader::join(&stage);
+    let standing = reader.read_to_tick(20);
+    assert!(standing.iter().all(|shot| shot.state() == ShowState::Held && shot.header.sim_time_ns == 0));
+    for order in ["release", "resume"] {
+        let refused = stage.run(&["ctl", order]);
+        let reason = "refused: the guard holds the dragon: it walks on when the guard has proved the way ahead\n";
+        assert_eq!((refused.code(), refused.stderr.as_str()), (Some(1), reason));
+    }
+    let guard = start_guard(&stage);
+    reader.read_until(|header| header.head_travel_m > 0.1);
+    guard.terminate().expect_clean();
+    server.stop();
+}
+
+#[test]
+fn a_dead_guard_leaves_the_head_at_rest_within_its_grant_and_the_next_one_moves_it_on() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--guarded", "--rate", "100"]);
+    let mut reader = Reader::join(&stage);
+    let mut travel_m = 0.0;
+    for _ in 0..3 {
+        let guard = start_guard(&stage);
+        let walking = reader.read_until(|header| header.head_travel_m > travel_m + 0.1);
+        travel_m = walking.last().expect("the frame that was waited for").header.head_travel_m;
+        guard.kill();
+        let braking = reader.read_until(|header| header.show_state() == Some(ShowState::Held));
+        let rest = braking.last().expect("the frame that was waited for").header;
+        assert!(rest.head_travel_m < travel_m + 1.0, "a horizon and a half of half a second each: {rest:?}");
+        travel_m = rest.head_travel_m;
+    }
+    server.stop();
+}
+
+#[test]
+fn a_guard_that_is_killed_at_random_instants_lets_no_bench_touch() {
+    let seed = fastrand::u64(..);
+    println!("seed {seed}");
+    let mut random = fastrand::Rng::with_seed(seed);
+    let stage = Stage::new();
+    let server = stage.serve(&["--guarded", "--rate", "200", "--start-at", "400", "--time-scale", "4"]);
+    let mut reader = Reader::join(&stage);
+    let mut shots = Vec::new();
+    for _ in 0..20 {
+        let guard = start_guard(&stage);
+        // Instants are counted in frames: from while it starts to well into its first grants.
+        for _ in 0..random.u32(0..30) {
+            shots.push(reader.next());
+        }
+        guard.kill();
+    }
+    let mut guard = start_guard(&stage);
+    shots.extend(reader.read_until(|header| header.head_travel_m > REST_S - 1e-6));
+    assert_is_the_rest(&await_rest(&mut guard));
+    guard.terminate().expect_clean();
+    server.stop();
+    shots.extend(reader.read_unread());
+    assert_never_past_rest(&shots);
+    assert_eq!(shots.last().map(Shot::state), Some(ShowState::Held));
+}
+
+#[test]
+fn a_seek_is_accepted_once_the_guard_has_proved_its_target_and_refused_where_it_cannot() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--guarded", "--rate", "100"]);
+    let mut reader = Reader::join(&stage);
+    let unguarded = stage.run(&["ctl", "seek", "300", "--format", "json"]);
+    assert_eq!(unguarded.last_json()["reason"], "the guard has not proved that the benches are apart there");
+    let guard = start_guard(&stage);
+    reader.read_until(|header| header.head_travel_m > 0.0);
+    stage.run(&["ctl", "seek", "300"]).expect_clean();
+    reader.read_until(|header| header.head_travel_m > 300.1);
+    let overlapping = stage.run(&["ctl", "seek", "412.6"]);
+    assert_eq!(overlapping.code(), Some(1));
+    let last = reader.read_until(|header| header.head_travel_m > 300.5);
+    assert!(last.iter().all(|shot| shot.header.head_travel_m < 400.0));
+    guard.terminate().expect_clean();
+    server.stop();
+}
+
+#[test]
+fn a_restarted_server_has_no_grant_and_the_guard_begins_anew() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--guarded", "--rate", "100"]);
+    let mut reader = Reader::join(&stage);
+    let mut guard = start_guard(&stage);
+    reader.read_until(|header| header.head_travel_m > 0.1);
+    server.process.kill();
+    let server = stage.serve(&["--guarded", "--rate", "100", "--start-at", "412", "--readers", "2"]);
+    let run_id = server.run_id;
+    let first = reader.read_until(|header| header.run_id == run_id).pop().expect("the frame that was waited for");
+    assert_eq!((first.state(), first.header.head_travel_m), (ShowState::Held, 412.0));
+    assert_is_the_rest(&await_rest(&mut guard));
+    guard.terminate().expect_clean();
+    server.stop();
+}
+
+#[test]
+fn there_is_one_guard_at_a_time() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--guarded", "--rate", "100"]);
+    let mut reader = Reader::join(&stage);
+    let first = start_guard(&stage);
+    reader.read_until(|header| header.head_travel_m > 0.0);
+    let second = start_guard(&stage).end();
+    let expected = format!(
+        "error: a guard already runs on instance \"{}\", pid {}: there can be only one\n",
+        stage.domain().instance(),
+        first.pid()
+    );
+    assert_eq!((second.code(), second.stderr), (Some(1), expected));
+    first.terminate().expect_clean();
+    server.stop();
+}
+
+#[test]
+fn a_guard_of_a_server_that_takes_no_grants_says_so_and_monitors() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--readers", "1", "--start-at", "411", "--time-scale", "20", "--until", "413"]);
+    let guard = start_guard(&stage);
+    assert_eq!(server.summary()["frames"], 101);
+    let ended = guard.terminate();
+    assert!(
+        ended.stderr.contains("the server is not guarded") && ended.stderr.lines().count() == 1,
+        "{}",
+        ended.stderr
+    );
+    let summary = ended.last_json();
+    assert_eq!((&summary["guard"], &summary["contact"]["benches"]), (&Value::Null, &serde_json::json!([0, 8])));
+}
+
+#[test]
+fn a_frame_that_is_not_as_published_is_a_fault_and_ends_the_grants() {
+    let stage = Stage::new();
+    let mut source = LyingSource::start(stage.domain());
+    let mut guard = start_guard(&stage);
+    let mut requests = Vec::new();
+    while requests.is_empty() {
+        requests.extend(source.publish(1.0));
+    }
+    assert!(matches!(requests[0], Request::Grant { from_m: 0.0, .. }), "{requests:?}");
+    while !requests.contains(&Request::Hold) {
+        requests.extend(source.publish(1.0 + 1e-6));
+    }
+    let lines = guard.json_until(|line| line["kind"] == "fault");
+    assert!(lines.iter().all(|line| line["kind"] != "contact"));
+    let ended = guard.terminate();
+    assert_eq!(ended.last_json()["faults"], 1);
+    assert!(ended.stderr.contains("it grants no more, and it has held the show"), "{}", ended.stderr);
+    assert_eq!(source.publish(1.0), []);
+}
