@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use bench_dragon::config::Config;
 use bench_dragon::guard::{FinalRest, Guard, GuardSettings};
-use bench_dragon_ipc::{BusError, CommandClient, Domain, FrameHeader, Refusal, Request, StatusReader};
+use bench_dragon_ipc::{BusError, CommandClient, Domain, FrameHeader, Request, StatusReader};
 use crossbeam::channel::{self, Receiver, RecvTimeoutError, Sender};
 use crossbeam::queue::ArrayQueue;
 
@@ -29,8 +29,6 @@ pub(crate) struct Guarding {
 /// What a guard has to tell.
 #[derive(Debug)]
 pub(crate) enum News {
-    /// The server takes no grants.
-    NotGuarded,
     /// The head rests where no further ground can ever be granted.
     FinalRest(FinalRest),
     /// The bus has failed; the guard has ended.
@@ -141,7 +139,6 @@ impl Watch {
             };
             match self.commands.call(grant, PATIENCE).map(|reply| reply.outcome()) {
                 Ok(Ok(_)) => guard.note_granted(from_m, to_m),
-                Ok(Err(Refusal::NotGuarded)) => return Err(News::NotGuarded),
                 // It has just been started again, or is gone: the next frame tells.
                 Ok(Err(_)) | Err(BusError::NoServer { .. }) => return Ok(()),
                 Err(error) => return Err(News::Failed(error)),

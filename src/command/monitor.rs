@@ -159,7 +159,11 @@ impl<'a> Session<'a> {
         let monitor = Monitor::new(&config);
         let from_m = header.head_travel_m;
         let forecaster = Forecaster::start(Arc::clone(monitor.dragon()), from_m);
-        let keeper = self.args.guard.then(|| Keeper::start(self.domain, config, header.run_id));
+        if self.args.guard && !config.is_guarded() {
+            tracing::warn!("the server is not guarded: it walks on without grants; start it with --guarded");
+        }
+        let is_kept = self.args.guard && config.is_guarded();
+        let keeper = is_kept.then(|| Keeper::start(self.domain, config, header.run_id));
         Ok(Some(Watch { run_id: header.run_id, monitor, forecaster, asked_from_m: from_m, state: None, keeper }))
     }
 
@@ -173,10 +177,6 @@ impl<'a> Session<'a> {
                 clearance_m: self.nearest.map(|pair| pair.clearance_m),
                 forecast_contact_s: rest.forecast_s,
             }),
-            Some(News::NotGuarded) => {
-                tracing::warn!("the server is not guarded: it walks on without grants; start it with --guarded");
-                Ok(())
-            }
             Some(News::GaveUp(held)) => {
                 let held = held.map_or("it has held the show".to_owned(), |error| error.to_string());
                 tracing::warn!("the frames are not what the guard has proved: it grants no more, and {held}");

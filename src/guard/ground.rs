@@ -18,8 +18,8 @@ pub(super) struct Ground<'a> {
     dragon: &'a Dragon,
     search: ApproachSearch<'a>,
     margin_m: f64,
-    from_m: f64,
-    to_m: f64,
+    begin_m: f64,
+    end_m: f64,
     fall: Option<Fall>,
 }
 
@@ -32,7 +32,7 @@ impl<'a> Ground<'a> {
         let mut search = ApproachSearch::new(dragon, Pairs::UnrepeatedSince(travel_m), travel_m);
         match search.nearest() {
             Some(nearest) if nearest.clearance_m < margin_m => Err(nearest),
-            _ => Ok(Self { dragon, search, margin_m, from_m: travel_m, to_m: travel_m, fall: None }),
+            _ => Ok(Self { dragon, search, margin_m, begin_m: travel_m, end_m: travel_m, fall: None }),
         }
     }
 
@@ -41,34 +41,34 @@ impl<'a> Ground<'a> {
         let to_m = to_m.min(self.dragon.end_travel_m());
         let stride_m = ApproachSearch::stride_m(self.dragon);
         for _ in 0..strides {
-            if self.fall.is_some() || self.to_m >= to_m {
+            if self.fall.is_some() || self.end_m >= to_m {
                 return;
             }
-            let next_m = to_m.min(self.to_m + stride_m);
+            let next_m = to_m.min(self.end_m + stride_m);
             match self.search.walk_over(next_m, self.margin_m, RESOLUTION_M) {
-                Ok(()) => self.to_m = next_m,
-                Err(fall) => (self.to_m, self.fall) = (fall.travel_m, Some(fall)),
+                Ok(()) => self.end_m = next_m,
+                Err(fall) => (self.end_m, self.fall) = (fall.travel_m, Some(fall)),
             }
         }
     }
 
     /// Where it begins, in metres of travel.
-    pub(super) fn from_m(&self) -> f64 {
-        self.from_m
+    pub(super) fn begin_m(&self) -> f64 {
+        self.begin_m
     }
 
     /// Where it ends as yet.
-    pub(super) fn to_m(&self) -> f64 {
-        self.to_m
+    pub(super) fn end_m(&self) -> f64 {
+        self.end_m
     }
 
     /// Whether a travel lies on it.
     pub(super) fn contains(&self, travel_m: f64) -> bool {
-        (self.from_m..=self.to_m).contains(&travel_m)
+        (self.begin_m..=self.end_m).contains(&travel_m)
     }
 
     /// Whether it can grow no further.
     pub(super) fn is_whole(&self) -> bool {
-        self.fall.is_some() || self.to_m >= self.dragon.end_travel_m()
+        self.fall.is_some() || self.end_m >= self.dragon.end_travel_m()
     }
 }

@@ -118,7 +118,7 @@ impl<'a> Guard<'a> {
     /// Takes note that the server has taken a grant.
     pub fn note_granted(&mut self, from_m: f64, to_m: f64) {
         let grantings = [&mut self.present, &mut self.prepared].into_iter().flatten();
-        for granting in grantings.filter(|granting| granting.ground.from_m() == from_m) {
+        for granting in grantings.filter(|granting| granting.ground.begin_m() == from_m) {
             granting.granted_to_m = Some(to_m);
         }
     }
@@ -128,7 +128,7 @@ impl<'a> Guard<'a> {
     pub fn is_final(&self, header: &FrameHeader) -> bool {
         let travel_m = header.head_travel_m;
         let is_end = match &self.present {
-            Some(Granting { ground, .. }) => ground.is_whole() && travel_m >= ground.to_m(),
+            Some(Granting { ground, .. }) => ground.is_whole() && travel_m >= ground.end_m(),
             None => self.refused_m == Some(travel_m),
         };
         is_end && header.show_state() == Some(ShowState::Held)
@@ -184,7 +184,7 @@ impl Granting<'_> {
             return None;
         }
         self.ground.extend(travel_m + GRANTED_HORIZONS * horizon_m, STRIDES_AT_A_TIME);
-        let (from_m, to_m) = (self.ground.from_m(), self.ground.to_m());
+        let (from_m, to_m) = (self.ground.begin_m(), self.ground.end_m());
         let is_new = self.granted_to_m.is_none_or(|granted_to_m| granted_to_m < to_m);
         is_new.then_some(Request::Grant { run_id, from_m, to_m })
     }
