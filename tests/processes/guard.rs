@@ -99,6 +99,7 @@ fn a_dead_guard_leaves_the_head_at_rest_within_its_grant_and_the_next_one_moves_
     server.stop();
 }
 
+#[expect(clippy::print_stdout, reason = "a failing test tells its seed")]
 #[test]
 fn a_guard_that_is_killed_at_random_instants_lets_no_bench_touch() {
     let seed = fastrand::u64(..);
