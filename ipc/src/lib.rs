@@ -54,6 +54,7 @@ mod source_lock;
 mod space;
 mod status;
 mod subscriber;
+mod time_histogram;
 mod trouble;
 
 pub use alert::{Alert, AlertKind};
@@ -69,3 +70,4 @@ pub use source_lock::SourceLock;
 pub use space::require_shared_memory;
 pub use status::Status;
 pub use subscriber::{Frame, FrameSubscriber};
+pub use time_histogram::TimeHistogram;

@@ -45,7 +45,7 @@ const LEAST_FRAME_BUFFER: usize = 4;
 const FRAME_MEMORY: usize = 56 << 20;
 pub(crate) const ALERT_BUFFER: usize = 256;
 /// What all but the frames of a source takes of shared memory at most, in bytes.
-pub(crate) const SOURCE_MEMORY: u64 = 4 << 20;
+pub(crate) const SOURCE_MEMORY: u64 = 5 << 20;
 /// What the alerts of all readers take of shared memory at most, in bytes.
 pub const ALERT_MEMORY: u64 = 1 << 20;
 /// What a client takes of shared memory at most, in bytes. Little, so that a safety stop gets through where hardly

@@ -3,6 +3,7 @@
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::frame::ShowState;
+use crate::time_histogram::TimeHistogram;
 
 /// How the server keeps its schedule. Published ten times a second and once more at the end.
 #[repr(C)]
@@ -17,7 +18,8 @@ pub struct Status {
     pub sim_time_ns: i64,
     /// Releases that were missed since the start of the run, each a whole period by which the show is late.
     pub overruns: u64,
-    /// Lateness of the releases since the start of the run: median, in nanoseconds.
+    /// Lateness of the releases since the start of the run, from when each was due to the start of its tick: median, in
+    /// nanoseconds. Percentiles are those of the histogram, so at most 1/32 too much.
     pub lateness_p50_ns: u64,
     /// 99th percentile of the lateness, in nanoseconds.
     pub lateness_p99_ns: u64,
@@ -25,6 +27,15 @@ pub struct Status {
     pub lateness_p999_ns: u64,
     /// Greatest lateness, in nanoseconds.
     pub lateness_max_ns: u64,
+    /// Duration of the ticks since the start of the run, each until the loop was ready for the next one: median, in
+    /// nanoseconds.
+    pub tick_p50_ns: u64,
+    /// 99th percentile of the duration, in nanoseconds.
+    pub tick_p99_ns: u64,
+    /// 99.9th percentile of the duration, in nanoseconds.
+    pub tick_p999_ns: u64,
+    /// Greatest duration, in nanoseconds.
+    pub tick_max_ns: u64,
     /// Travel up to which a guarded server may move the head, in metres; [`Status::NONE`] for one that is not guarded.
     pub granted_to_m: f64,
     /// Travel that a refused seek asked a guarded server for, in metres, or [`Status::NONE`]: its guard proves it.
@@ -37,9 +48,13 @@ pub struct Status {
     pub pid: u32,
     /// Always 0.
     pub reserved: u32,
+    /// Lateness of every release since the start of the run.
+    pub lateness: TimeHistogram,
+    /// Duration of every tick since the start of the run.
+    pub tick_time: TimeHistogram,
 }
 
-const _: () = assert!(size_of::<Status>() == 96 && align_of::<Status>() == 8);
+const _: () = assert!(size_of::<Status>() == 128 + 2 * size_of::<TimeHistogram>() && align_of::<Status>() == 8);
 
 impl Status {
     /// The value of a travel that there is none of: not a number.

@@ -7,6 +7,7 @@ mod percentile_text;
 pub use bars::Bars;
 pub use percentile_text::PercentileText;
 
+use bench_dragon_ipc::TimeHistogram;
 use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
 
@@ -28,6 +29,18 @@ pub struct Percentiles {
     pub p999: f64,
     /// Greatest value.
     pub max: f64,
+}
+
+impl From<&TimeHistogram> for Percentiles {
+    fn from(histogram: &TimeHistogram) -> Self {
+        let micros = |nanos: u64| nanos as f64 / 1e3;
+        Self {
+            p50: micros(histogram.quantile_ns(0.5)),
+            p99: micros(histogram.quantile_ns(0.99)),
+            p999: micros(histogram.quantile_ns(0.999)),
+            max: micros(histogram.max_ns),
+        }
+    }
 }
 
 impl LatencyHistogram {

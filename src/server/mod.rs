@@ -4,6 +4,7 @@
 //! loaned sample; send it; wake the readers; loan the next sample. The loop neither locks nor formats, and allocates
 //! nothing of its own; what it counts, a slower thread publishes.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -30,7 +31,7 @@ use frame_publisher::FramePublisher;
 use motion::{Limits, MotionPlan};
 use reporter::{LoopGauges, Reporter, TimesOfAll};
 use schedule::Schedule;
-use tick_times::{TickTimes, TickTimesSink, tick_times_queue};
+use tick_times::{TickTimes, TickTimesRecorder};
 
 /// From here to the first release.
 const LEAD: Duration = Duration::from_millis(1);
@@ -85,10 +86,10 @@ pub struct Server {
     // The alerts are the monitor's, but only a source creates services, and they last while somebody holds them.
     _alerts: (AlertService, EventService),
     reporter: Reporter,
-    gauges: std::sync::Arc<LoopGauges>,
+    gauges: Arc<LoopGauges>,
     _member: Member,
     _lock: SourceLock,
-    times: TickTimesSink,
+    times: TickTimesRecorder,
     settings: ServerSettings,
     run_id: u64,
 }
@@ -107,10 +108,10 @@ impl Server {
         let bench_count = settings.config.dragon().dimensions().benches();
         let member = Member::join(domain, "serve", Role::Source { bench_count })?;
         let run_id = random_run_id();
-        let (times, counter) = tick_times_queue();
+        let times = Arc::new(TickTimes::default());
         let description = Description { run_id, toml: settings.config.to_toml() };
         let (reporter, gauges) =
-            Reporter::start(domain.clone(), description, bench_count, settings.config.rate_hz(), counter)?;
+            Reporter::start(domain.clone(), description, bench_count, settings.config.rate_hz(), Arc::clone(&times))?;
         Ok(Self {
             simulation: Simulation::new(settings.config.dragon().clone(), plan(&settings, run_id)),
             frames: FramePublisher::create(domain, &member, bench_count)?,
@@ -120,7 +121,7 @@ impl Server {
             gauges,
             _member: member,
             _lock: lock,
-            times,
+            times: TickTimesRecorder::new(times),
             settings,
             run_id,
         })
@@ -154,7 +155,7 @@ impl Server {
             tick += 1;
             let ended_ns = monotonic_ns();
             let lateness_ns = begun_ns - schedule.due_ns();
-            self.times.record(TickTimes { lateness_ns, duration_ns: ended_ns - begun_ns });
+            self.times.record(lateness_ns, ended_ns - begun_ns);
             if asked_to_stop || self.is_over() {
                 break;
             }
@@ -194,7 +195,7 @@ impl Server {
 
     fn tell_reporter(&self, tick: u64, schedule: &Schedule) {
         let head = self.simulation.head();
-        self.gauges.tick.store(tick, Ordering::Relaxed);
+        self.gauges.tick.store(tick, Ordering::Release);
         self.gauges.sim_time_ns.store(head.sim_time_ns, Ordering::Relaxed);
         self.gauges.state.store(head.state.to_wire(), Ordering::Relaxed);
         self.gauges.overruns.store(schedule.overruns(), Ordering::Relaxed);

@@ -12,7 +12,7 @@ use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::update_connections::UpdateConnections as _;
 
 use crate::histogram::Percentiles;
-use crate::server::tick_times::TickTimesCounter;
+use crate::server::tick_times::TickTimes;
 
 /// How often the status is published and late joiners are given the description.
 const REPORT_PERIOD: Duration = Duration::from_millis(100);
@@ -77,7 +77,7 @@ impl Reporter {
         description: Description,
         bench_count: usize,
         rate_hz: u32,
-        times: TickTimesCounter,
+        times: Arc<TickTimes>,
     ) -> Result<(Self, Arc<LoopGauges>), BusError> {
         let gauges = Arc::new(LoopGauges::new());
         let shared = Arc::clone(&gauges);
@@ -130,17 +130,13 @@ struct Report {
     _member: Member,
     run_id: u64,
     rate_hz: u32,
-    times: TickTimesCounter,
+    times: Arc<TickTimes>,
 }
 
 impl Report {
-    fn times_of_all(&mut self) -> TimesOfAll {
-        self.times.collect();
-        match self.times.dropped() {
-            0 => {}
-            dropped => tracing::warn!("the times of {dropped} ticks were not counted"),
-        }
-        TimesOfAll { lateness_us: self.times.lateness().percentiles(), tick_us: self.times.duration().percentiles() }
+    fn times_of_all(&self) -> TimesOfAll {
+        let TickTimes { lateness, duration } = &*self.times;
+        TimesOfAll { lateness_us: (&lateness.histogram()).into(), tick_us: (&duration.histogram()).into() }
     }
 
     fn open(
@@ -148,7 +144,7 @@ impl Report {
         description: &Description,
         bench_count: usize,
         rate_hz: u32,
-        times: TickTimesCounter,
+        times: Arc<TickTimes>,
     ) -> Result<Self, BusError> {
         let member = Member::join(domain, "serve-report", Role::Source { bench_count })?;
         Ok(Self {
@@ -162,23 +158,30 @@ impl Report {
     }
 
     fn publish(&mut self, gauges: &LoopGauges) {
-        self.times.collect();
-        let lateness = self.times.lateness();
+        // The tick first, so that the histograms have counted every tick before it.
+        let tick = gauges.tick.load(Ordering::Acquire);
+        let (lateness, tick_time) = (self.times.lateness.histogram(), self.times.duration.histogram());
         let status = Status {
             run_id: self.run_id,
-            tick: gauges.tick.load(Ordering::Relaxed),
+            tick,
             sim_time_ns: gauges.sim_time_ns.load(Ordering::Relaxed),
             overruns: gauges.overruns.load(Ordering::Relaxed),
             lateness_p50_ns: lateness.quantile_ns(0.5),
             lateness_p99_ns: lateness.quantile_ns(0.99),
             lateness_p999_ns: lateness.quantile_ns(0.999),
-            lateness_max_ns: lateness.max_ns(),
+            lateness_max_ns: lateness.max_ns,
+            tick_p50_ns: tick_time.quantile_ns(0.5),
+            tick_p99_ns: tick_time.quantile_ns(0.99),
+            tick_p999_ns: tick_time.quantile_ns(0.999),
+            tick_max_ns: tick_time.max_ns,
             granted_to_m: f64::from_bits(gauges.granted_to_m.load(Ordering::Relaxed)),
             asked_m: f64::from_bits(gauges.asked_m.load(Ordering::Relaxed)),
             rate_hz: self.rate_hz,
             state: gauges.state.load(Ordering::Relaxed),
             pid: std::process::id(),
             reserved: 0,
+            lateness,
+            tick_time,
         };
         if let Err(error) = self.status.send_copy(status) {
             tracing::warn!("the status is not published: {error}");

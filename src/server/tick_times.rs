@@ -1,87 +1,85 @@
-//! The times of every tick: measured by the loop, counted by a slower thread.
+//! The times of every tick: counted by the loop itself, read by a slower thread.
 //!
-//! The loop hands them over through a bounded lock-free queue and never waits: where the queue is full, what finds no
-//! place is counted as dropped.
+//! Fixed rows of counters, so that counting neither allocates nor waits nor drops anything.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crossbeam::queue::ArrayQueue;
+use bench_dragon_ipc::TimeHistogram;
 
-use crate::histogram::LatencyHistogram;
-
-/// Ticks that may wait to be counted: over half a second at the highest rate.
-const QUEUE_LEN: usize = 1 << 16;
-
-/// The times of one tick, in nanoseconds.
-#[derive(Clone, Copy, Debug)]
+/// The times of all ticks.
+#[derive(Debug, Default)]
 pub(super) struct TickTimes {
-    /// From the release to the start of the tick.
-    pub(super) lateness_ns: u64,
-    /// From the start of the tick until the loop is ready for the next one.
-    pub(super) duration_ns: u64,
+    /// From each release to the start of its tick.
+    pub(super) lateness: TimeCounter,
+    /// From the start of each tick until the loop was ready for the next one.
+    pub(super) duration: TimeCounter,
 }
 
-/// Both ends' share of the queue.
+/// The loop's end: the only one that counts.
 #[derive(Debug)]
-struct Shared {
-    queue: ArrayQueue<TickTimes>,
-    dropped: AtomicU64,
+pub(super) struct TickTimesRecorder(Arc<TickTimes>);
+
+impl TickTimesRecorder {
+    /// The recorder of these times. There is one.
+    pub(super) fn new(times: Arc<TickTimes>) -> Self {
+        Self(times)
+    }
+
+    /// Counts one tick.
+    pub(super) fn record(&mut self, lateness_ns: u64, duration_ns: u64) {
+        self.0.lateness.record(lateness_ns);
+        self.0.duration.record(duration_ns);
+    }
 }
 
-/// The loop's end.
-#[derive(Clone, Debug)]
-pub(super) struct TickTimesSink(Arc<Shared>);
-
-/// The counting thread's end.
+/// A [`TimeHistogram`] that one thread counts into and others may look at meanwhile.
 #[derive(Debug)]
-pub(super) struct TickTimesCounter {
-    shared: Arc<Shared>,
-    lateness: LatencyHistogram,
-    duration: LatencyHistogram,
+pub(super) struct TimeCounter {
+    max_ns: AtomicU64,
+    counts: [AtomicU64; TimeHistogram::BUCKETS],
 }
 
-/// Makes both ends.
-pub(super) fn tick_times_queue() -> (TickTimesSink, TickTimesCounter) {
-    let shared = Arc::new(Shared { queue: ArrayQueue::new(QUEUE_LEN), dropped: AtomicU64::new(0) });
-    let counter = TickTimesCounter {
-        shared: Arc::clone(&shared),
-        lateness: LatencyHistogram::new(),
-        duration: LatencyHistogram::new(),
-    };
-    (TickTimesSink(shared), counter)
-}
+impl TimeCounter {
+    /// The distribution at present. While the loop counts, a tick may be missing in it.
+    pub(super) fn histogram(&self) -> TimeHistogram {
+        let mut histogram = TimeHistogram { max_ns: self.max_ns.load(Ordering::Acquire), ..TimeHistogram::default() };
+        for (count, counter) in histogram.counts.iter_mut().zip(&self.counts) {
+            *count = counter.load(Ordering::Relaxed);
+        }
+        histogram
+    }
 
-impl TickTimesSink {
-    /// Hands the times of one tick over.
-    pub(super) fn record(&self, times: TickTimes) {
-        if self.0.queue.push(times).is_err() {
-            self.0.dropped.fetch_add(1, Ordering::Relaxed);
+    /// Only one thread counts, so loading and storing need not be one step.
+    fn record(&self, time_ns: u64) {
+        let counter = &self.counts[TimeHistogram::bucket_of(time_ns)];
+        counter.store(counter.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
+        if time_ns > self.max_ns.load(Ordering::Relaxed) {
+            self.max_ns.store(time_ns, Ordering::Release);
         }
     }
 }
 
-impl TickTimesCounter {
-    /// Counts what has been handed over since the last call.
-    pub(super) fn collect(&mut self) {
-        while let Some(TickTimes { lateness_ns, duration_ns }) = self.shared.queue.pop() {
-            self.lateness.record(lateness_ns);
-            self.duration.record(duration_ns);
+impl Default for TimeCounter {
+    fn default() -> Self {
+        Self { max_ns: AtomicU64::new(0), counts: [const { AtomicU64::new(0) }; TimeHistogram::BUCKETS] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_loop_counts_is_what_the_other_thread_sees() {
+        let times = Arc::new(TickTimes::default());
+        let mut recorder = TickTimesRecorder::new(Arc::clone(&times));
+        let (mut lateness, mut duration) = (TimeHistogram::default(), TimeHistogram::default());
+        for time_ns in [0, 5, 31_000, 31_001, 1 << 50] {
+            recorder.record(time_ns, time_ns / 3);
+            lateness.record(time_ns);
+            duration.record(time_ns / 3);
         }
-    }
-
-    /// From the releases to the starts of their ticks, as counted so far.
-    pub(super) fn lateness(&self) -> &LatencyHistogram {
-        &self.lateness
-    }
-
-    /// From the starts of the ticks to their ends, as counted so far.
-    pub(super) fn duration(&self) -> &LatencyHistogram {
-        &self.duration
-    }
-
-    /// Ticks that were not counted because this end was too slow.
-    pub(super) fn dropped(&self) -> u64 {
-        self.shared.dropped.load(Ordering::Relaxed)
+        assert_eq!((times.lateness.histogram(), times.duration.histogram()), (lateness, duration));
     }
 }

@@ -58,6 +58,10 @@ class CommandReply(ctypes.Structure):
         return "bench_dragon.CommandReply.v1"
 
 
+class TimeHistogram(ctypes.Structure):
+    _fields_ = [("max_ns", ctypes.c_uint64), ("counts", ctypes.c_uint64 * 1024)]
+
+
 class Status(ctypes.Structure):
     _fields_ = [
         ("run_id", ctypes.c_uint64),
@@ -68,12 +72,18 @@ class Status(ctypes.Structure):
         ("lateness_p99_ns", ctypes.c_uint64),
         ("lateness_p999_ns", ctypes.c_uint64),
         ("lateness_max_ns", ctypes.c_uint64),
+        ("tick_p50_ns", ctypes.c_uint64),
+        ("tick_p99_ns", ctypes.c_uint64),
+        ("tick_p999_ns", ctypes.c_uint64),
+        ("tick_max_ns", ctypes.c_uint64),
         ("granted_to_m", ctypes.c_double),
         ("asked_m", ctypes.c_double),
         ("rate_hz", ctypes.c_uint32),
         ("state", ctypes.c_uint32),
         ("pid", ctypes.c_uint32),
         ("reserved", ctypes.c_uint32),
+        ("lateness", TimeHistogram),
+        ("tick_time", TimeHistogram),
     ]
 
     @staticmethod

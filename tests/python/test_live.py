@@ -117,6 +117,12 @@ def test_the_status_is_the_servers(node):
     status = service(node, "bench-dragon/status").publish_subscribe(Status).open()
     value = latest(status.subscriber_builder().create()).payload().contents
     assert (value.run_id, value.rate_hz, value.state) == (next(joined(node))[0].run_id, 20, 0)
+    for histogram, median_ns, max_ns in (
+        (value.lateness, value.lateness_p50_ns, value.lateness_max_ns),
+        (value.tick_time, value.tick_p50_ns, value.tick_max_ns),
+    ):
+        assert median_ns <= max_ns == histogram.max_ns
+        assert sum(histogram.counts) >= value.tick
 
 
 def call(node, kind, value=0.0):
