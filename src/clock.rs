@@ -27,6 +27,17 @@ pub fn sleep_precisely() {
     let _ = set_current_timer_slack(NonZeroU64::new(1));
 }
 
+/// Keeps the processor busy until `CLOCK_MONOTONIC` reaches `deadline_ns`. Returns the clock then.
+pub fn spin_until(deadline_ns: u64) -> u64 {
+    loop {
+        let now_ns = monotonic_ns();
+        if now_ns >= deadline_ns {
+            return now_ns;
+        }
+        std::hint::spin_loop();
+    }
+}
+
 /// Sleeps until `CLOCK_MONOTONIC` reaches `deadline_ns`. Returns false where a signal ended the sleep early.
 pub fn sleep_until(deadline_ns: u64) -> bool {
     let deadline =

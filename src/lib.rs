@@ -10,8 +10,8 @@
 //! | [`route`] | the curves that the handles follow |
 //!
 //! Beside them: [`config`] (the validated TOML document), [`report`] (what the processes say), [`table`] (answers in rows
-//! and columns), [`figure`] (answers for print), [`histogram`], [`clock`], [`stop`] and [`number`]. The bus is the crate
-//! `bench_dragon_ipc`.
+//! and columns), [`figure`] (answers for print), [`histogram`], [`clock`], [`processors`], [`stop`] and [`number`]. The
+//! bus is the crate `bench_dragon_ipc`.
 
 pub mod clock;
 pub mod config;
@@ -22,6 +22,7 @@ pub mod histogram;
 pub mod monitor;
 pub mod number;
 pub mod plan;
+pub mod processors;
 pub mod record;
 pub mod report;
 pub mod route;

@@ -7,7 +7,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use bench_dragon::config::{RATE_HZ, TIME_SCALE};
+use bench_dragon::config::{CPU, Priority, PriorityError, RATE_HZ, SPIN_US, TIME_SCALE};
 use bench_dragon_ipc::service::MAX_READERS;
 use bench_dragon_ipc::{Instance, Request};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -47,6 +47,7 @@ pub(crate) enum Command {
     #[command(after_help = "Examples:
   bench-dragon serve
   bench-dragon serve --config stage.toml --rate 250 --start-at 120 --held
+  bench-dragon serve --cpu 1 --priority fifo:80
   bench-dragon serve --guarded                moves only while a guard runs: monitor --guard")]
     Serve(ServeArgs),
     /// Watch for benches that come near, touch and part.
@@ -150,6 +151,22 @@ pub(crate) struct PaceArgs {
     /// Show time in seconds to end at.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) until: Option<f64>,
+    #[command(flatten)]
+    pub(crate) real_time: RealTimeArgs,
+}
+
+/// What a server asks of the kernel to keep its schedule.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct RealTimeArgs {
+    /// Keep the server's loop on this processor.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = cpu)]
+    pub(crate) cpu: Option<u32>,
+    /// Run the server's loop as other, fifo:N or rr:N, N from 1 to 99, and lock its memory unless as other.
+    #[arg(long, value_name = "POLICY", value_parser = priority)]
+    pub(crate) priority: Option<Priority>,
+    /// Microseconds before each release from which on the server's loop does not sleep but spins, 0 to 1000.
+    #[arg(long, value_name = "MICROSECONDS", allow_negative_numbers = true, value_parser = spin)]
+    pub(crate) spin_us: Option<u32>,
 }
 
 /// Arguments of `show`.
@@ -353,6 +370,18 @@ fn finite(text: &str) -> Result<f64, String> {
 
 fn rate(text: &str) -> Result<u32, String> {
     within(text, &RATE_HZ)
+}
+
+fn cpu(text: &str) -> Result<u32, String> {
+    within(text, &CPU)
+}
+
+fn priority(text: &str) -> Result<Priority, PriorityError> {
+    text.parse()
+}
+
+fn spin(text: &str) -> Result<u32, String> {
+    within(text, &SPIN_US)
 }
 
 fn time_scale(text: &str) -> Result<f64, String> {

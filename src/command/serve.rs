@@ -2,16 +2,18 @@
 
 use std::process::ExitCode;
 
+use anyhow::Context as _;
 use bench_dragon::config::{Config, Overrides, RoutePlan};
 use bench_dragon::dragon::RunEnd;
 use bench_dragon::histogram::Percentiles;
 use bench_dragon::number::Number;
+use bench_dragon::processors::Processors;
 use bench_dragon::report::ServeLine;
 use bench_dragon::server::{Server, ServerSettings, ServerSummary};
 use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{Domain, Request};
 
-use crate::cli::{ConfigArgs, Format, PaceArgs, ServeArgs};
+use crate::cli::{ConfigArgs, Format, PaceArgs, RealTimeArgs, ServeArgs};
 use crate::command::output::{complain, print_json, print_line};
 use crate::command::parent::follow_parent;
 use crate::command::{BadInput, load_config};
@@ -29,10 +31,23 @@ pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The configuration with the flags over it.
+/// The configuration with the flags over it, for a server on this machine.
 pub(crate) fn configure(args: &ConfigArgs, pace: &PaceArgs, guard: bool) -> anyhow::Result<Config> {
-    let overrides = Overrides { rate_hz: pace.rate, time_scale: pace.time_scale, guard };
-    load_config(args, overrides)
+    let RealTimeArgs { cpu, priority, spin_us } = pace.real_time;
+    let overrides = Overrides { rate_hz: pace.rate, time_scale: pace.time_scale, cpu, priority, spin_us, guard };
+    let config = load_config(args, overrides)?;
+    check_cpu(&config)?;
+    Ok(config)
+}
+
+/// Checks that the server's loop may run where it is to.
+fn check_cpu(config: &Config) -> anyhow::Result<()> {
+    let Some(cpu) = config.cpu() else { return Ok(()) };
+    let allowed = Processors::of_this_process().context("cannot tell the processors")?;
+    if allowed.contains(cpu) {
+        return Ok(());
+    }
+    Err(BadInput(format!("cpu is {cpu}, must be one that this process may run on: {allowed}")).into())
 }
 
 /// Checks the start and the end of a show that walks at the planned speed.

@@ -8,6 +8,7 @@ use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
 use serde::{Deserialize, Serialize};
 
 use super::error::ConfigError;
+use super::priority::Priority;
 use super::route_table::RouteTable;
 
 /// Longest document in bytes: what a description carries.
@@ -47,6 +48,10 @@ pub(super) struct HeadTable {
 pub(super) struct ServeTable {
     pub(super) rate_hz: u32,
     pub(super) time_scale: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) cpu: Option<u32>,
+    pub(super) priority: Priority,
+    pub(super) spin_us: u32,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -71,7 +76,7 @@ impl Default for HeadTable {
 
 impl Default for ServeTable {
     fn default() -> Self {
-        Self { rate_hz: 1000, time_scale: 1.0 }
+        Self { rate_hz: 1000, time_scale: 1.0, cpu: None, priority: Priority::Other, spin_us: 0 }
     }
 }
 

@@ -5,6 +5,7 @@
 
 mod document;
 mod error;
+mod priority;
 mod route_plan;
 mod route_table;
 
@@ -15,6 +16,7 @@ use std::sync::Arc;
 use crate::dragon::{Dimensions, Dragon, RunEnd};
 
 pub use error::ConfigError;
+pub use priority::{Priority, PriorityError, REAL_TIME_PRIORITY};
 pub use route_plan::{RoutePlan, SpiralPlan, TurnaroundPlan};
 
 use document::{Document, DragonTable, parse, read};
@@ -24,6 +26,10 @@ use route_table::RouteTable;
 pub const RATE_HZ: RangeInclusive<u32> = 1..=100_000;
 /// Show seconds a wall-clock second that a server may run at.
 pub const TIME_SCALE: RangeInclusive<f64> = 0.001..=1000.0;
+/// Processors that a server may be pinned to, as the kernel numbers them: as many as it can tell apart.
+pub const CPU: RangeInclusive<u32> = 0..=1023;
+/// Microseconds that a server may spin before each release.
+pub const SPIN_US: RangeInclusive<u32> = 0..=1000;
 /// Speeds of the head that a show may be planned with, in metres per show second.
 pub const HEAD_SPEED_MPS: RangeInclusive<f64> = 0.001..=10.0;
 /// Greatest accelerations of the head that a show may be planned with, in m/s².
@@ -40,6 +46,12 @@ pub struct Overrides {
     pub rate_hz: Option<u32>,
     /// Show seconds per wall-clock second.
     pub time_scale: Option<f64>,
+    /// The processor that the server's loop runs on.
+    pub cpu: Option<u32>,
+    /// How the kernel schedules the server's loop.
+    pub priority: Option<Priority>,
+    /// Microseconds that the server's loop spins before each release.
+    pub spin_us: Option<u32>,
     /// Whether a guard is to keep the benches apart, where the document does not ask for it already.
     pub guard: bool,
 }
@@ -105,6 +117,21 @@ impl Config {
         self.time_scale() / f64::from(self.rate_hz())
     }
 
+    /// The processor that the server's loop is to run on, where it is to stay on one.
+    pub fn cpu(&self) -> Option<u32> {
+        self.document.serve.cpu
+    }
+
+    /// How the kernel is to schedule the server's loop.
+    pub fn priority(&self) -> Priority {
+        self.document.serve.priority
+    }
+
+    /// Microseconds before each release from which on the server's loop does not sleep but spins.
+    pub fn spin_us(&self) -> u32 {
+        self.document.serve.spin_us
+    }
+
     /// Clearance in metres from which on the monitor warns.
     pub fn near_m(&self) -> f64 {
         self.document.monitor.near_m
@@ -161,6 +188,13 @@ impl Config {
         let serve = &mut document.serve;
         serve.rate_hz = overrides.rate_hz.unwrap_or(serve.rate_hz);
         serve.time_scale = overrides.time_scale.unwrap_or(serve.time_scale);
+        serve.cpu = overrides.cpu.or(serve.cpu);
+        serve.priority = overrides.priority.unwrap_or(serve.priority);
+        serve.spin_us = overrides.spin_us.unwrap_or(serve.spin_us);
+        require_whole("serve", "rate_hz", serve.rate_hz, &RATE_HZ)?;
+        require("serve", "time_scale", serve.time_scale, &TIME_SCALE)?;
+        serve.cpu.map_or(Ok(()), |cpu| require_whole("serve", "cpu", cpu, &CPU))?;
+        require_whole("serve", "spin_us", serve.spin_us, &SPIN_US)?;
         document.monitor.guard |= overrides.guard;
         let rates = f64::from(*RATE_HZ.start())..=f64::from(*RATE_HZ.end());
         require("serve", "rate_hz", f64::from(document.serve.rate_hz), &rates)?;
@@ -185,6 +219,15 @@ fn dimensions(table: &DragonTable) -> Result<Dimensions, ConfigError> {
     let DragonTable { benches, head_length_m, body_length_m, width_m, hole_offset_m } = *table;
     let benches = usize::try_from(benches).unwrap_or(usize::MAX);
     Dimensions::new(benches, head_length_m, body_length_m, width_m, hole_offset_m).map_err(ConfigError::Dimensions)
+}
+
+fn require_whole(
+    table: &'static str,
+    key: &'static str,
+    value: u32,
+    allowed: &RangeInclusive<u32>,
+) -> Result<(), ConfigError> {
+    require(table, key, f64::from(value), &(f64::from(*allowed.start())..=f64::from(*allowed.end())))
 }
 
 fn require(
@@ -216,7 +259,7 @@ mod tests {
 
     #[test]
     fn the_written_document_reads_back_the_same() {
-        let text = "[route]\npitch_m = 0.6000000000000001\n[serve]\nrate_hz = 250\n";
+        let text = "[route]\npitch_m = 0.6000000000000001\n[serve]\nrate_hz = 250\ncpu = 3\npriority = \"fifo:80\"\nspin_us = 9\n";
         let config = Config::from_toml(text).expect("the text is valid");
         let again = Config::from_toml(&config.to_toml()).expect("its own text is valid");
         assert_eq!(again.document, config.document);
@@ -234,6 +277,7 @@ mod tests {
 
     #[test]
     fn flags_override_the_document() {
+        let overrides = Overrides { rate_hz: Some(50), time_scale: Some(20.0), ..Overrides::default() };
         let overrides = Overrides { rate_hz: Some(50), time_scale: Some(20.0), guard: false };
         let config = Config::load(None, overrides).expect("both are in range");
         assert_eq!((config.rate_hz(), config.time_scale()), (50, 20.0));
@@ -251,6 +295,12 @@ mod tests {
             ("[serve]\nrate_hz = 0", "[serve] rate_hz is 0, must be from 1 to 100000"),
             ("[serve]\nrate_hz = 10000000", "[serve] rate_hz is 10000000, must be from 1 to 100000"),
             ("[serve]\ntime_scale = nan", "[serve] time_scale is NaN, must be from 0.001 to 1000"),
+            ("[serve]\ncpu = 1024", "[serve] cpu is 1024, must be from 0 to 1023"),
+            ("[serve]\nspin_us = 1001", "[serve] spin_us is 1001, must be from 0 to 1000"),
+            (
+                "[serve]\npriority = \"fifo\"",
+                "line 2, `priority = \"fifo\"`: priority is \"fifo\", must be other, fifo:N or rr:N, N from 1 to 99",
+            ),
             ("[head]\nspeed_mps = -1.0", "[head] speed_mps is -1, must be from 0.001 to 10"),
             ("[dragon]\nbenches = 0", "[dragon] benches is 0, must be"),
             ("[dragon]\nhole_offset_m = 1.2", "[dragon] hole_offset_m is 1.2, must be"),

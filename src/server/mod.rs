@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use bench_dragon_ipc::service::{AlertService, EventService, Member, Role};
 use bench_dragon_ipc::{BusError, Description, Domain, Request, ShowState, SourceLock, Status};
 
-use crate::clock::{monotonic_ns, sleep_precisely, sleep_until};
+use crate::clock::{monotonic_ns, sleep_until, spin_until};
 use crate::config::Config;
 use crate::histogram::Percentiles;
 
@@ -20,6 +20,7 @@ pub mod schedule;
 
 mod command_server;
 mod frame_publisher;
+mod real_time;
 mod reporter;
 mod simulation;
 mod tick_times;
@@ -132,25 +133,29 @@ impl Server {
         self.run_id
     }
 
-    /// Publishes frame after frame until `stop` is set, a client asks for it, or the show time to end at is reached.
+    /// Publishes frame after frame, on the calling thread, until `stop` is set, a client asks for it, or the show time to
+    /// end at is reached.
+    ///
+    /// The thread takes on the processor and the priority of the configuration, as far as it may, and keeps them.
     ///
     /// # Errors
     /// [`BusError::Failed`] where a frame cannot be published.
     pub fn run(mut self, stop: &AtomicBool) -> Result<ServerSummary, BusError> {
-        sleep_precisely();
+        real_time::settle(&self.settings.config);
         let stopped_before = self.wait_for_readers(stop);
         let mut schedule = Schedule::new(monotonic_ns() + LEAD.as_nanos() as u64, self.settings.config.rate_hz());
         let mut tick = 0;
         if stopped_before {
             return Ok(self.finish(tick, &schedule));
         }
+        let spin_ns = u64::from(self.settings.config.spin_us()) * 1000;
         while !stop.load(Ordering::Relaxed) {
-            while !sleep_until(schedule.due_ns()) {
+            while !sleep_until(schedule.due_ns() - spin_ns) {
                 if stop.load(Ordering::Relaxed) {
                     return Ok(self.finish(tick, &schedule));
                 }
             }
-            let begun_ns = monotonic_ns();
+            let begun_ns = spin_until(schedule.due_ns());
             let asked_to_stop = self.tick(tick, &schedule)?;
             tick += 1;
             let ended_ns = monotonic_ns();

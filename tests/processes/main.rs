@@ -24,6 +24,7 @@ mod process;
 mod python;
 mod reader;
 mod readers_end;
+mod real_time;
 mod record;
 mod restart;
 mod second_server;

@@ -1,0 +1,83 @@
+//! The machine's processors, as the kernel numbers them.
+
+use std::fmt;
+use std::io;
+
+use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+
+/// A set of processors. Shown as the kernel's tools do: `0-3,6`.
+#[derive(Clone, Copy)]
+pub struct Processors(CpuSet);
+
+impl Processors {
+    /// Those that this thread may run on.
+    ///
+    /// # Errors
+    /// The operating system's reason.
+    pub fn of_this_process() -> io::Result<Self> {
+        Ok(Self(sched_getaffinity(None)?))
+    }
+
+    /// Whether this one is among them.
+    pub fn contains(&self, cpu: u32) -> bool {
+        (cpu as usize) < CpuSet::MAX_CPU && self.0.is_set(cpu as usize)
+    }
+}
+
+/// Keeps this thread on one processor; other threads of the process stay free.
+///
+/// # Errors
+/// The operating system's reason: there is no such processor, or it is not this process's to use.
+pub fn keep_on(cpu: u32) -> io::Result<()> {
+    if cpu as usize >= CpuSet::MAX_CPU {
+        return Err(io::ErrorKind::InvalidInput.into());
+    }
+    let mut only = CpuSet::new();
+    only.set(cpu as usize);
+    Ok(sched_setaffinity(None, &only)?)
+}
+
+impl fmt::Display for Processors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut separator = "";
+        let mut next = 0;
+        while let Some(first) = (next..CpuSet::MAX_CPU).find(|&cpu| self.0.is_set(cpu)) {
+            next = (first..CpuSet::MAX_CPU).find(|&cpu| !self.0.is_set(cpu)).unwrap_or(CpuSet::MAX_CPU);
+            write!(f, "{separator}{first}")?;
+            if next - first > 1 {
+                write!(f, "-{}", next - 1)?;
+            }
+            separator = ",";
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Debug for Processors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Processors({self})")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn set(cpus: &[usize]) -> Processors {
+        let mut set = CpuSet::new();
+        cpus.iter().for_each(|&cpu| set.set(cpu));
+        Processors(set)
+    }
+
+    #[test]
+    fn neighbours_are_shown_as_a_range() {
+        assert_eq!(set(&[0, 1, 2, 3, 6, 1022, 1023]).to_string(), "0-3,6,1022-1023");
+        assert_eq!(set(&[5]).to_string(), "5");
+    }
+
+    #[test]
+    fn a_number_beyond_what_the_kernel_tells_apart_is_in_no_set() {
+        let all: Vec<usize> = (0..CpuSet::MAX_CPU).collect();
+        assert!(set(&all).contains(1023) && !set(&all).contains(1024) && !set(&[1]).contains(0));
+    }
+}
