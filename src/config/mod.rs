@@ -196,9 +196,6 @@ impl Config {
         serve.cpu.map_or(Ok(()), |cpu| require_whole("serve", "cpu", cpu, &CPU))?;
         require_whole("serve", "spin_us", serve.spin_us, &SPIN_US)?;
         document.monitor.guard |= overrides.guard;
-        let rates = f64::from(*RATE_HZ.start())..=f64::from(*RATE_HZ.end());
-        require("serve", "rate_hz", f64::from(document.serve.rate_hz), &rates)?;
-        require("serve", "time_scale", document.serve.time_scale, &TIME_SCALE)?;
         require("head", "speed_mps", document.head.speed_mps, &HEAD_SPEED_MPS)?;
         if let Some(accel_mps2) = document.head.accel_mps2 {
             require("head", "accel_mps2", accel_mps2, &HEAD_ACCEL_MPS2)?;
@@ -278,7 +275,6 @@ mod tests {
     #[test]
     fn flags_override_the_document() {
         let overrides = Overrides { rate_hz: Some(50), time_scale: Some(20.0), ..Overrides::default() };
-        let overrides = Overrides { rate_hz: Some(50), time_scale: Some(20.0), guard: false };
         let config = Config::load(None, overrides).expect("both are in range");
         assert_eq!((config.rate_hz(), config.time_scale()), (50, 20.0));
     }

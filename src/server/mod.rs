@@ -22,6 +22,7 @@ mod command_server;
 mod frame_publisher;
 mod real_time;
 mod reporter;
+mod service_manager;
 mod simulation;
 mod tick_times;
 
@@ -113,7 +114,7 @@ impl Server {
         let description = Description { run_id, toml: settings.config.to_toml() };
         let (reporter, gauges) =
             Reporter::start(domain.clone(), description, bench_count, settings.config.rate_hz(), Arc::clone(&times))?;
-        Ok(Self {
+        let server = Self {
             simulation: Simulation::new(settings.config.dragon().clone(), plan(&settings, run_id)),
             frames: FramePublisher::create(domain, &member, bench_count)?,
             commands: CommandServer::create(&member)?,
@@ -125,7 +126,9 @@ impl Server {
             times: TickTimesRecorder::new(times),
             settings,
             run_id,
-        })
+        };
+        service_manager::ready();
+        Ok(server)
     }
 
     /// The run's number.
@@ -200,6 +203,7 @@ impl Server {
 
     fn tell_reporter(&self, tick: u64, schedule: &Schedule) {
         let head = self.simulation.head();
+        self.gauges.beats.fetch_add(1, Ordering::Relaxed);
         self.gauges.tick.store(tick, Ordering::Release);
         self.gauges.sim_time_ns.store(head.sim_time_ns, Ordering::Relaxed);
         self.gauges.state.store(head.state.to_wire(), Ordering::Relaxed);
@@ -228,12 +232,14 @@ impl Server {
             if self.take_commands(0) {
                 return true;
             }
+            self.gauges.beats.fetch_add(1, Ordering::Relaxed);
             std::thread::sleep(POLL_PERIOD);
         }
         false
     }
 
     fn finish(self, frames: u64, schedule: &Schedule) -> ServerSummary {
+        service_manager::stopping();
         let sim_time_s = self.simulation.head().sim_time_ns as f64 * 1e-9;
         let TimesOfAll { lateness_us, tick_us } = self.reporter.finish();
         ServerSummary { run_id: self.run_id, frames, sim_time_s, overruns: schedule.overruns(), lateness_us, tick_us }

@@ -6,12 +6,13 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use bench_dragon_ipc::service::{self, Member, Role};
-use bench_dragon_ipc::{BusError, Description, Domain, Status};
+use bench_dragon_ipc::{BusError, Description, Domain, ShowState, Status};
 use crossbeam::channel::{self, Sender};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::update_connections::UpdateConnections as _;
 
 use crate::histogram::Percentiles;
+use crate::server::service_manager::ServiceManager;
 use crate::server::tick_times::TickTimes;
 
 /// How often the status is published and late joiners are given the description.
@@ -28,6 +29,8 @@ pub(super) struct LoopGauges {
     pub(super) state: AtomicU32,
     /// Releases skipped so far.
     pub(super) overruns: AtomicU64,
+    /// Counted up by the loop with every turn, so that it is seen to live.
+    pub(super) beats: AtomicU64,
     /// Travel that a guarded head may walk to, the bits of a double.
     pub(super) granted_to_m: AtomicU64,
     /// Travel that a guarded head was asked to be put at, the bits of a double.
@@ -45,8 +48,17 @@ impl LoopGauges {
             overruns: AtomicU64::default(),
             granted_to_m: none(),
             asked_m: none(),
+            beats: AtomicU64::default(),
             finished: AtomicBool::default(),
         }
+    }
+
+    /// How the show stands, in one line.
+    fn in_words(&self) -> String {
+        let state = ShowState::from_wire(self.state.load(Ordering::Relaxed)).map_or("", ShowState::name);
+        let sim_time_s = self.sim_time_ns.load(Ordering::Relaxed) as f64 * 1e-9;
+        let (tick, overruns) = (self.tick.load(Ordering::Relaxed), self.overruns.load(Ordering::Relaxed));
+        format!("{state} at {sim_time_s:.1} s, tick {tick}, {overruns} overruns")
     }
 }
 
@@ -92,9 +104,11 @@ impl Reporter {
                 }
             };
             let _ = ready.send(Ok(()));
+            let mut service_manager = ServiceManager::of_environment();
             while !shared.finished.load(Ordering::Acquire) {
                 let _ = woken.recv_timeout(REPORT_PERIOD);
                 report.publish(&shared);
+                service_manager.look(shared.beats.load(Ordering::Relaxed), || shared.in_words());
             }
             report.publish(&shared);
             report.times_of_all()

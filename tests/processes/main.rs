@@ -28,6 +28,7 @@ mod real_time;
 mod record;
 mod restart;
 mod second_server;
+mod service_manager;
 mod show;
 mod signals;
 mod stage;

@@ -1,0 +1,105 @@
+//! What a server tells the service manager that has started it, as `sd_notify(3)` has it. The socket is ours.
+
+use std::os::unix::net::UnixDatagram;
+
+use crate::process::Process;
+use crate::reader::Reader;
+use crate::stage::Stage;
+
+/// The service manager's end.
+struct Listener(UnixDatagram);
+
+impl Listener {
+    /// Starts a server on the stage that knows us.
+    fn start(stage: &Stage, args: &[&str], watchdog_us: Option<u32>) -> (Self, Process) {
+        let path = stage.path("notify");
+        let socket = UnixDatagram::bind(&path).expect("the path is short and free");
+        let mut command = stage.command(&[&["serve", "--format", "json"], args].concat());
+        command.env("NOTIFY_SOCKET", path).env_remove("WATCHDOG_PID").env_remove("WATCHDOG_USEC");
+        command.envs(watchdog_us.map(|watchdog_us| ("WATCHDOG_USEC", watchdog_us.to_string())));
+        (Self(socket), Process::start(command))
+    }
+
+    /// The next message.
+    fn next(&self) -> String {
+        let mut message = [0; 4096];
+        let length = self.0.recv(&mut message).expect("the socket is ours");
+        String::from_utf8(message[..length].to_vec()).expect("text").trim_end().to_owned()
+    }
+
+    /// The next messages up to one that begins so, which comes last.
+    fn until(&self, beginning: &str) -> Vec<String> {
+        let mut messages = vec![self.next()];
+        while !messages.last().is_some_and(|message| message.starts_with(beginning)) {
+            messages.push(self.next());
+        }
+        messages
+    }
+}
+
+#[test]
+fn a_server_tells_when_it_is_ready_that_it_lives_how_it_stands_and_when_it_ends() {
+    let stage = Stage::new();
+    let (manager, mut server) = Listener::start(&stage, &["--rate", "100", "--readers", "1"], Some(400_000));
+    manager.until("READY=1");
+    // The services are there now: a client that was told of it can come.
+    let mut reader = Reader::join(&stage);
+    assert_eq!(server.json()["type"], "started");
+    reader.read_to_tick(3);
+    manager.until("WATCHDOG=1");
+    manager.until("WATCHDOG=1");
+    let messages = manager.until("STATUS=running at ");
+    assert!(messages.last().is_some_and(|status| status.ends_with(" overruns")), "{messages:?}");
+    drop(reader);
+    server.signal(rustix::process::Signal::TERM);
+    manager.until("STOPPING=1");
+    server.end().expect_clean();
+}
+
+#[test]
+fn a_server_that_waits_for_its_readers_lives() {
+    let stage = Stage::new();
+    let (manager, server) = Listener::start(&stage, &["--readers", "1"], Some(4));
+    manager.until("WATCHDOG=1");
+    manager.until("WATCHDOG=1");
+    server.terminate();
+}
+
+#[test]
+fn there_are_no_more_signs_of_life_than_turns_of_the_loop() {
+    let stage = Stage::new();
+    let (manager, server) = Listener::start(&stage, &["--rate", "1", "--until", "2"], Some(4));
+    let messages = manager.until("STOPPING=1");
+    let signs = messages.iter().filter(|message| *message == "WATCHDOG=1").count() as u64;
+    let frames = server.end().expect_clean().last_json()["frames"].as_u64().expect("a number");
+    assert!(0 < signs && signs <= frames, "{signs} signs of {frames} turns: {messages:?}");
+}
+
+#[test]
+fn nobody_who_does_not_watch_is_given_signs_of_life() {
+    let stage = Stage::new();
+    let (manager, server) = Listener::start(&stage, &["--rate", "100", "--until", "0.5"], None);
+    let messages = manager.until("STOPPING=1");
+    assert!(!messages.iter().any(|message| message.starts_with("WATCHDOG")), "{messages:?}");
+    server.end().expect_clean();
+}
+
+#[test]
+fn the_unit_is_one_that_systemd_understands() {
+    let unit = concat!(env!("CARGO_MANIFEST_DIR"), "/packaging/bench-dragon.service");
+    let stage = Stage::new();
+    // Verified with a program that is there, wherever it is going to be installed.
+    let text = std::fs::read_to_string(unit).expect("the unit is in the repository");
+    let installed = text.replace("/usr/local/bin/bench-dragon", env!("CARGO_BIN_EXE_bench-dragon"));
+    assert_ne!(installed, text, "the unit starts the installed program");
+    let path = stage.path("bench-dragon.service");
+    std::fs::write(&path, installed).expect("a file");
+    let verified = std::process::Command::new("systemd-analyze").arg("verify").arg("--man=no").arg(&path).output();
+    match verified {
+        Err(error) => println!("skipped: systemd-analyze: {error}"),
+        Ok(output) => {
+            let complaints = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success() && !complaints.contains("bench-dragon.service"), "{complaints}");
+        }
+    }
+}
