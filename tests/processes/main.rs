@@ -32,4 +32,5 @@ mod service_manager;
 mod show;
 mod signals;
 mod stage;
+mod system_calls;
 mod turnaround;

@@ -1,0 +1,54 @@
+//! What the loop allocates on the heap in steady state.
+//!
+//! A run and one that is longer differ in nothing but their ticks, so the difference of what the loop's thread allocates in each
+//! is what the ticks allocate, to the last one. Allocations of other threads do not count: the reporter may allocate.
+
+use std::sync::atomic::AtomicBool;
+
+use allocation_counter::AllocationInfo;
+use bench_dragon::config::Config;
+use bench_dragon::server::{Server, ServerSettings};
+use bench_dragon_ipc::{Domain, FrameSubscriber, Instance};
+
+/// Ticks by which one run is longer than the other.
+const MORE_TICKS: u64 = 1000;
+
+/// iceoryx2 allocates once for each sample that is loaned, for what keeps the sample's publisher alive.
+const OF_ICEORYX2: u64 = 1;
+
+#[test]
+fn a_tick_allocates_nothing_but_what_iceoryx2_does_for_its_sample() {
+    for spin_us in [0, 100] {
+        let (short, long) = (run(100, spin_us), run(100 + MORE_TICKS, spin_us));
+        assert_eq!(long.count_total - short.count_total, MORE_TICKS * OF_ICEORYX2, "{short:?} {long:?}");
+        assert_eq!(long.count_current, short.count_current, "what a tick allocates it frees: {short:?} {long:?}");
+        assert_eq!(long.count_max, short.count_max, "it never keeps more: {short:?} {long:?}");
+    }
+}
+
+/// What the loop's thread allocates in a run of so many ticks after tick 0, with a reader that falls behind.
+fn run(ticks: u64, spin_us: u32) -> AllocationInfo {
+    const RATE_HZ: u64 = 2000;
+    let name = format!("allocations-{}", std::process::id());
+    let domain = Domain::new(Instance::new(&name).expect("allowed characters")).expect("a short path");
+    let text = format!("[serve]\nrate_hz = {RATE_HZ}\nspin_us = {spin_us}\n");
+    let settings = ServerSettings {
+        config: Config::from_toml(&text).expect("the paper's dragon"),
+        start_s: 0.0,
+        start_travel_m: None,
+        start_speed_mps: None,
+        until_s: Some(ticks as f64 / RATE_HZ as f64),
+        held: false,
+        paused: false,
+        readers: 0,
+    };
+    let server = Server::create(&domain, settings).expect("the instance is this test's own");
+    let reader = FrameSubscriber::open(&domain, "test").expect("the server has made the services");
+    let mut summary = None;
+    let allocations = allocation_counter::measure(|| {
+        summary = Some(server.run(&AtomicBool::new(false)).expect("frames can be published"));
+    });
+    assert_eq!(summary.expect("the server has run").frames, ticks + 1);
+    drop(reader);
+    allocations
+}

@@ -1,0 +1,118 @@
+//! The system calls of the server's loop in steady state, one by one: the test stops the loop at each.
+#![cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+
+use nix::libc::{SYS_clock_nanosleep, SYS_sendto, c_long};
+use nix::sys::ptrace::{self, Options};
+use nix::sys::wait::{WaitPidFlag, WaitStatus, waitpid};
+use nix::unistd::Pid;
+
+use bench_dragon_ipc::FrameSubscriber;
+
+use crate::process::Process;
+use crate::reader::Reader;
+use crate::stage::Stage;
+
+/// Ticks that are looked at: more than a reader's buffer holds, and the status is published now and then meanwhile.
+const TICKS: u64 = 500;
+
+/// A thread that runs from one system call to the next. The first thread of a process is the loop's.
+struct Traced(Pid);
+
+impl Traced {
+    /// Takes hold of the loop at its next sleep; `None`, which is told, where the kernel does not allow it.
+    fn at_sleep(process: &Process) -> Option<Self> {
+        let pid = Pid::from_raw(process.pid() as i32);
+        if let Err(error) = ptrace::seize(pid, Options::PTRACE_O_TRACESYSGOOD) {
+            println!("skipped: ptrace: {error}");
+            return None;
+        }
+        ptrace::interrupt(pid).expect("it was seized");
+        waitpid(pid, Some(WaitPidFlag::__WALL)).expect("it is our child");
+        let traced = Self(pid);
+        while traced.next() != SYS_clock_nanosleep {}
+        Some(traced)
+    }
+
+    /// Runs until the loop is about to enter a system call, and says which. It is not past it when this returns.
+    fn next(&self) -> c_long {
+        loop {
+            self.run();
+            let number = self.number();
+            if self.is_entering() {
+                return number;
+            }
+        }
+    }
+
+    /// Runs to the next entry into a system call or return from one.
+    fn run(&self) {
+        ptrace::syscall(self.0, None).expect("it is stopped");
+        let status = waitpid(self.0, Some(WaitPidFlag::__WALL)).expect("it is our child");
+        assert!(matches!(status, WaitStatus::PtraceSyscall(_)), "{status:?}");
+    }
+
+    fn is_entering(&self) -> bool {
+        const PTRACE_SYSCALL_INFO_ENTRY: u8 = 1;
+        ptrace::syscall_info(self.0).expect("it is stopped").op == PTRACE_SYSCALL_INFO_ENTRY
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    fn number(&self) -> c_long {
+        ptrace::getregs(self.0).expect("it is stopped").orig_rax.cast_signed()
+    }
+
+    #[cfg(target_arch = "aarch64")]
+    fn number(&self) -> c_long {
+        ptrace::getregs(self.0).expect("it is stopped").regs[8].cast_signed()
+    }
+
+    fn let_go(self) {
+        ptrace::detach(self.0, None).expect("it is stopped");
+    }
+}
+
+#[test]
+fn a_tick_takes_one_system_call_which_is_its_sleep() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--readers", "1"]);
+    // It only polls, so that there is nobody to wake.
+    let mut reader = FrameSubscriber::open(stage.domain(), "test").expect("a server has made the services");
+    let mut last_tick = || loop {
+        if let Some(frame) = reader.latest().expect("the bus is readable") {
+            return frame.header().tick;
+        }
+    };
+    last_tick();
+    let Some(traced) = Traced::at_sleep(&server.process) else {
+        server.stop();
+        return;
+    };
+    let first = last_tick();
+    for tick in 0..TICKS {
+        assert_eq!(traced.next(), SYS_clock_nanosleep, "after {tick} ticks");
+    }
+    assert_eq!(last_tick() - first, TICKS);
+    traced.let_go();
+    drop(reader);
+    server.stop();
+}
+
+#[test]
+fn a_woken_reader_takes_one_more() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--readers", "1"]);
+    let mut reader = Reader::join(&stage);
+    reader.read_to_tick(3);
+    let Some(traced) = Traced::at_sleep(&server.process) else {
+        server.stop();
+        return;
+    };
+    for tick in 0..TICKS {
+        assert_eq!([traced.next(), traced.next()], [SYS_sendto, SYS_clock_nanosleep], "after {tick} ticks");
+        // Takes the frame and its wake-up, as a reader does.
+        reader.next();
+    }
+    traced.let_go();
+    drop(reader);
+    server.stop();
+}
