@@ -58,23 +58,27 @@ fn check_sizes(args: &RecordArgs) -> Result<(), BadInput> {
 }
 
 fn repair_one(args: &RecordArgs) -> anyhow::Result<ExitCode> {
-    let Repair { path, frames, was_unfinished, kept } = repair(&args.file)?;
+    let Repair { path, frames, was_unfinished, skipped_bytes, kept } = repair(&args.file)?;
     let done = if was_unfinished { "finished" } else { "was finished already" };
     match args.format.format {
         Format::Text => {
-            print_line(format_args!("{} {done}: {frames} frames{}", path.display(), kept_text(kept.as_deref())))?;
+            let kept = kept_text(skipped_bytes, kept.as_deref());
+            print_line(format_args!("{} {done}: {frames} frames{kept}", path.display()))?;
         }
-        Format::Json => print_json(
-            &serde_json::json!({ "file": path, "frames": frames, "repaired": was_unfinished, "kept": kept }),
-        )?,
+        Format::Json => print_json(&serde_json::json!({ "file": path, "frames": frames, "repaired": was_unfinished,
+                "skipped_bytes": skipped_bytes, "kept": kept }))?,
     }
     Ok(ExitCode::SUCCESS)
 }
 
 /// What is told of a damaged file that was kept.
-fn kept_text(kept: Option<&Path>) -> String {
-    let text = |kept: &Path| format!("; there was more behind damage, so the old file is kept as {}", kept.display());
-    kept.map_or_else(String::new, text)
+fn kept_text(skipped_bytes: u64, kept: Option<&Path>) -> String {
+    let Some(kept) = kept else { return String::new() };
+    let damage = match skipped_bytes {
+        0 => "there is more behind damage".to_owned(),
+        bytes => format!("{bytes} bytes are damaged and were passed over"),
+    };
+    format!("; {damage}, so the old file is kept as {}", kept.display())
 }
 
 /// Finishes what killed recorders left in the folder of a new recording, and says so. What cannot be repaired does not
@@ -83,8 +87,8 @@ pub(crate) fn repair_around(file: &Path) {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     for repaired in repair_folder(folder).unwrap_or_default() {
         match repaired {
-            Ok(Repair { path, frames, kept, .. }) => {
-                let (path, kept) = (path.display(), kept_text(kept.as_deref()));
+            Ok(Repair { path, frames, skipped_bytes, kept, .. }) => {
+                let (path, kept) = (path.display(), kept_text(skipped_bytes, kept.as_deref()));
                 complain(&format!("finished {path}, which a killed recorder left: {frames} frames{kept}"));
             }
             Err(error) => tracing::warn!("{:#}", anyhow::Error::from(error)),

@@ -20,7 +20,8 @@ const READ_BUFFER_BYTES: usize = 1 << 20;
 /// The frames of a recording in the order in which they were recorded.
 ///
 /// Reads as it goes, one chunk in memory at a time, and needs no index: a recording that was never finished, or was cut
-/// off anywhere, yields every frame of its whole chunks and then ends; [`FrameReader::was_cut`] tells.
+/// off anywhere, yields every frame of its whole chunks and then ends; [`FrameReader::was_cut`] tells. A damaged chunk is
+/// passed over; [`FrameReader::skipped_bytes`] tells.
 #[derive(Debug)]
 pub struct FrameReader {
     path: PathBuf,
@@ -100,6 +101,11 @@ impl FrameReader {
         matches!(self.records.ending(), Some(Ending::Cut | Ending::Damaged))
     }
 
+    /// Bytes of the damaged chunks that were passed over so far; what was in them is missing among the frames.
+    pub fn skipped_bytes(&self) -> u64 {
+        self.records.skipped_bytes()
+    }
+
     fn next_record(&mut self) -> Result<Option<Record<'static>>, ReadError> {
         self.records.next().map_err(|source| ReadError::Io { path: self.path.clone(), source })
     }
@@ -113,7 +119,8 @@ impl FrameReader {
                 }
                 Record::Message { header, data } if Some(header.channel_id) == self.frame_channel => {
                     let not_a_frame = || ReadError::NotAFrame { path: self.path.clone() };
-                    let (frame, handles) = cdr::decode_frame(&data).ok_or_else(not_a_frame)?;
+                    let decoded = cdr::decode_frame(&data);
+                    let (frame, handles) = decoded.filter(is_whole).ok_or_else(not_a_frame)?;
                     return Ok(Some(RecordedFrame { log_time_ns: header.log_time, header: frame, handles }));
                 }
                 _ => {}
@@ -121,6 +128,11 @@ impl FrameReader {
         }
         Ok(None)
     }
+}
+
+/// Whether a frame has the handles that it says.
+fn is_whole((header, handles): &(FrameHeader, Vec<HandleState>)) -> bool {
+    handles.len() == header.bench_count as usize + 1
 }
 
 impl Iterator for FrameReader {

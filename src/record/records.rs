@@ -1,4 +1,4 @@
-//! The records of an MCAP file in order, up to its end or to where it is damaged.
+//! The records of an MCAP file in order, up to its end or to where it can no longer be followed.
 
 use std::{
     fmt,
@@ -7,12 +7,14 @@ use std::{
 
 use mcap::{
     McapError,
-    records::Record,
+    records::{ChunkHeader, Record, op},
     sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions},
 };
+use zstd::bulk::Decompressor;
 
-/// A record or chunk that claims to be longer is taken for damage: ours are of about a megabyte.
-const LONGEST_RECORD_BYTES: usize = 256 << 20;
+/// A record, or a chunk unpacked, that claims to be longer is taken for damage: ours are of about a megabyte, and of
+/// eleven where a frame has the most benches that there may be.
+const LONGEST_RECORD_BYTES: usize = 64 << 20;
 
 /// How the records of a file end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,22 +27,26 @@ pub(super) enum Ending {
     Damaged,
 }
 
-/// Reads records one by one; a chunk is checked as a whole before anything of it is given out.
+/// Reads records one by one; a chunk is checked as a whole before anything of it is given out, and passed over where it
+/// is damaged.
 ///
 /// Memory scales with the largest chunk, not with the file.
 pub(super) struct Records<R> {
     source: R,
     reader: LinearReader,
+    chunk: Chunk,
+    skipped_bytes: u64,
     ending: Option<Ending>,
 }
 
 impl<R: Read> Records<R> {
     pub(super) fn new(source: R) -> Self {
         let options = LinearReaderOptions::default()
-            .with_prevalidate_chunk_crcs(true)
+            .with_emit_chunks(true)
             .with_skip_end_magic(true)
             .with_record_length_limit(LONGEST_RECORD_BYTES);
-        Self { source, reader: LinearReader::new_with_options(options), ending: None }
+        let reader = LinearReader::new_with_options(options);
+        Self { source, reader, chunk: Chunk::default(), skipped_bytes: 0, ending: None }
     }
 
     /// How the file ended, once [`Records::next`] has returned `None`.
@@ -48,19 +54,29 @@ impl<R: Read> Records<R> {
         self.ending
     }
 
+    /// Bytes of the damaged chunks that were passed over so far.
+    pub(super) fn skipped_bytes(&self) -> u64 {
+        self.skipped_bytes
+    }
+
     /// The next record of the data, or `None` at its end; what follows the data (the summary) is not read.
     pub(super) fn next(&mut self) -> io::Result<Option<Record<'static>>> {
         if self.ending.is_some() {
             return Ok(None);
         }
-        let record = self.read()?;
-        self.ending = match record {
-            Some(Record::DataEnd(_)) => Some(Ending::Whole),
-            // Opcode 0 is no record: a file that lost its end in a power cut may go on with zeros.
-            None | Some(Record::Unknown { opcode: 0, .. }) => Some(self.broken_ending()?),
-            Some(_) => return Ok(record),
-        };
-        Ok(None)
+        loop {
+            if let Some(record) = self.chunk.next() {
+                return Ok(Some(record));
+            }
+            let Some(record) = self.read()? else { continue };
+            self.ending = match record {
+                Outer::Record(Record::DataEnd(_)) => Some(Ending::Whole),
+                // Opcode 0 is no record: a file that lost its end in a power cut may go on with zeros.
+                Outer::Broken | Outer::Record(Record::Unknown { opcode: 0, .. }) => Some(self.broken_ending()?),
+                Outer::Record(record) => return Ok(Some(record)),
+            };
+            return Ok(None);
+        }
     }
 
     fn broken_ending(&mut self) -> io::Result<Ending> {
@@ -68,8 +84,8 @@ impl<R: Read> Records<R> {
         Ok(if goes_on { Ending::Damaged } else { Ending::Cut })
     }
 
-    /// `None` where the rest cannot be read.
-    fn read(&mut self) -> io::Result<Option<Record<'static>>> {
+    /// The next record of the file; `None` where that was a chunk, whose records are to be taken from it.
+    fn read(&mut self) -> io::Result<Option<Outer>> {
         loop {
             match self.reader.next_event() {
                 Some(Ok(LinearReadEvent::ReadRequest(bytes))) => {
@@ -80,14 +96,99 @@ impl<R: Read> Records<R> {
                         Err(error) => return Err(error),
                     }
                 }
+                Some(Ok(LinearReadEvent::Record { opcode: op::CHUNK, data })) => {
+                    if self.chunk.unpack(data).is_none() {
+                        self.skipped_bytes += data.len() as u64;
+                    }
+                    return Ok(None);
+                }
                 Some(Ok(LinearReadEvent::Record { opcode, data })) => {
-                    return Ok(mcap::parse_record(opcode, data).ok().map(Record::into_owned));
+                    let record = mcap::parse_record(opcode, data).ok().map(Record::into_owned);
+                    return Ok(Some(record.map_or(Outer::Broken, Outer::Record)));
                 }
                 Some(Err(McapError::Io(error))) if error.raw_os_error().is_some() => return Err(error),
-                Some(Err(_)) | None => return Ok(None),
+                Some(Err(_)) | None => return Ok(Some(Outer::Broken)),
             }
         }
     }
+}
+
+/// What stands in a file outside of chunks.
+enum Outer {
+    Record(Record<'static>),
+    /// The rest cannot be read.
+    Broken,
+}
+
+/// The records of one chunk, unpacked and checked.
+#[derive(Default)]
+struct Chunk {
+    decompressor: Option<Decompressor<'static>>,
+    unpacked: Vec<u8>,
+    /// Where the next record begins.
+    position: usize,
+}
+
+impl Chunk {
+    /// Takes the next chunk. `None` where it is damaged; then it has no records.
+    fn unpack(&mut self, chunk: &[u8]) -> Option<()> {
+        self.unpacked.clear();
+        self.position = 0;
+        let Ok(Record::Chunk { header, data }) = mcap::parse_record(op::CHUNK, chunk) else { return None };
+        let is_sound = self.decompress(&header, &data).is_some() && self.is_sound(&header);
+        if !is_sound {
+            self.unpacked.clear();
+        }
+        is_sound.then_some(())
+    }
+
+    fn decompress(&mut self, header: &ChunkHeader, data: &[u8]) -> Option<()> {
+        let length = usize::try_from(header.uncompressed_size).ok().filter(|&length| length <= LONGEST_RECORD_BYTES)?;
+        match header.compression.as_str() {
+            "" => self.unpacked.extend_from_slice(data),
+            "zstd" => {
+                self.unpacked.reserve_exact(length);
+                let decompressor = match &mut self.decompressor {
+                    Some(decompressor) => decompressor,
+                    none => none.insert(Decompressor::new().ok()?),
+                };
+                decompressor.decompress_to_buffer(data, &mut self.unpacked).ok()?;
+            }
+            _ => return None,
+        }
+        (self.unpacked.len() == length).then_some(())
+    }
+
+    /// Whether the chunk is what was written: by its checksum, where it has one, and record by record.
+    fn is_sound(&mut self, header: &ChunkHeader) -> bool {
+        if header.uncompressed_crc != 0 && crc32fast::hash(&self.unpacked) != header.uncompressed_crc {
+            return false;
+        }
+        let mut rest = self.unpacked.as_slice();
+        while let Some((record, behind)) = split_record(rest) {
+            if !matches!(record, Record::Schema { .. } | Record::Channel(_) | Record::Message { .. }) {
+                return false;
+            }
+            rest = behind;
+        }
+        rest.is_empty()
+    }
+
+    fn next(&mut self) -> Option<Record<'static>> {
+        let (record, behind) = split_record(&self.unpacked[self.position..])?;
+        let record = record.into_owned();
+        self.position = self.unpacked.len() - behind.len();
+        Some(record)
+    }
+}
+
+/// A record and what is behind it; `None` where no whole record is.
+fn split_record(bytes: &[u8]) -> Option<(Record<'_>, &[u8])> {
+    let (&opcode, rest) = bytes.split_first()?;
+    let (length, rest) = rest.split_first_chunk()?;
+    let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
+    let (body, behind) = rest.split_at_checked(length)?;
+    Some((mcap::parse_record(opcode, body).ok()?, behind))
 }
 
 impl<R> fmt::Debug for Records<R> {

@@ -1,8 +1,8 @@
 //! Finishing a recording whose recorder was killed.
 //!
-//! Everything up to the damage is copied into a new file beside it, with an index and a summary; when that file is whole
-//! and on the disk, it takes the place of the old one in one step. Whatever fails before, the old file stays as it was;
-//! and one that goes on behind the damage, so that there may be more to save than this does, is kept beside it.
+//! Everything that is whole is copied into a new file beside it, with an index and a summary; when that file is on the
+//! disk, it takes the place of the old one in one step. Whatever fails before, the old file stays as it was; and one with
+//! damage inside, so that there may be more to save than this does, is kept beside it.
 
 use std::{
     fs::{self, File},
@@ -42,7 +42,9 @@ pub struct Repair {
     pub frames: u64,
     /// Whether it was unfinished; a finished recording is not touched.
     pub was_unfinished: bool,
-    /// Where the old file is kept, if there was more in it behind the damage.
+    /// Bytes of the damaged chunks that were passed over.
+    pub skipped_bytes: u64,
+    /// Where the old file is kept, if there was damage inside it.
     pub kept: Option<PathBuf>,
 }
 
@@ -80,7 +82,7 @@ pub enum RepairError {
     },
 }
 
-/// Finishes a recording: all whole chunks up to the damage, with an index, so that any reader opens it.
+/// Finishes a recording: all whole chunks, with an index, so that any reader opens it.
 ///
 /// A second repair finds a finished file and does nothing. Reads and writes as it goes; needs as much free disk as the
 /// recording is large.
@@ -99,13 +101,14 @@ pub fn repair(path: &Path) -> Result<Repair, RepairError> {
         Err(error) => return Err(read_error(error.into())),
     }
     if let Some(summary) = read_summary(&mut file).map_err(read_error)? {
-        return Ok(Repair { path: path.into(), frames: frames_in(&summary), was_unfinished: false, kept: None });
+        let frames = frames_in(&summary);
+        return Ok(Repair { path: path.into(), frames, was_unfinished: false, skipped_bytes: 0, kept: None });
     }
     file.rewind().map_err(read_error)?;
     // A link stays one: the file that it leads to is replaced.
     let target = path.canonicalize().map_err(read_error)?;
-    let (frames, kept) = replace_by_finished_copy(file, &target)?;
-    Ok(Repair { path: path.into(), frames, was_unfinished: true, kept })
+    let (Copied { frames, skipped_bytes, .. }, kept) = replace_by_finished_copy(file, &target)?;
+    Ok(Repair { path: path.into(), frames, was_unfinished: true, skipped_bytes, kept })
 }
 
 /// Repairs all unfinished recordings of ours in a folder, and tells of each; finished ones, those in use and all other
@@ -165,19 +168,26 @@ fn frames_in(summary: &mcap::Summary) -> u64 {
     summary.channels.iter().filter(|(_, channel)| channel.topic == schema::FRAMES).filter_map(|(id, _)| count(id)).sum()
 }
 
-/// Returns the frames in the copy, and where the old file is kept.
-fn replace_by_finished_copy(file: File, path: &Path) -> Result<(u64, Option<PathBuf>), RepairError> {
+/// What was copied of a recording.
+struct Copied {
+    frames: u64,
+    skipped_bytes: u64,
+    is_damaged: bool,
+}
+
+/// Returns what was copied, and where the old file is kept.
+fn replace_by_finished_copy(file: File, path: &Path) -> Result<(Copied, Option<PathBuf>), RepairError> {
     let [copy, damaged] = [COPY_SUFFIX, DAMAGED_SUFFIX].map(|suffix| {
         let mut name = path.as_os_str().to_owned();
         name.push(suffix);
         PathBuf::from(name)
     });
-    let replaced = write_finished_copy(file, &copy).and_then(|(frames, ending)| {
-        let kept = (ending == Some(Ending::Damaged)).then_some(damaged);
+    let replaced = write_finished_copy(file, &copy).and_then(|copied| {
+        let kept = copied.is_damaged.then_some(damaged);
         kept.as_ref().map_or(Ok(()), |damaged| fs::hard_link(path, damaged))?;
         fs::rename(&copy, path)?;
         File::open(folder_of(path))?.sync_all()?;
-        Ok((frames, kept))
+        Ok((copied, kept))
     });
     replaced.map_err(|source| {
         // The error that is on its way tells more than this one would; the next repair overwrites the copy.
@@ -186,7 +196,7 @@ fn replace_by_finished_copy(file: File, path: &Path) -> Result<(u64, Option<Path
     })
 }
 
-fn write_finished_copy(damaged: File, copy: &Path) -> McapResult<(u64, Option<Ending>)> {
+fn write_finished_copy(damaged: File, copy: &Path) -> McapResult<Copied> {
     let file = File::create(copy)?;
     file.set_permissions(damaged.metadata()?.permissions())?;
     let sink = NoSeek::new(BufWriter::with_capacity(BUFFER_BYTES, file.try_clone()?));
@@ -198,7 +208,9 @@ fn write_finished_copy(damaged: File, copy: &Path) -> McapResult<(u64, Option<En
     }
     let summary = writer.finish()?;
     file.sync_all()?;
-    Ok((frames_in(&summary), records.ending()))
+    let skipped_bytes = records.skipped_bytes();
+    let is_damaged = skipped_bytes > 0 || records.ending() == Some(Ending::Damaged);
+    Ok(Copied { frames: frames_in(&summary), skipped_bytes, is_damaged })
 }
 
 fn copy_record<W: io::Write + Seek>(writer: &mut Writer<W>, record: Record<'_>) -> McapResult<()> {

@@ -20,7 +20,13 @@ fn every_frame_comes_back_bit_for_bit() {
 fn values_that_are_no_numbers_keep_their_bits() {
     let folder = tempdir().expect("a folder");
     let odd = f64::from_bits(0x7ff8_dead_beef_0001);
-    let header = FrameHeader { run_id: u64::MAX, sim_time_ns: i64::MIN, head_travel_m: odd, ..Default::default() };
+    let header = FrameHeader {
+        run_id: u64::MAX,
+        sim_time_ns: i64::MIN,
+        head_travel_m: odd,
+        bench_count: 2,
+        ..Default::default()
+    };
     let handle = HandleState { position_m: [odd, -0.0, f64::INFINITY], velocity_mps: [5e-324, f64::MAX, -odd] };
     let frames = [dance::Frame { header, handles: vec![handle; 3] }];
     let path = dance::record(dance::settings(folder.path()), &frames);

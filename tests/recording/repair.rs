@@ -7,11 +7,14 @@ use std::{
     sync::LazyLock,
 };
 
-use bench_dragon::record::{Recorder, RecorderSettings, RepairError, repair, repair_folder};
+use bench_dragon::record::{FrameReader, Recorder, RecorderSettings, RepairError, repair, repair_folder};
 use proptest::prelude::*;
 use tempfile::{TempDir, tempdir};
 
 use crate::dance::{self, Frame, TOML};
+
+/// Bytes of a record before its body: its kind and its length.
+const RECORD_HEAD_BYTES: u64 = 9;
 
 /// A finished recording of many small chunks.
 struct Original {
@@ -89,30 +92,50 @@ fn assert_repairing_again_changes_nothing(path: &Path) {
     assert!(fs::read(path).expect("the recording") == before, "the bytes are the same");
 }
 
-#[test]
-fn a_damaged_chunk_ends_the_recording_before_it() {
-    let chunk = &ORIGINAL.chunks[3];
-    let mut bytes = ORIGINAL.bytes.clone();
-    bytes[(chunk.chunk_start_offset + chunk.chunk_length / 2) as usize] ^= 0xff;
-    let folder = tempdir().expect("a folder");
-    let path = folder.path().join("show.mcap");
-    fs::write(&path, bytes).expect("a damaged recording");
-    let (recorded, was_cut) = dance::read(&path);
-    assert!(was_cut);
-    dance::assert_same(&recorded, ORIGINAL.frames_within(chunk.chunk_start_offset as usize));
+/// The frames of a recording that ends with the sixth chunk, but for those of a damaged one.
+fn frames_but_those_of(chunk: &mcap::records::ChunkIndex) -> Vec<Frame> {
+    let (begin, end) = (chunk.chunk_start_offset as usize, (chunk.chunk_start_offset + chunk.chunk_length) as usize);
+    let all = ORIGINAL.frames_within(ORIGINAL.chunks[6].chunk_start_offset as usize);
+    let (before, with) = (ORIGINAL.frames_within(begin), ORIGINAL.frames_within(end));
+    assert!(with.len() > before.len(), "the chunk holds frames");
+    [before, &all[with.len()..]].concat()
 }
 
 #[test]
-fn a_recording_with_more_behind_the_damage_is_kept_beside_its_repair() {
+fn a_damaged_chunk_costs_its_own_frames_and_the_old_file_is_kept() {
     let chunk = &ORIGINAL.chunks[3];
+    let expected = frames_but_those_of(chunk);
     let (_folder, path) = ORIGINAL.cut_at(ORIGINAL.chunks[6].chunk_start_offset as usize);
     let mut bytes = fs::read(&path).expect("the recording");
     bytes[(chunk.chunk_start_offset + chunk.chunk_length / 2) as usize] ^= 0xff;
     fs::write(&path, &bytes).expect("a damaged recording");
+    let mut reader = FrameReader::open(&path).expect("a recording");
+    let read: Vec<_> = reader.by_ref().collect::<Result<_, _>>().expect("readable frames");
+    dance::assert_same(&read, &expected);
+    let chunk_bytes = chunk.chunk_length - RECORD_HEAD_BYTES;
+    assert_eq!(reader.skipped_bytes(), chunk_bytes);
+
     let repaired = repair(&path).expect("a repair");
-    let kept = repaired.kept.expect("more behind the damage");
-    assert!(fs::read(kept).expect("the old file") == bytes);
-    assert_eq!(repaired.frames, ORIGINAL.frames_within(chunk.chunk_start_offset as usize).len() as u64);
+    assert_eq!((repaired.frames, repaired.skipped_bytes), (expected.len() as u64, chunk_bytes));
+    assert!(fs::read(repaired.kept.expect("damage inside")).expect("the old file") == bytes);
+    dance::assert_same(&dance::read(&path).0, &expected);
+    assert!(dance::summary(&path).is_some(), "an index");
+}
+
+#[test]
+fn a_recording_whose_records_can_no_longer_be_followed_ends_there_and_is_kept() {
+    let chunk = &ORIGINAL.chunks[3];
+    let (_folder, path) = ORIGINAL.cut_at(ORIGINAL.chunks[6].chunk_start_offset as usize);
+    let mut bytes = fs::read(&path).expect("the recording");
+    bytes[chunk.chunk_start_offset as usize + 8] ^= 0xff; // the highest byte of the chunk's length
+    fs::write(&path, &bytes).expect("a damaged recording");
+    let expected = ORIGINAL.frames_within(chunk.chunk_start_offset as usize);
+    let (recorded, was_cut) = dance::read(&path);
+    assert!(was_cut);
+    dance::assert_same(&recorded, expected);
+    let repaired = repair(&path).expect("a repair");
+    assert_eq!((repaired.frames, repaired.skipped_bytes), (expected.len() as u64, 0));
+    assert!(fs::read(repaired.kept.expect("more behind the damage")).expect("the old file") == bytes);
 }
 
 #[test]
