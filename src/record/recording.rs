@@ -14,6 +14,7 @@ use std::{
     collections::BTreeMap,
     fs::File,
     io::{self, BufWriter},
+    os::fd::AsRawFd as _,
     path::{Path, PathBuf},
 };
 
@@ -22,11 +23,12 @@ use mcap::{
     records::{MessageHeader, Metadata},
     write::NoSeek,
 };
-use rustix::fs::{FallocateFlags, FlockOperation, fallocate, flock};
+use rustix::fs::{AtFlags, CWD, FallocateFlags, FlockOperation, Mode, OFlags, fallocate, flock, linkat, openat};
 
 use super::{
     channels::{Channels, Kind},
     error::{Kept, RecordError, is_disk_full},
+    rotation::folder_of,
     schema::{self, CONFIGURATION},
     space::DiskSpace,
 };
@@ -100,19 +102,29 @@ struct Chunk {
 
 impl Recording {
     /// Makes the file, locks it and writes its beginning. Where that fails, no file is left.
+    ///
+    /// The file gets its name when its beginning is in it, so that one that is there is a recording, whenever its recorder
+    /// is killed. A file system that makes no files without a name is given one at once.
     pub(super) fn create(path: &Path, compression_level: u32, chunk_limit_bytes: u64) -> Result<Self, RecordError> {
-        let file = File::create_new(path).map_err(|source| match source.kind() {
-            io::ErrorKind::AlreadyExists => RecordError::Exists { path: path.into() },
-            _ => RecordError::Create { path: path.into(), source },
-        })?;
-        Self::begin(path, file, compression_level, chunk_limit_bytes).map_err(|error| {
-            // The file is ours and holds nothing; the error that is on its way tells more than this one would.
-            let _ = std::fs::remove_file(path);
-            let source = match error {
-                McapError::Io(source) => source,
-                other => io::Error::other(other),
-            };
-            RecordError::Create { path: path.into(), source }
+        let begin = |file| Self::begin(path, file, compression_level, chunk_limit_bytes);
+        let created = match nameless_file(path) {
+            Ok(file) => begin(file).and_then(|recording| {
+                give_name(&recording.file, path)?;
+                Ok(recording)
+            }),
+            Err(_) => File::create_new(path).map_err(McapError::from).and_then(|file| {
+                begin(file).inspect_err(|_| {
+                    // The file is ours and holds nothing; the error that is on its way tells more than this one would.
+                    let _ = std::fs::remove_file(path);
+                })
+            }),
+        };
+        created.map_err(|error| match error {
+            McapError::Io(source) if source.kind() == io::ErrorKind::AlreadyExists => {
+                RecordError::Exists { path: path.into() }
+            }
+            McapError::Io(source) => RecordError::Create { path: path.into(), source },
+            other => RecordError::Create { path: path.into(), source: io::Error::other(other) },
         })
     }
 
@@ -270,6 +282,26 @@ impl Recording {
         }
         Ok(())
     }
+}
+
+/// A file without a name, in the folder of the one that it is to become. An error where that cannot be made, or could not
+/// be named.
+fn nameless_file(path: &Path) -> io::Result<File> {
+    let file =
+        openat(CWD, folder_of(path), OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC, Mode::from_raw_mode(0o666))?;
+    let file = File::from(file);
+    std::fs::symlink_metadata(open_file_path(&file))?;
+    Ok(file)
+}
+
+/// Gives a nameless file its name, which must not be taken.
+fn give_name(file: &File, path: &Path) -> io::Result<()> {
+    Ok(linkat(CWD, open_file_path(file), CWD, path, AtFlags::SYMLINK_FOLLOW)?)
+}
+
+/// The path by which this process finds a file that it has open.
+fn open_file_path(file: &File) -> String {
+    format!("/proc/self/fd/{}", file.as_raw_fd())
 }
 
 fn recorded_bytes(message: &[u8]) -> u64 {
