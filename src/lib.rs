@@ -4,7 +4,7 @@
 //!
 //! | module | what it is |
 //! |---|---|
-//! | [`server`], [`monitor`], [`guard`], [`record`] | the processes' logic |
+//! | [`server`], [`monitor`], [`guard`], [`record`], [`replay`] | the processes' logic |
 //! | [`plan`] | what a choreographer asks |
 //! | [`dragon`] | chain, boards, clearance, contact |
 //! | [`route`] | the curves that the handles follow |
@@ -24,8 +24,10 @@ pub mod number;
 pub mod plan;
 pub mod processors;
 pub mod record;
+pub mod replay;
 pub mod report;
 pub mod route;
 pub mod server;
+mod source;
 pub mod stop;
 pub mod table;

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use bench_dragon::config::ConfigError;
 use bench_dragon::record::{RecordError, RepairError};
+use bench_dragon::replay::ReplayError;
 use clap::Parser as _;
 use clap::error::ErrorKind as ClapErrorKind;
 use iceoryx2::prelude::{LogLevel, set_log_level};
@@ -83,6 +84,7 @@ fn is_bad_input(error: &anyhow::Error) -> bool {
         cause.is::<BadInput>()
             || cause.is::<ConfigError>()
             || matches!(cause.downcast_ref(), Some(RecordError::Exists { .. } | RecordError::Create { .. }))
+            || matches!(cause.downcast_ref(), Some(ReplayError::Open(_)))
             || matches!(cause.downcast_ref(), Some(RepairError::Read { .. } | RepairError::Foreign { .. }))
     })
 }

@@ -8,6 +8,7 @@ use bench_dragon_ipc::Alert;
 use serde::{Deserialize, Serialize};
 
 use crate::histogram::Percentiles;
+use crate::replay::{PassSummary, ReplaySummary};
 use crate::server::ServerSummary;
 
 /// A line of `serve`.
@@ -170,6 +171,23 @@ pub struct RecordSummary {
     pub removed: u64,
     /// The files that are there, oldest first.
     pub files: Vec<PathBuf>,
+}
+
+/// A line of `replay`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum ReplayLine {
+    /// The services of a pass are there.
+    Started {
+        /// The number of the run that it is on the bus.
+        run_id: u64,
+        /// The number of the run that was recorded.
+        recorded_run_id: u64,
+    },
+    /// A pass has ended.
+    Pass(PassSummary),
+    /// The replay has ended.
+    Summary(ReplaySummary),
 }
 
 /// What `latency` measured.

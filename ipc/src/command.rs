@@ -143,6 +143,8 @@ pub enum Refusal {
     OtherRun,
     /// The guard holds the dragon, and only its next grant moves it on.
     HeldByGuard,
+    /// The source replays a recording, which is as it is.
+    Replayed,
 }
 
 impl fmt::Display for Refusal {
@@ -161,6 +163,7 @@ impl fmt::Display for Refusal {
             Self::HeldByGuard => {
                 formatter.write_str("the guard holds the dragon: it walks on when the guard has proved the way ahead")
             }
+            Self::Replayed => formatter.write_str("a recording is replayed: all that it can be told is to stop"),
         }
     }
 }
@@ -184,6 +187,7 @@ impl CommandReply {
             Refusal::NotProved => Self { refusal: 7, ..reply },
             Refusal::OtherRun => Self { refusal: 8, ..reply },
             Refusal::HeldByGuard => Self { refusal: 9, ..reply },
+            Refusal::Replayed => Self { refusal: 10, ..reply },
         }
     }
 
@@ -202,6 +206,7 @@ impl CommandReply {
             7 => Err(Refusal::NotProved),
             8 => Err(Refusal::OtherRun),
             9 => Err(Refusal::HeldByGuard),
+            10 => Err(Refusal::Replayed),
             _ => Err(Refusal::Unknown),
         }
     }

@@ -62,6 +62,14 @@ pub(crate) enum Command {
   bench-dragon record rehearsal.mcap --rotate-mb 1000 --max-total-mb 20000
   bench-dragon record --repair rehearsal.mcap")]
     Record(RecordArgs),
+    /// Put a recording back onto the bus, at its pace.
+    #[command(after_help = "Examples:
+  bench-dragon replay rehearsal.mcap
+  bench-dragon replay rehearsal.mcap --instance archive --readers 2
+
+Each recorded run gets a new run id; its ticks count from 0, its frames are due now. All else is as it was recorded. Of the
+commands, only `ctl stop` is taken.")]
+    Replay(ReplayArgs),
     /// Send one command to the server and print its reply.
     #[command(after_help = "Examples:
   bench-dragon ctl pause
@@ -274,6 +282,21 @@ pub(crate) struct RecordArgs {
     pub(crate) bus: BusArgs,
     #[command(flatten)]
     pub(crate) child: ChildArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// Arguments of `replay`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct ReplayArgs {
+    /// The recording.
+    #[arg(value_name = "FILE")]
+    pub(crate) file: PathBuf,
+    /// Begin once this many readers are connected, after ten seconds at the latest.
+    #[arg(long, value_name = "COUNT", default_value_t = 0, allow_negative_numbers = true, value_parser = readers)]
+    pub(crate) readers: usize,
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
     #[command(flatten)]
     pub(crate) format: FormatArgs,
 }

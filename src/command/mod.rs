@@ -18,6 +18,7 @@ mod latency;
 mod monitor;
 mod parent;
 mod record;
+mod replay;
 mod serve;
 mod show;
 mod solve;
@@ -50,6 +51,7 @@ pub(crate) fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Serve(args) => serve::run(&args),
         Command::Monitor(args) => monitor::run(&args),
         Command::Record(args) => record::run(&args),
+        Command::Replay(args) => replay::run(&args),
         Command::Ctl(args) => ctl::run(&args),
         Command::Echo(args) => echo::run(&args),
         Command::Hz(args) => hz::run(&args),

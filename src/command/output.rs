@@ -3,6 +3,7 @@
 use std::fmt::Display;
 use std::io::{self, Write as _};
 
+use bench_dragon::histogram::Percentiles;
 use serde::Serialize;
 
 /// Prints one line.
@@ -28,4 +29,9 @@ pub(crate) fn print_bytes(lines: &[u8]) -> anyhow::Result<()> {
 pub(crate) fn complain(line: &str) {
     // Where stderr is gone too, there is nobody left to tell.
     let _ = writeln!(io::stderr().lock(), "{line}");
+}
+
+/// Percentiles as one line has them.
+pub(crate) fn percentiles(Percentiles { p50, p99, p999, max }: Percentiles) -> String {
+    format!("p50 {p50:.1} p99 {p99:.1} p99.9 {p999:.1} max {max:.1}")
 }

@@ -5,7 +5,6 @@ use std::process::ExitCode;
 use anyhow::Context as _;
 use bench_dragon::config::{Config, Overrides, RoutePlan};
 use bench_dragon::dragon::RunEnd;
-use bench_dragon::histogram::Percentiles;
 use bench_dragon::number::Number;
 use bench_dragon::processors::Processors;
 use bench_dragon::report::ServeLine;
@@ -14,7 +13,7 @@ use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{Domain, Request};
 
 use crate::cli::{ConfigArgs, Format, PaceArgs, RealTimeArgs, ServeArgs};
-use crate::command::output::{complain, print_json, print_line};
+use crate::command::output::{complain, percentiles, print_json, print_line};
 use crate::command::parent::follow_parent;
 use crate::command::{BadInput, load_config};
 
@@ -124,8 +123,4 @@ fn print_summary(format: Format, summary: ServerSummary) -> anyhow::Result<()> {
         percentiles(tick_us)
     ))?;
     Ok(())
-}
-
-fn percentiles(Percentiles { p50, p99, p999, max }: Percentiles) -> String {
-    format!("p50 {p50:.1} p99 {p99:.1} p99.9 {p999:.1} max {max:.1}")
 }

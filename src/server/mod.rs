@@ -14,22 +14,21 @@ use bench_dragon_ipc::{BusError, Description, Domain, Request, ShowState, Source
 use crate::clock::{monotonic_ns, sleep_until, spin_until};
 use crate::config::Config;
 use crate::histogram::Percentiles;
+use crate::source::{CommandServer, FramePublisher, random_run_id};
 
 pub mod motion;
 pub mod schedule;
 
-mod command_server;
-mod frame_publisher;
 mod real_time;
 mod reporter;
 mod service_manager;
 mod simulation;
+mod source_report;
 mod tick_times;
 
 pub use simulation::Simulation;
+pub(crate) use source_report::SourceReport;
 
-use command_server::CommandServer;
-use frame_publisher::FramePublisher;
 use motion::{Limits, MotionPlan};
 use reporter::{LoopGauges, Reporter, TimesOfAll};
 use schedule::Schedule;
@@ -264,12 +263,4 @@ fn plan(settings: &ServerSettings, run_id: u64) -> MotionPlan {
         paused: settings.paused,
         guarded_run: config.is_guarded().then_some(run_id),
     }
-}
-
-/// A random number under 2^53, so that every double and every JavaScript number holds it.
-fn random_run_id() -> u64 {
-    let mut bytes = [0; 8];
-    rustix::rand::getrandom(&mut bytes, rustix::rand::GetRandomFlags::empty())
-        .expect("the kernel's random numbers are ready long before any program runs");
-    u64::from_ne_bytes(bytes) >> 11
 }

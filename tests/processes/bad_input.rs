@@ -44,6 +44,8 @@ fn bad_arguments_are_named_with_what_is_allowed() {
         (&["record"], &["<FILE>"]),
         (&["record", "a.mcap", "--rotate-mb", "0"], &["--rotate-mb", "'0'", "from 1 to 1000000"]),
         (&["record", "--repair", "a.mcap", "--rotate-mb", "5"], &["--repair", "--rotate-mb"]),
+        (&["replay"], &["<FILE>"]),
+        (&["replay", "a.mcap", "--readers", "25"], &["--readers", "'25'", "from 0 to 24"]),
         (&["ctl", "speed"], &["<MPS>"]),
         (&["ctl", "speed", "quick"], &["<MPS>", "'quick'"]),
         (&["ctl", "dance"], &["unrecognized subcommand 'dance'"]),
@@ -172,7 +174,9 @@ fn no_command_at_all_gets_the_help() {
 
 #[test]
 fn every_command_has_help_with_an_example() {
-    for command in ["show", "serve", "monitor", "record", "ctl", "echo", "hz", "latency", "solve", "iox2-config"] {
+    for command in
+        ["show", "serve", "monitor", "record", "replay", "ctl", "echo", "hz", "latency", "solve", "iox2-config"]
+    {
         let help = Process::start(program(&[command, "--help"])).end().expect_clean();
         assert!(help.stdout.contains("Example"), "{command}");
     }

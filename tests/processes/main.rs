@@ -26,6 +26,7 @@ mod reader;
 mod readers_end;
 mod real_time;
 mod record;
+mod replay;
 mod restart;
 mod second_server;
 mod service_manager;

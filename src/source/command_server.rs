@@ -5,11 +5,11 @@ use bench_dragon_ipc::{BusError, Command, CommandReply, Refusal, Request, servic
 use iceoryx2::port::server::Server;
 
 /// Commands taken in one tick at most; the others wait for the next.
-pub(super) const MAX_COMMANDS_PER_TICK: usize = MAX_ACTIVE_REQUESTS;
+pub(crate) const MAX_COMMANDS_PER_TICK: usize = MAX_ACTIVE_REQUESTS;
 
 /// The answering side of an instance's commands.
 #[derive(Debug)]
-pub(super) struct CommandServer {
+pub(crate) struct CommandServer {
     // Dropped before its service.
     server: Server<Service, Command, (), CommandReply, ()>,
     _commands: CommandService,
@@ -20,7 +20,7 @@ impl CommandServer {
     ///
     /// # Errors
     /// As [`Member::commands`].
-    pub(super) fn create(member: &Member) -> Result<Self, BusError> {
+    pub(crate) fn create(member: &Member) -> Result<Self, BusError> {
         let commands = member.commands()?;
         let server = commands
             .server_builder()
@@ -32,7 +32,7 @@ impl CommandServer {
     /// Takes up to [`MAX_COMMANDS_PER_TICK`] commands and answers each with what `decide` says of it.
     ///
     /// A client that is gone before its answer, or a connection that fails, changes nothing for the others.
-    pub(super) fn drain(&self, run_id: u64, tick: u64, mut decide: impl FnMut(Request) -> Result<(), Refusal>) {
+    pub(crate) fn drain(&self, run_id: u64, tick: u64, mut decide: impl FnMut(Request) -> Result<(), Refusal>) {
         for _ in 0..MAX_COMMANDS_PER_TICK {
             let Ok(Some(active)) = self.server.receive() else { return };
             let outcome = Request::from_wire(active.payload()).ok_or(Refusal::Unknown).and_then(&mut decide);

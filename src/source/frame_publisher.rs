@@ -12,7 +12,7 @@ use iceoryx2::sample_mut::SampleMut;
 /// The sample of the next frame is loaned right after the last one is sent, so that between a release and its frame
 /// there is neither an allocation nor a search for free memory.
 #[derive(Debug)]
-pub(super) struct FramePublisher {
+pub(crate) struct FramePublisher {
     // Dropped in this order: the sample before its publisher, ports before their services.
     next: Option<SampleMut<Service, [HandleState], FrameHeader>>,
     publisher: Publisher<Service, [HandleState], FrameHeader>,
@@ -28,7 +28,7 @@ impl FramePublisher {
     /// # Errors
     /// [`BusError::SharedMemoryFull`] where the frames of all possible readers would not fit, and as
     /// [`Member::frames`].
-    pub(super) fn create(domain: &Domain, member: &Member, bench_count: usize) -> Result<Self, BusError> {
+    pub(crate) fn create(domain: &Domain, member: &Member, bench_count: usize) -> Result<Self, BusError> {
         require_shared_memory(domain, service::frame_memory(bench_count))?;
         let failed = |reason: String| BusError::Failed { service: service::FRAMES, reason };
         let (frames, events) = (member.frames()?, member.frame_events()?);
@@ -46,7 +46,7 @@ impl FramePublisher {
     }
 
     /// Readers connected at present.
-    pub(super) fn reader_count(&self) -> usize {
+    pub(crate) fn reader_count(&self) -> usize {
         self.frames.dynamic_config().number_of_subscribers()
     }
 
@@ -54,7 +54,7 @@ impl FramePublisher {
     ///
     /// # Errors
     /// [`BusError::Failed`] where iceoryx2 has no memory left, which the limits of the service rule out.
-    pub(super) fn publish(
+    pub(crate) fn publish(
         &mut self,
         fill: impl FnOnce(&mut [HandleState]) -> FrameHeader,
         now_ns: impl FnOnce() -> u64,

@@ -1,0 +1,59 @@
+//! `replay`: a recording back onto the bus.
+
+use std::process::ExitCode;
+
+use bench_dragon::replay::{Pass, PassSummary, Replay, ReplaySettings};
+use bench_dragon::report::ReplayLine;
+use bench_dragon::stop::StopFlag;
+use bench_dragon_ipc::Domain;
+
+use crate::cli::{Format, ReplayArgs};
+use crate::command::output::{complain, percentiles, print_json, print_line};
+
+pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
+    let domain = Domain::new(args.bus.instance.clone())?;
+    let stop = StopFlag::on_signals()?;
+    let mut replay = Replay::open(&domain, ReplaySettings { file: args.file.clone(), readers: args.readers })?;
+    while let Some(pass) = replay.next_pass()? {
+        announce(args, &pass)?;
+        print_pass(args.format.format, pass.play(stop.as_atomic())?)?;
+    }
+    let summary = replay.finish();
+    if summary.cut {
+        complain(&format!("{} stops in the middle: what is whole of it was replayed", args.file.display()));
+    }
+    if summary.skipped_bytes > 0 {
+        let (bytes, file) = (summary.skipped_bytes, args.file.display());
+        complain(&format!("{bytes} bytes of {file} are damaged and were passed over"));
+    }
+    if args.format.format == Format::Json {
+        print_json(&ReplayLine::Summary(summary))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn announce(args: &ReplayArgs, pass: &Pass<'_>) -> anyhow::Result<()> {
+    let (run_id, recorded_run_id) = (pass.run_id(), pass.recorded_run_id());
+    match args.format.format {
+        Format::Json => print_json(&ReplayLine::Started { run_id, recorded_run_id }),
+        Format::Text => {
+            let (file, instance) = (args.file.display(), &args.bus.instance);
+            complain(&format!("replaying {file} on instance {instance}, run {run_id}; Ctrl-C ends it"));
+            Ok(())
+        }
+    }
+}
+
+fn print_pass(format: Format, pass: PassSummary) -> anyhow::Result<()> {
+    if format == Format::Json {
+        return print_json(&ReplayLine::Pass(pass));
+    }
+    let PassSummary { frames, missing, sim_time_s, overruns, lateness_us, tick_us, .. } = pass;
+    let missing = if missing > 0 { format!(" ({missing} missing in the recording)") } else { String::new() };
+    print_line(format_args!(
+        "{frames} frames{missing} to {sim_time_s:.6} s, {overruns} overruns, lateness {}, tick {} \u{b5}s",
+        percentiles(lateness_us),
+        percentiles(tick_us)
+    ))?;
+    Ok(())
+}

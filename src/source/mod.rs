@@ -1,0 +1,12 @@
+//! What every source of frames is made of: the server's simulation is one, a replay another.
+//!
+//! A source holds the instance's [`SourceLock`](bench_dragon_ipc::SourceLock), creates the services, and gives each run
+//! a number of its own.
+
+mod command_server;
+mod frame_publisher;
+mod run_id;
+
+pub(crate) use command_server::CommandServer;
+pub(crate) use frame_publisher::FramePublisher;
+pub(crate) use run_id::random_run_id;
