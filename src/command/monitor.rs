@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use anyhow::Context as _;
+use anyhow::{Context as _, ensure};
 use bench_dragon::clock::monotonic_ns;
 use bench_dragon::config::Config;
 use bench_dragon::dragon::PairClearance;
@@ -156,6 +156,8 @@ impl<'a> Session<'a> {
             return Ok(None);
         };
         let config = Config::from_toml(&description.toml).context("the description on the bus")?;
+        let (described, sent) = (config.dragon().dimensions().benches(), header.bench_count as usize);
+        ensure!(described == sent, "the description on the bus is of {described} benches, the frames are of {sent}");
         let monitor = Monitor::new(&config);
         let from_m = header.head_travel_m;
         let forecaster = Forecaster::start(Arc::clone(monitor.dragon()), from_m);

@@ -16,6 +16,7 @@ mod late_join;
 mod latency;
 mod lying_source;
 mod monitor;
+mod other_versions;
 mod overflow;
 mod planner;
 mod poses;

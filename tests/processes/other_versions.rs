@@ -1,0 +1,104 @@
+//! A bus that another version of the program has made, and recordings of one: every command says so, and what to do.
+
+use std::path::Path;
+
+use bench_dragon::record::{Recorder, RecorderSettings};
+use bench_dragon_ipc::service::{COMMANDS, FRAMES, Member, Role};
+use bench_dragon_ipc::{Domain, FrameHeader, HandleState};
+use iceoryx2::prelude::{Node, NodeBuilder, ServiceName, SignalHandlingMode, ZeroCopySend, ipc};
+
+use crate::stage::Stage;
+
+/// A handle of a version to come.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
+#[type_name("bench_dragon.HandleState.v2")]
+struct OtherHandle {
+    position_m: [f64; 3],
+    heading: [f64; 4],
+}
+
+/// A command of a version to come.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
+#[type_name("bench_dragon.Command.v2")]
+struct OtherCommand {
+    kind: u64,
+}
+
+fn node(domain: &Domain) -> Node<ipc::Service> {
+    let builder = NodeBuilder::new().config(&domain.iceoryx2_config());
+    builder.signal_handling_mode(SignalHandlingMode::Disabled).create().expect("a node can be made")
+}
+
+fn name(service: &str) -> ServiceName {
+    ServiceName::new(service).expect("a valid name")
+}
+
+fn mismatch(service: &str) -> String {
+    format!(
+        "error: {service} has another layout than this program's: run the same version of bench-dragon on both sides\n"
+    )
+}
+
+#[test]
+fn frames_of_another_layout_are_told_by_every_command_that_reads_them_and_by_a_source() {
+    let stage = Stage::new();
+    let member = Member::join(stage.domain(), "other", Role::Source { bench_count: 1 }).expect("a member");
+    let node = node(stage.domain());
+    let frames = node.service_builder(&name(FRAMES)).publish_subscribe::<[OtherHandle]>();
+    let frames = frames.user_header::<FrameHeader>().create().expect("the service can be made");
+    // All else is as in this version.
+    let description = member.description().expect("the service can be made");
+    let alerts = (member.alerts().expect("the service"), member.alert_events().expect("the service"));
+    for command in [&["monitor"][..], &["record", "a.mcap"], &["echo"], &["hz"], &["latency"], &["serve"]] {
+        let ended = stage.run(command);
+        assert_eq!((ended.code(), ended.stderr), (Some(1), mismatch(FRAMES)), "{command:?}");
+    }
+    drop((alerts, description, frames, node, member));
+}
+
+#[test]
+fn commands_of_another_layout_are_told_by_ctl() {
+    let stage = Stage::new();
+    let member = Member::join(stage.domain(), "other", Role::Source { bench_count: 1 }).expect("a member");
+    let node = node(stage.domain());
+    let commands = node.service_builder(&name(COMMANDS)).request_response::<OtherCommand, u64>();
+    let commands = commands.create().expect("the service can be made");
+    for order in [&["ctl", "hold"][..], &["ctl", "stop"]] {
+        let ended = stage.run(order);
+        assert_eq!((ended.code(), ended.stderr), (Some(1), mismatch(COMMANDS)), "{order:?}");
+    }
+    drop((commands, node, member));
+}
+
+/// Records one frame of a bench, described by a text.
+fn write_recording(path: &Path, toml: &str) {
+    let mut recorder = Recorder::start(RecorderSettings::new(path, 0)).expect("a recorder");
+    let header = FrameHeader { run_id: 7, bench_count: 1, ..Default::default() };
+    recorder.describe(7, toml).expect("the configuration");
+    recorder.frame(&header, &[HandleState::default(); 2]).expect("a frame");
+    recorder.finish().expect("a finished recording");
+}
+
+#[test]
+fn a_description_that_a_monitor_cannot_read_or_of_another_dragon_is_named() {
+    let stage = Stage::new();
+    for (toml, code, error) in [
+        (
+            "[dragon]\nbenches = 1\nlegs = 4\n",
+            2,
+            "error: the description on the bus: line 3, `legs = 4`: unknown field `legs`",
+        ),
+        ("[dragon]\nbenches = 2\n", 1, "error: the description on the bus is of 2 benches, the frames are of 1"),
+    ] {
+        let name = format!("{code}.mcap");
+        write_recording(&stage.path(&name), toml);
+        let mut replay = stage.start(&["replay", &name, "--readers", "1", "--format", "json"]);
+        assert_eq!(replay.json()["type"], "started");
+        let monitor = stage.run(&["monitor"]);
+        assert_eq!((monitor.code(), monitor.stderr.lines().count()), (Some(code), 1), "{}", monitor.stderr);
+        assert!(monitor.stderr.starts_with(error), "{}", monitor.stderr);
+        replay.end().expect_clean();
+    }
+}
