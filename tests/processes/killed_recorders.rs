@@ -1,0 +1,188 @@
+//! Recorders killed at random instants: what each of them leaves streams in the stock reader, is replayed, and repaired has
+//! an index; and nothing that was published a second before is missing.
+
+use std::fs;
+use std::io::Write as _;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use bench_dragon::clock::monotonic_ns;
+use bench_dragon::record::{FrameReader, RecordedFrame, repair};
+
+use crate::python;
+use crate::record::await_frames;
+use crate::seed::Seed;
+use crate::stage::Stage;
+
+const KILLS: usize = 200;
+/// Recorders at a time.
+const RECORDERS: usize = 8;
+/// A recorder is killed this long after its start at the latest.
+const LONGEST_START: Duration = Duration::from_millis(150);
+/// Or this long after it has recorded something: longer than what it may lose.
+const LONGEST_LIFE: Duration = Duration::from_millis(1_500);
+/// What a killed recorder may lose.
+const LOSS_NS: u64 = 1_000_000_000;
+
+/// What is known of a killed recorder.
+struct Killed {
+    /// Its place among all.
+    number: usize,
+    /// The frames that its file holds.
+    frames: Vec<RecordedFrame>,
+    /// When it was killed.
+    killed_ns: u64,
+}
+
+#[test]
+fn whenever_a_recorder_is_killed_its_file_holds_all_but_the_last_second_and_every_reader_opens_it() {
+    let seed = Seed::announced();
+    let stage = Stage::new();
+    fs::write(stage.path("stage.toml"), "[dragon]\nbenches = 6\n").expect("a file");
+    let server = stage.serve(&["--config", "stage.toml", "--rate", "200"]);
+    let (next, is_over) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let all = Mutex::new(Vec::new());
+    let stalls = Stalls::default();
+    thread::scope(|scope| {
+        scope.spawn(|| stalls.watch_until(&is_over));
+        let workers: Vec<_> = (0..RECORDERS)
+            .map(|_| {
+                scope.spawn(|| {
+                    let replays = Stage::new();
+                    loop {
+                        let number = next.fetch_add(1, Ordering::Relaxed);
+                        if number >= KILLS {
+                            return;
+                        }
+                        let killed = kill_one(&stage, number, seed);
+                        open_in_replay(&replays, &stage.path(&cut_name(number)), killed.frames.len());
+                        repair_one(&stage, &killed);
+                        all.lock().unwrap_or_else(PoisonError::into_inner).push(killed);
+                    }
+                })
+            })
+            .collect();
+        let ended: Vec<_> = workers.into_iter().map(thread::ScopedJoinHandle::join).collect();
+        is_over.store(true, Ordering::Relaxed);
+        ended.into_iter().for_each(|ended| ended.expect("what every worker found was in order"));
+    });
+    server.stop();
+    let mut all = all.into_inner().unwrap_or_else(PoisonError::into_inner);
+    all.sort_by_key(|killed| killed.number);
+    let longest_loss_ns = all.iter().map(|killed| killed.check_loss(&stalls)).max().expect("recorders were killed");
+    let with_frames = all.iter().filter(|killed| !killed.frames.is_empty()).count();
+    assert!(with_frames >= KILLS / 2, "{with_frames} files have frames");
+    println!("{KILLS} kills, {with_frames} files with frames, longest loss {} ms", longest_loss_ns / 1_000_000);
+    open_in_python(&stage, &all);
+}
+
+/// Starts a recorder and kills it: the one half at its start, the other once it has recorded something.
+fn kill_one(stage: &Stage, number: usize, seed: Seed) -> Killed {
+    fs::create_dir(stage.path(&number.to_string())).expect("a folder");
+    let path = stage.path(&cut_name(number));
+    let recorder = stage.start(&["record", &cut_name(number)]);
+    let share = seed.share(number as u64);
+    if number.is_multiple_of(2) {
+        thread::sleep(LONGEST_START.mul_f64(share));
+    } else {
+        await_frames(&path);
+        thread::sleep(LONGEST_LIFE.mul_f64(share));
+    }
+    let killed_ns = monotonic_ns();
+    recorder.kill();
+    Killed { number, frames: read(&path), killed_ns }
+}
+
+fn cut_name(number: usize) -> String {
+    format!("{number}/cut.mcap")
+}
+
+/// The frames of a file, which is a recording from its first byte on; none where the recorder had not come to making it.
+fn read(path: &Path) -> Vec<RecordedFrame> {
+    if !path.exists() {
+        return Vec::new();
+    }
+    let reader = FrameReader::open(path).expect("a file that is there is a recording");
+    reader.collect::<Result<_, _>>().expect("readable frames")
+}
+
+/// Begins to replay a file, which is enough to tell that it opens.
+fn open_in_replay(stage: &Stage, path: &Path, frames: usize) {
+    if !path.exists() {
+        return;
+    }
+    let mut replay = stage.start(&["replay".as_ref(), path.as_os_str(), "--format".as_ref(), "json".as_ref()]);
+    if frames == 0 {
+        let ended = replay.end();
+        assert_eq!(ended.stderr, format!("error: {} holds no frames\n", path.display()));
+        return;
+    }
+    assert_eq!(replay.json()["type"], "started");
+    assert_eq!(replay.terminate().code(), Some(0));
+}
+
+/// Repairs a copy of a file.
+fn repair_one(stage: &Stage, killed: &Killed) {
+    let cut = stage.path(&cut_name(killed.number));
+    if cut.exists() {
+        let repaired = cut.with_file_name("repaired.mcap");
+        fs::copy(&cut, &repaired).expect("a copy");
+        let repair = repair(&repaired).expect("a repair");
+        assert_eq!((repair.frames, repair.was_unfinished), (killed.frames.len() as u64, true));
+        assert_eq!((repair.skipped_bytes, repair.kept), (0, None), "a kill leaves nothing damaged");
+        assert!(read(&repaired) == killed.frames, "repair keeps every frame");
+    }
+}
+
+/// Has the stock readers open all files.
+fn open_in_python(stage: &Stage, all: &[Killed]) {
+    let mut list = fs::File::create(stage.path("frames.txt")).expect("a file");
+    for killed in all.iter().filter(|killed| stage.path(&cut_name(killed.number)).exists()) {
+        let first = killed.frames.first().map_or(0, |frame| frame.header.tick);
+        writeln!(list, "{} {first} {}", killed.number, killed.frames.len()).expect("a line");
+    }
+    python::run("test_killed_recorders.py", &[("RECORDING_FOLDER", stage.path("").as_os_str())]);
+}
+
+impl Killed {
+    /// Fails where a frame is missing that was published a second before the kill or earlier; what the machine withheld
+    /// from every thread is granted. Returns what was lost, in nanoseconds before the kill.
+    fn check_loss(&self, stalls: &Stalls) -> u64 {
+        for pair in self.frames.windows(2) {
+            let [before, after] = [&pair[0].header, &pair[1].header];
+            assert_eq!((after.run_id, after.tick), (before.run_id, before.tick + 1), "kill {}", self.number);
+        }
+        let Some(last) = self.frames.last() else { return 0 };
+        let lost_ns = self.killed_ns.saturating_sub(last.header.published_ns);
+        let granted_ns = LOSS_NS + stalls.within_ns(last.header.published_ns, self.killed_ns);
+        assert!(lost_ns <= granted_ns, "kill {}: the last {lost_ns} ns are lost, {granted_ns} may be", self.number);
+        lost_ns
+    }
+}
+
+/// When the machine let a thread of this test wait that only wanted to wake up.
+#[derive(Default)]
+struct Stalls(Mutex<Vec<(u64, u64)>>);
+
+impl Stalls {
+    fn watch_until(&self, is_over: &AtomicBool) {
+        const NAP: Duration = Duration::from_millis(5);
+        while !is_over.load(Ordering::Relaxed) {
+            let begun_ns = monotonic_ns();
+            thread::sleep(NAP);
+            let ended_ns = monotonic_ns();
+            let stall_ns = (ended_ns - begun_ns).saturating_sub(NAP.as_nanos() as u64);
+            self.0.lock().unwrap_or_else(PoisonError::into_inner).push((ended_ns, stall_ns));
+        }
+    }
+
+    /// How long the stalls between two instants were together.
+    fn within_ns(&self, from_ns: u64, to_ns: u64) -> u64 {
+        let stalls = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let within = stalls.iter().filter(|(ended_ns, _)| (from_ns..=to_ns + LOSS_NS).contains(ended_ns));
+        within.map(|(_, stall_ns)| stall_ns).sum()
+    }
+}
