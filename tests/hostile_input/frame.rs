@@ -1,0 +1,15 @@
+//! A message of a recording that says it is a frame.
+
+use bench_dragon::record::cdr::{decode_frame, encode_frame};
+
+/// A message is no frame, or a frame that keeps its bits when it is written again.
+pub(crate) fn check(input: &[u8]) {
+    let Some((header, handles)) = decode_frame(input) else { return };
+    assert!(size_of_val(handles.as_slice()) <= input.len(), "every handle was in the message");
+    let mut message = Vec::new();
+    encode_frame(&mut message, &header, &handles);
+    let (header_again, handles_again) = decode_frame(&message).expect("our own message is a frame");
+    let mut again = Vec::new();
+    encode_frame(&mut again, &header_again, &handles_again);
+    assert_eq!(again, message);
+}

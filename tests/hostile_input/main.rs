@@ -1,0 +1,45 @@
+//! What comes from outside may be anything: a configuration, a command, a message of a recording, a recording.
+//!
+//! Each file here has what must hold for every input of a kind. The fuzz targets (`fuzz/run`) look for an input for which
+//! it does not; this test goes through a corpus that is small: what they begin with, and what they have found.
+
+mod command;
+mod config;
+mod frame;
+mod recording;
+
+use std::fs;
+use std::path::Path;
+
+/// Checks every input of a kind.
+fn check_corpus(kind: &str, check: fn(&[u8])) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/hostile_input/corpus").join(kind);
+    let inputs = fs::read_dir(&folder).expect("the corpus").map(|entry| entry.expect("an input").path());
+    let mut inputs: Vec<_> = inputs.collect();
+    inputs.sort();
+    assert!(!inputs.is_empty(), "{} has inputs", folder.display());
+    for input in inputs {
+        println!("{}", input.display());
+        check(&fs::read(&input).expect("a readable input"));
+    }
+}
+
+#[test]
+fn a_configuration_is_valid_and_written_back_or_refused_in_one_line() {
+    check_corpus("config", config::check);
+}
+
+#[test]
+fn commands_of_any_bits_leave_the_motion_within_its_run() {
+    check_corpus("command", command::check);
+}
+
+#[test]
+fn a_message_is_a_frame_that_keeps_its_bits_or_none() {
+    check_corpus("frame", frame::check);
+}
+
+#[test]
+fn a_recording_is_read_as_far_as_it_goes_and_repair_keeps_what_was_read() {
+    check_corpus("recording", recording::check);
+}

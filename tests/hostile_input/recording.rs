@@ -1,0 +1,55 @@
+//! A file that says it is a recording.
+
+use std::fs;
+use std::path::Path;
+
+use bench_dragon::record::cdr::encode_frame;
+use bench_dragon::record::{FrameReader, ReadError, RepairError, repair};
+use bench_dragon::replay::pace::Pace;
+
+/// More frames than this are not kept for comparison.
+const MOST_FRAMES: usize = 1 << 12;
+
+/// A file is no recording, or read up to where it cannot be; a replay knows when each frame is due; and repair leaves a
+/// recording with an index that has every frame that was read before.
+pub(crate) fn check(input: &[u8]) {
+    // On memory, where there is such a disk: a fuzzer makes thousands of files a second.
+    let memory = Path::new("/dev/shm");
+    let folder = if memory.is_dir() { tempfile::tempdir_in(memory) } else { tempfile::tempdir() };
+    let folder = folder.expect("a folder");
+    let path = folder.path().join("recording.mcap");
+    fs::write(&path, input).expect("a file");
+    let before = read(&path);
+    match repair(&path) {
+        Ok(repaired) if repaired.was_unfinished => {
+            assert!(!repair(&path).expect("a finished recording").was_unfinished, "a repaired recording is finished");
+            if let Ok(before) = before {
+                assert!(read(&path).expect("a repaired recording is readable") == before, "repair keeps every frame");
+            }
+        }
+        Ok(_) => {}
+        Err(RepairError::Foreign { .. } | RepairError::Write { .. }) => {
+            assert!(fs::read(&path).expect("the file is still there") == input, "it is as it was");
+        }
+        Err(error) => panic!("the disk is in order, yet {error}"),
+    }
+}
+
+/// The messages of the frames that a replay would publish.
+fn read(path: &Path) -> Result<Vec<Vec<u8>>, ReadError> {
+    let mut pace = Pace::default();
+    let mut frames = Vec::new();
+    let mut now_ns = 1_000_000_000;
+    for frame in FrameReader::open(path)? {
+        let frame = frame?;
+        let due_ns = pace.due_ns(frame.header.scheduled_ns, now_ns);
+        assert!(due_ns >= now_ns, "no frame is due in the past");
+        now_ns = due_ns.min(1 << 62);
+        if frames.len() < MOST_FRAMES {
+            let mut message = Vec::new();
+            encode_frame(&mut message, &frame.header, &frame.handles);
+            frames.push(message);
+        }
+    }
+    Ok(frames)
+}
