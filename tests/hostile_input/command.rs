@@ -3,16 +3,27 @@
 use bench_dragon::server::motion::{Motion, MotionPlan};
 use bench_dragon_ipc::{Command, CommandReply, Request};
 
-/// Bytes of a command: kind, reserved, value. A last byte is a number of ticks.
-const COMMAND_BYTES: usize = 17;
+/// Bytes of a command: kind, reserved, run, two values. A last byte is a number of ticks.
+const COMMAND_BYTES: usize = 33;
+const RUN_ID: u64 = 0;
 
-/// The head stays within its run, whatever it is asked for and when; a reply of any bits has an outcome that can be told.
+/// The head stays within its run, and where it is guarded within what was granted, whatever it is asked for and when; a
+/// reply of any bits has an outcome that can be told.
 pub(crate) fn check(input: &[u8]) {
-    let plan = plan();
+    let kind = input.first().copied().unwrap_or_default();
+    let plan = MotionPlan {
+        guarded_run: (kind & 1 == 1).then_some(RUN_ID),
+        accel_mps2: (kind & 2 == 2).then_some(0.25),
+        ..MotionPlan::plain(0.02, 0.0, 432.75)
+    };
     let mut motion = Motion::new(plan);
-    for bytes in input.chunks_exact(COMMAND_BYTES) {
-        let command =
-            Command { kind: u32_at(bytes, 0), reserved: u32_at(bytes, 4), value: f64::from_bits(u64_at(bytes, 8)) };
+    for bytes in input.get(1..).unwrap_or_default().chunks_exact(COMMAND_BYTES) {
+        let command = Command {
+            kind: u32_at(bytes, 0),
+            reserved: u32_at(bytes, 4),
+            run_id: u64_at(bytes, 8),
+            values: [16, 24].map(|at| f64::from_bits(u64_at(bytes, at))),
+        };
         if let Some(request) = Request::from_wire(&command) {
             assert_eq!(request.to_wire().kind, command.kind);
             let before = motion.head();
@@ -21,11 +32,12 @@ pub(crate) fn check(input: &[u8]) {
                 assert!(!refusal.to_string().contains('\n'));
             }
         }
-        for _ in 0..=bytes[16] {
+        for _ in 0..=bytes[32] {
             motion.advance();
             let head = motion.head();
             assert!((0.0..=plan.end_travel_m).contains(&head.travel_m), "{head:?}");
             assert!((0.0..=Request::MAX_SPEED_MPS).contains(&head.speed_mps), "{head:?}");
+            assert!(motion.limits().granted_to_m.is_none_or(|granted_to_m| head.travel_m <= granted_to_m), "{head:?}");
         }
     }
     check_reply(input);
@@ -46,23 +58,6 @@ fn check_reply(input: &[u8]) {
     match reply.outcome() {
         Ok(tick) => assert_eq!((reply.refusal, tick), (0, reply.tick)),
         Err(refusal) => assert!(!refusal.to_string().is_empty()),
-    }
-}
-
-/// The paper's run, at one metre a second.
-fn plan() -> MotionPlan {
-    MotionPlan {
-        speed_mps: 1.0,
-        tick_s: 0.02,
-        start_s: 0.0,
-        start_travel_m: 0.0,
-        start_speed_mps: 1.0,
-        first_s: 0.0,
-        last_s: 432.75,
-        end_travel_m: 432.75,
-        until_s: None,
-        held: false,
-        paused: false,
     }
 }
 
