@@ -174,10 +174,12 @@ impl CommandClient {
         }
         let deadline = Instant::now() + timeout;
         loop {
+            // Asked before the reply is looked for: a server lets go of a command as soon as it has answered.
+            let is_over = !pending.is_connected() || Instant::now() >= deadline;
             if let Some(reply) = pending.receive().map_err(|error| BusError::failed(COMMANDS, error))? {
                 return Ok(*reply.payload());
             }
-            if !pending.is_connected() || Instant::now() >= deadline {
+            if is_over {
                 return Err(no_server());
             }
             std::thread::sleep(POLL_PERIOD);

@@ -64,9 +64,10 @@ pub enum BusError {
 }
 
 impl BusError {
-    /// Whether there is just nothing to open yet, so that waiting makes sense.
+    /// Whether there is just nothing to open yet, so that waiting makes sense: the next server makes it, and clears away
+    /// what a killed one has left half made.
     pub fn is_absent(&self) -> bool {
-        matches!(self, Self::NoServer { .. })
+        matches!(self, Self::NoServer { .. } | Self::HalfMade { .. })
     }
 
     pub(crate) fn failed(service: &'static str, reason: impl fmt::Debug) -> Self {

@@ -1,13 +1,20 @@
 //! One source an instance, without a daemon.
 
+use core::time::Duration;
 use std::fs::{self, File};
-use std::io;
-use std::path::PathBuf;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::Instant;
 
 use crate::domain::Domain;
 use crate::domain_error::DomainError;
 use crate::error::BusError;
 use crate::lock_file::{self, Refused, hold_alone};
+
+/// How long a source waits for one that is ending: after a crash of its parent, say, when both are started again at once.
+const PATIENCE: Duration = Duration::from_secs(1);
+const TRY_PERIOD: Duration = Duration::from_millis(5);
 
 /// Held by the one source of an instance for as long as it runs.
 #[derive(Debug)]
@@ -19,7 +26,8 @@ pub struct SourceLock {
 }
 
 impl SourceLock {
-    /// Takes the lock of a domain, whose directory is made where it is missing.
+    /// Takes the lock of a domain, whose directory is made where it is missing. Waits up to a second for a source that is
+    /// just ending.
     ///
     /// A source that was killed while it made a service leaves a file at which every later one would fail. Only sources
     /// make services and only the holder of this lock is one, so such a file is nobody's, and is removed.
@@ -28,17 +36,20 @@ impl SourceLock {
     /// [`BusError::SourceRunning`] where another process holds it, [`BusError::Domain`].
     pub fn take(domain: &Domain) -> Result<Self, BusError> {
         let path = lock_path(domain);
+        let deadline = Instant::now() + PATIENCE;
         let locked = loop {
             domain.create_directory()?;
             match hold_alone(&path) {
                 // The last one to leave has just removed the directory.
-                Err(Refused::Io(error)) if error.kind() == io::ErrorKind::NotFound => {}
+                Err(Refused::Io(error)) if error.kind() == ErrorKind::NotFound => {}
+                Err(Refused::Taken { .. }) if Instant::now() < deadline => thread::sleep(TRY_PERIOD),
                 locked => break locked,
             }
         };
         match locked {
             Ok(file) => {
-                let cleared = clear_half_made(domain).map_err(|error| DomainError::Io { path: path.clone(), error })?;
+                let services = domain.root().join("services");
+                let cleared = clear_half_made(&services).map_err(|error| DomainError::Io { path: services, error })?;
                 Ok(Self { path, cleared, _file: file })
             }
             Err(Refused::Taken { pid }) => {
@@ -74,20 +85,25 @@ fn lock_path(domain: &Domain) -> PathBuf {
     domain.root().join("source.lock")
 }
 
-/// Removes what iceoryx2 has begun to write and not finished: its finished service files are read-only.
-fn clear_half_made(domain: &Domain) -> io::Result<Vec<PathBuf>> {
-    let entries = match fs::read_dir(domain.root().join("services")) {
-        Ok(entries) => entries,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-        Err(error) => return Err(error),
-    };
+/// Removes what iceoryx2 has begun to write and not finished: its finished service files are read-only. Whoever leaves the
+/// domain meanwhile may remove any of them first.
+fn clear_half_made(services: &Path) -> io::Result<Vec<PathBuf>> {
+    let Some(entries) = if_there(fs::read_dir(services))? else { return Ok(Vec::new()) };
     let mut cleared = Vec::new();
     for entry in entries {
-        let entry = entry?;
-        if !entry.metadata()?.permissions().readonly() {
-            fs::remove_file(entry.path())?;
-            cleared.push(entry.path());
+        let path = entry?.path();
+        let is_half_made = if_there(fs::metadata(&path))?.is_some_and(|metadata| !metadata.permissions().readonly());
+        if is_half_made && if_there(fs::remove_file(&path))?.is_some() {
+            cleared.push(path);
         }
     }
     Ok(cleared)
+}
+
+/// `None` where what was asked for is not there.
+fn if_there<T>(outcome: io::Result<T>) -> io::Result<Option<T>> {
+    match outcome {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+        outcome => outcome.map(Some),
+    }
 }
