@@ -77,8 +77,17 @@ impl Child {
 
     /// Asks it to end.
     pub(super) fn terminate(&self) {
+        self.send(Signal::TERM);
+    }
+
+    /// Ends it at once.
+    pub(super) fn kill(&self) {
+        self.send(Signal::KILL);
+    }
+
+    fn send(&self, signal: Signal) {
         // It may have ended by itself; the process id stays its own until it is waited for.
-        let _ = kill_process(Pid::from_child(&self.process), Signal::TERM);
+        let _ = kill_process(Pid::from_child(&self.process), signal);
     }
 
     /// Waits for its end; kills it after `patience`.

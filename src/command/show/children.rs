@@ -38,6 +38,11 @@ impl Children {
         self.events.recv_timeout(timeout).ok()
     }
 
+    /// Kills a child, which then closes its stdout.
+    pub(super) fn kill(&self, role: Role) {
+        self.running.iter().filter(|(other, _)| *other == role).for_each(|(_, child)| child.kill());
+    }
+
     /// Waits for a child that has closed its stdout, and says how it ended; `None` where it was waited for before.
     pub(super) fn reap(&mut self, role: Role) -> anyhow::Result<Option<std::process::ExitStatus>> {
         let Some(index) = self.running.iter().position(|(other, _)| *other == role) else { return Ok(None) };

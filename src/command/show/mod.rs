@@ -24,14 +24,18 @@ mod child;
 mod children;
 mod folder;
 mod live_line;
+mod patience;
 mod report;
 mod tally;
+mod watch;
 
 use account::Account;
 use child::{Event, Role};
 use children::Children;
 use folder::{free_recording, make_folder, repair_earlier_shows, write_config};
+use patience::{MAX_RESTARTS, WINDOW};
 use report::print_report;
+use watch::Watch;
 
 /// Readers that the server waits for: the monitor, the recorder and the show itself.
 const READERS: usize = 3;
@@ -39,10 +43,6 @@ const READERS: usize = 3;
 const LOOK_PERIOD: Duration = Duration::from_millis(50);
 /// How often the monitor says how it stands, in seconds.
 const PROGRESS_PERIOD_S: &str = "0.2";
-/// How often one child is started again before the show goes on without it, or without a server ends.
-const MAX_RESTARTS: u32 = 5;
-/// How long the show waits before it starts a child again for the first time; twice as long each further time.
-const FIRST_BACKOFF: Duration = Duration::from_millis(50);
 
 /// What is told when a restarted server stands held.
 const HELD: &str = "the dragon stands where it was, held: `bench-dragon ctl release` lets it walk";
@@ -84,6 +84,7 @@ struct Show<'a> {
     account: Account,
     /// Which children are to be started again, and when.
     restarts: Vec<(Role, Instant)>,
+    watch: Watch,
     /// Whether a child ended so often that the show went on without it.
     given_up: bool,
 }
@@ -105,6 +106,7 @@ impl<'a> Show<'a> {
             paused: false,
             account: Account::new(start_s, end_s),
             restarts: Vec::new(),
+            watch: Watch::new(Instant::now()),
             given_up: false,
         }
     }
@@ -117,12 +119,16 @@ impl<'a> Show<'a> {
         self.start_recorder()?;
         while !stop.is_set() && self.account.tally.contact.is_none() && self.account.tally.guard.is_none() {
             match self.children.next_event(LOOK_PERIOD) {
-                Some(Event::Line(role, line)) => self.account.take_line(role, &line)?,
+                Some(Event::Line(role, line)) => {
+                    self.watch.hear(role);
+                    self.account.take_line(role, &line)?;
+                }
                 Some(Event::Closed(role)) => self.take_end(role)?,
                 None => {}
             }
             self.restart_due()?;
             self.look_at_bus()?;
+            self.kill_silent();
             if self.last.is_some_and(|header| header.show_state() == Some(ShowState::Finished)) {
                 break;
             }
@@ -159,6 +165,7 @@ impl<'a> Show<'a> {
         let newest = self.frames.as_mut().map(FrameSubscriber::latest).transpose()?.flatten();
         if let Some(frame) = newest {
             let header = *frame.header();
+            self.watch.hear(Role::Serve);
             self.account.tally.see_frame(&header);
             self.account.line.update(&header, &self.account.progress);
             match header.show_state() {
@@ -189,21 +196,33 @@ impl<'a> Show<'a> {
             Role::Monitor => self.account.close_monitor(),
             Role::Record => self.account.close_recorder(),
         }
-        let restarts = self.account.tally.restarts(role);
-        let what = match role {
-            _ if *restarts < MAX_RESTARTS => {
-                self.restarts.push((role, Instant::now() + FIRST_BACKOFF * 2_u32.pow(*restarts)));
-                *restarts += 1;
+        let now = Instant::now();
+        let what = match (self.watch.after_end(role, now), role) {
+            (Some(backoff), _) => {
+                self.restarts.push((role, now + backoff));
+                *self.account.tally.restarts(role) += 1;
                 "starting it again"
             }
-            Role::Serve => bail!("serve has ended {MAX_RESTARTS} times again, the last time with {status}: giving up"),
-            Role::Monitor | Role::Record => {
+            (None, Role::Serve) => bail!(
+                "serve has ended {MAX_RESTARTS} times again within {} minutes, the last time with {status}: giving up",
+                WINDOW.as_secs() / 60
+            ),
+            (None, Role::Monitor | Role::Record) => {
                 self.given_up = true;
                 "the show goes on without it"
             }
         };
         self.account.line.say(&format!("{} ended with {status}: {what}", role.name()));
         Ok(())
+    }
+
+    /// Kills a child that has stopped without having ended; what follows is as after any other end.
+    fn kill_silent(&mut self) {
+        for role in self.watch.silent(Instant::now()) {
+            let seconds = watch::LONGEST_SILENCE.as_secs();
+            self.account.line.say(&format!("{} has shown no sign of life for {seconds} s: killing it", role.name()));
+            self.children.kill(role);
+        }
     }
 
     /// Starts the children again whose time has come.
@@ -265,7 +284,7 @@ impl<'a> Show<'a> {
     /// Starts a server again that was killed before it was there; one that has given its reason on stderr is not.
     fn take_early_end(&mut self) -> anyhow::Result<()> {
         match self.children.reap(Role::Serve)? {
-            Some(status) if status.code().is_none() && *self.account.tally.restarts(Role::Serve) < MAX_RESTARTS => {
+            Some(status) if status.code().is_none() && self.watch.after_end(Role::Serve, Instant::now()).is_some() => {
                 self.account.line.say(&format!("serve ended with {status}: starting it again"));
                 *self.account.tally.restarts(Role::Serve) += 1;
                 self.start_server()

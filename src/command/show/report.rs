@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use bench_dragon::histogram::Percentiles;
-use bench_dragon::report::{ContactReport, GuardReport, ShowSummary};
+use bench_dragon::report::{ContactReport, GuardReport, Restarts, ShowSummary};
 
 use crate::cli::Format;
 use crate::command::output::{print_json, print_line};
@@ -32,6 +32,10 @@ pub(super) fn print_report(format: Format, summary: &ShowSummary, folder: &Path)
     print_line(format_args!("lateness        {}", percentiles(&summary.lateness_us)))?;
     print_line(format_args!("latency         {}, frame due to frame monitored", percentiles(&summary.latency_us)))?;
     print_line(format_args!("overruns        {}", summary.overruns))?;
+    let Restarts { serve, monitor, record } = summary.restarts;
+    if serve + monitor + record > 0 {
+        print_line(format_args!("restarts        {serve} serve, {monitor} monitor, {record} record"))?;
+    }
     print_line(format_args!("in              {}", folder.display()))?;
     Ok(())
 }
