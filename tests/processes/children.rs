@@ -29,11 +29,10 @@ pub(crate) fn children(show: u32) -> Vec<(u32, String)> {
 
 /// Ends a child of a show as a crash does.
 pub(crate) fn kill(child: u32) {
-    send(child, Signal::KILL);
+    send(child, Signal::KILL).expect("it is running");
 }
 
-/// Sends a signal to a child of a show.
-pub(crate) fn send(child: u32, signal: Signal) {
-    let pid = Pid::from_raw(child.cast_signed()).expect("a process id is not 0");
-    kill_process(pid, signal).expect("it is running");
+/// Sends a signal to a child of a show; an error where it has ended and its show has taken note of that.
+pub(crate) fn send(child: u32, signal: Signal) -> rustix::io::Result<()> {
+    kill_process(Pid::from_raw(child.cast_signed()).expect("a process id is not 0"), signal)
 }

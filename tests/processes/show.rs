@@ -192,7 +192,7 @@ fn a_recorder_that_is_asked_to_end_is_started_again_and_counted_once() {
     let playing = Playing::start(&[]);
     let recorder = await_child(playing.show.pid(), "record", None);
     record::await_frames(&playing.stage.path("out/recording.mcap"));
-    send(recorder, Signal::TERM);
+    send(recorder, Signal::TERM).expect("it is running");
     assert_eq!(playing.show.complaint(), "record ended with exit status: 0: starting it again");
     let (summary, _) = playing.interrupt();
     assert_eq!(summary["restarts"]["record"], 1);
@@ -276,6 +276,48 @@ fn the_children_of_a_killed_show_end_and_finish_the_recording() {
     assert!(frames.iter().enumerate().all(|(tick, header)| header.tick == tick as u64) && !frames.is_empty());
     // What the killed show itself has left, the next server takes away.
     stage.serve(&["--until", "0"]).summary();
+}
+
+/// Nothing says when a child is between its start and its wish to end with its parent, so many shows are killed.
+#[test]
+fn a_show_killed_in_its_start_up_leaves_no_child_and_the_next_one_starts_at_once() {
+    let stage = Stage::new();
+    for round in 0..20 {
+        let show = stage.start(&[&CALM[..], &["json"]].concat());
+        let pid = show.pid();
+        let wanted = round % 4;
+        eventually(|| (children(pid).len() >= wanted).then_some(()));
+        show.kill();
+        eventually(|| children(pid).is_empty().then_some(()));
+    }
+    let ended = stage.run(&[&CALM[..], &["json", "--until", "101"]].concat());
+    assert_eq!((ended.code(), &ended.last_json()["frames"]["published"]), (Some(0), &json!(51)), "{}", ended.stderr);
+}
+
+#[test]
+fn the_next_show_waits_for_the_server_of_a_killed_one_to_end() {
+    let Playing { show, stage } = Playing::start(&[]);
+    show.kill();
+    let ended = stage.run(&[&CALM[..], &["json", "--until", "101"]].concat());
+    assert_eq!((ended.code(), &ended.last_json()["frames"]["published"]), (Some(0), &json!(51)), "{}", ended.stderr);
+}
+
+#[test]
+fn a_child_that_stands_still_is_killed_and_started_again() {
+    for command in ["serve", "monitor"] {
+        let playing = Playing::start(&["--auto-resume"]);
+        let first = await_child(playing.show.pid(), command, None);
+        if command == "monitor" {
+            // It has begun to say how it stands.
+            playing.await_status(|status| status.tick >= 50);
+        }
+        send(first, Signal::STOP).expect("it is running");
+        assert_eq!(playing.show.complaint(), format!("{command} has shown no sign of life for 5 s: killing it"));
+        assert_eq!(playing.show.complaint(), format!("{command} ended with signal: 9 (SIGKILL): starting it again"));
+        await_child(playing.show.pid(), command, Some(first));
+        let (summary, _) = playing.interrupt();
+        assert_eq!(summary["restarts"][command], 1);
+    }
 }
 
 #[test]

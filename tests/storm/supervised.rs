@@ -1,0 +1,137 @@
+//! Shows whose children are killed, and which are killed themselves.
+
+use std::path::PathBuf;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use bench_dragon::record::repair;
+use rustix::process::Signal;
+use serde_json::Value;
+
+use crate::books::{Books, Phase};
+use crate::children::{children, send};
+use crate::process::Process;
+use crate::random::Random;
+use crate::stage::Stage;
+use crate::troupe::{Failure, LOOK_PERIOD, PATIENCE, START_UP};
+
+/// The roles of a show's children.
+const CHILDREN: [&str; 3] = ["serve", "monitor", "record"];
+/// The longest time between two kills in a show that plays.
+const BETWEEN: Duration = Duration::from_millis(400);
+/// Kills in one show at most: it has some patience with each child, but not without end.
+const MOST_KILLS: usize = 4;
+
+/// Plays shows one after another on a stage, with so many kills.
+pub(crate) fn play_shows(stage: &Stage, random: &mut Random, kills: u32, books: &mut Books) -> Result<(), Failure> {
+    let (end, mut number) = (books.kills() + kills, 0);
+    while books.kills() < end {
+        number += 1;
+        // A show that was killed is started again in its own folder; its recorder may still be finishing its file.
+        while play_show(stage, number, random, end - books.kills(), books)? == Ended::Killed {}
+    }
+    Ok(())
+}
+
+/// How a show has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ended {
+    Killed,
+    Whole,
+}
+
+fn play_show(stage: &Stage, number: u32, random: &mut Random, most: u32, books: &mut Books) -> Result<Ended, Failure> {
+    let folder = format!("show-{number}");
+    let args = ["show", "--rate", "200", "--auto-resume", "--format", "json", "--out", &folder];
+    let show = stage.start(&args);
+    let mut killed = 0;
+    for _ in 0..(1 + random.below(MOST_KILLS)).min(most as usize) {
+        let longest = if random.percent(40) { START_UP } else { BETWEEN };
+        thread::sleep(random.up_to(longest));
+        let running = children(show.pid());
+        let phase = if running.len() == CHILDREN.len() { Phase::Playing } else { Phase::Starting };
+        if random.percent(25) {
+            let pid = show.pid();
+            show.kill();
+            books.kill("show", phase);
+            return await_orphans(pid, random).map(|()| Ended::Killed);
+        }
+        let Some((pid, name)) = (!running.is_empty()).then(|| running[random.below(running.len())].clone()) else {
+            continue;
+        };
+        if send(pid, Signal::KILL).is_ok() {
+            let name = CHILDREN.into_iter().find(|child| *child == name).expect("a show has no other children");
+            books.kill(name, phase);
+            killed += 1;
+        }
+    }
+    end_show(stage, show, killed, books)
+}
+
+/// Waits until the children of a killed show have ended; every other time, the next show has to do without that.
+fn await_orphans(show: u32, random: &mut Random) -> Result<(), Failure> {
+    let begun = Instant::now();
+    if random.percent(50) {
+        return Ok(());
+    }
+    while !children(show).is_empty() {
+        if begun.elapsed() > PATIENCE {
+            return Err(format!("the children of a killed show go on: {:?}", children(show)));
+        }
+        thread::sleep(LOOK_PERIOD);
+    }
+    Ok(())
+}
+
+/// Waits until all play again, ends the show and checks its report.
+fn end_show(stage: &Stage, show: Process, killed: u64, books: &mut Books) -> Result<Ended, Failure> {
+    let begun = Instant::now();
+    while children(show.pid()).len() < CHILDREN.len() {
+        if begun.elapsed() > PATIENCE {
+            show.signal(Signal::INT);
+            return Err(format!("a show does not start its children again: {}", show.end().stderr));
+        }
+        thread::sleep(LOOK_PERIOD);
+    }
+    let echo = stage.run(&["echo", "--count", "5"]);
+    if echo.code() != Some(0) {
+        return Err(format!("a reader of a show: {}", echo.stderr));
+    }
+    let pid = show.pid();
+    show.signal(Signal::INT);
+    let ended = show.end();
+    books.complain(&ended.stderr.lines().map(str::to_owned).collect::<Vec<_>>());
+    let summary = ended.json_lines().pop().unwrap_or_default();
+    let restarts: u64 = CHILDREN.iter().filter_map(|child| summary["restarts"][child].as_u64()).sum();
+    let frames = |name: &str| summary["frames"][name].as_u64();
+    let is_fine = ended.code() == Some(0)
+        && restarts == killed
+        && frames("monitored") <= frames("published")
+        && frames("recorded") <= frames("published")
+        && children(pid).is_empty();
+    if !is_fine {
+        return Err(format!("a show of {killed} killed children: {summary}\n{}", ended.stderr));
+    }
+    let recorded = read_recordings(stage, &summary, books)?;
+    if frames("recorded") == Some(recorded) {
+        Ok(Ended::Whole)
+    } else {
+        Err(format!("{recorded} frames are in the recordings, but {summary}"))
+    }
+}
+
+/// Counts the frames of a show's recordings, which are whole.
+fn read_recordings(stage: &Stage, summary: &Value, books: &mut Books) -> Result<u64, Failure> {
+    let mut recorded = 0;
+    for name in summary["recordings"].as_array().into_iter().flatten() {
+        let path: PathBuf = stage.path(name.as_str().unwrap_or_default());
+        let repaired = repair(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+        if repaired.was_unfinished {
+            return Err(format!("{} was not finished by its show", path.display()));
+        }
+        recorded += repaired.frames;
+        books.recordings += 1;
+    }
+    books.recorded += recorded;
+    Ok(recorded)
+}
