@@ -9,12 +9,13 @@
 //! | [`dragon`] | chain, boards, clearance, contact |
 //! | [`route`] | the curves that the handles follow |
 //!
-//! Beside them: [`config`] (the validated TOML document), [`report`] (what the processes say), [`table`] (answers in rows
-//! and columns), [`figure`] (answers for print), [`histogram`], [`clock`], [`processors`], [`stop`] and [`number`]. The
-//! bus is the crate `bench_dragon_ipc`.
+//! Beside them: [`doctor`] (what stands in the way of a show), [`config`] (the validated TOML document), [`report`] (what
+//! the processes say), [`table`] (answers in rows and columns), [`figure`] (answers for print), [`histogram`], [`clock`],
+//! [`processors`], [`stop`] and [`number`]. The bus is the crate `bench_dragon_ipc`.
 
 pub mod clock;
 pub mod config;
+pub mod doctor;
 pub mod dragon;
 pub mod figure;
 pub mod guard;

@@ -16,6 +16,7 @@ use tracing_subscriber::prelude::*;
 
 mod cli;
 mod command;
+mod limits;
 
 use cli::Cli;
 use command::BadInput;
@@ -30,11 +31,13 @@ fn main() -> ExitCode {
         Err(error) => return report_usage(&error),
     };
     log_to_stderr();
+    limits::settle();
     match command::run(cli.command) {
         Ok(status) => status,
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            complain(&format!("error: {error:#}"));
+            let remedy = remedy(&error).map_or_else(String::new, |remedy| format!(": {remedy}"));
+            complain(&format!("error: {error:#}{remedy}"));
             ExitCode::from(if is_bad_input(&error) { BAD_INPUT } else { 1 })
         }
     }
@@ -87,6 +90,11 @@ fn is_bad_input(error: &anyhow::Error) -> bool {
             || matches!(cause.downcast_ref(), Some(ReplayError::Open(_)))
             || matches!(cause.downcast_ref(), Some(RepairError::Read { .. } | RepairError::Foreign { .. }))
     })
+}
+
+/// What to do about an error that comes of a limit of this process.
+fn remedy(error: &anyhow::Error) -> Option<&'static str> {
+    error.chain().find_map(|cause| limits::remedy(cause.downcast_ref()?))
 }
 
 /// Whether whoever read our output has had enough, as `head` does.

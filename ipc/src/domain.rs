@@ -163,18 +163,15 @@ impl Domain {
     /// Checks that the directory is ours alone.
     ///
     /// # Errors
-    /// [`DomainError::Missing`], [`DomainError::NotADirectory`], [`DomainError::ForeignOwner`] or
-    /// [`DomainError::WritableByOthers`], each with the path that is wrong.
+    /// [`DomainError::RuntimeDirectory`], [`DomainError::Missing`], [`DomainError::NotADirectory`],
+    /// [`DomainError::ForeignOwner`] or [`DomainError::WritableByOthers`], each with the path that is wrong.
     pub fn check_directory(&self) -> Result<(), DomainError> {
+        self.check_runtime_directory()?;
         self.directories().into_iter().try_for_each(|path| self.check(path))
     }
 
     fn check(&self, path: &Path) -> Result<(), DomainError> {
-        let metadata = fs::symlink_metadata(path).map_err(|error| match error.kind() {
-            ErrorKind::NotFound => DomainError::Missing { path: path.to_owned() },
-            ErrorKind::PermissionDenied => DomainError::PermissionDenied { path: path.to_owned() },
-            _ => DomainError::Io { path: path.to_owned(), error },
-        })?;
+        let metadata = fs::symlink_metadata(path).map_err(|error| DomainError::of(path.to_owned(), error))?;
         check_metadata(path, &metadata, self.uid)
     }
 

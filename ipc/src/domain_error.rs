@@ -1,7 +1,7 @@
 //! What can be wrong with where an instance lives.
 
 use core::fmt;
-use std::io;
+use std::io::{self, ErrorKind};
 use std::path::PathBuf;
 
 use crate::domain::{Instance, MAX_ROOT_PATH_LEN};
@@ -67,6 +67,29 @@ pub enum DomainError {
     },
 }
 
+impl DomainError {
+    /// Sorts the operating system's reason for not letting a path be read.
+    pub(crate) fn of(path: PathBuf, error: io::Error) -> Self {
+        match error.kind() {
+            ErrorKind::NotFound => Self::Missing { path },
+            ErrorKind::PermissionDenied => Self::PermissionDenied { path },
+            _ => Self::Io { path, error },
+        }
+    }
+}
+
+/// What to do about an error of the operating system, where that is plain.
+fn remedy(error: &io::Error) -> &'static str {
+    match error.kind() {
+        ErrorKind::PermissionDenied => ": run as the user whom the directory belongs to, or chmod 0700 the directory",
+        ErrorKind::ReadOnlyFilesystem => ": set XDG_RUNTIME_DIR to a directory that can be written",
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+            ": free some space there, or set XDG_RUNTIME_DIR to a directory with more"
+        }
+        _ => "",
+    }
+}
+
 impl fmt::Display for DomainError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -99,7 +122,7 @@ impl fmt::Display for DomainError {
                 "permission denied on the bus directory {}: run as the user who runs the server",
                 path.display()
             ),
-            Self::Io { path, error } => write!(formatter, "{}: {error}", path.display()),
+            Self::Io { path, error } => write!(formatter, "{}: {error}{}", path.display(), remedy(error)),
         }
     }
 }

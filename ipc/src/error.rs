@@ -1,6 +1,7 @@
 //! What can go wrong between a process and the bus.
 
 use core::fmt;
+use std::io;
 
 use crate::domain_error::DomainError;
 
@@ -43,6 +44,16 @@ pub enum BusError {
     SharedMemoryFull {
         /// What is needed, in bytes.
         needed: u64,
+    },
+    /// `/dev/shm` cannot be used at all.
+    SharedMemoryUnusable {
+        /// The operating system's reason.
+        error: io::Error,
+    },
+    /// This process may not open as many files as it needs.
+    TooFewFiles {
+        /// How many more it needs.
+        needed: usize,
     },
     /// A process was killed while it made the service, and what is left of it blocks everyone.
     HalfMade {
@@ -100,6 +111,20 @@ impl fmt::Display for BusError {
                 formatter,
                 "/dev/shm has less than the {:.1} MB free that this needs: free some or mount it larger",
                 *needed as f64 * 1e-6
+            ),
+            Self::SharedMemoryUnusable { error } if error.kind() == io::ErrorKind::FileTooLarge => {
+                write!(
+                    formatter,
+                    "a file may not be as large as shared memory has to be ({error}): `ulimit -f unlimited`"
+                )
+            }
+            Self::SharedMemoryUnusable { error } => write!(
+                formatter,
+                "/dev/shm cannot be written ({error}): mount it, `mount -t tmpfs -o mode=1777 tmpfs /dev/shm`"
+            ),
+            Self::TooFewFiles { needed } => write!(
+                formatter,
+                "this process may not open the {needed} more files that it needs: raise the limit, `ulimit -n 1024`"
             ),
             Self::HalfMade { service } => write!(
                 formatter,

@@ -39,6 +39,7 @@
 pub mod service;
 
 mod alert;
+mod census;
 mod client;
 mod command;
 mod continuity;
@@ -50,6 +51,8 @@ mod guard_lock;
 mod lock_file;
 mod member;
 mod membership;
+mod open_files;
+mod service_layout;
 mod source_lock;
 mod space;
 mod status;
@@ -58,6 +61,7 @@ mod time_histogram;
 mod trouble;
 
 pub use alert::{Alert, AlertKind};
+pub use census::{Census, Cleared, NodeEntry, clear};
 pub use client::{AlertSubscriber, CommandClient, Description, DescriptionReader, StatusReader};
 pub use command::{Command, CommandReply, Refusal, Request};
 pub use continuity::{Continuity, ContinuityTracker};
@@ -66,8 +70,13 @@ pub use domain_error::DomainError;
 pub use error::BusError;
 pub use frame::{FrameHeader, HandleState, ShowState};
 pub use guard_lock::GuardLock;
+pub use open_files::require_open_files;
+pub use service_layout::ServiceLayout;
 pub use source_lock::SourceLock;
 pub use space::require_shared_memory;
 pub use status::Status;
 pub use subscriber::{Frame, FrameSubscriber};
 pub use time_histogram::TimeHistogram;
+
+/// The version of iceoryx2 whose services these are; another one's cannot be opened.
+pub const ICEORYX2_VERSION: &str = "0.10";

@@ -15,10 +15,11 @@ use crate::domain_error::DomainError;
 use crate::error::BusError;
 use crate::frame::{FrameHeader, HandleState};
 use crate::membership::Membership;
+use crate::open_files::require_open_files;
 use crate::service::{
-    ALERT_BUFFER, ALERTS, AlertService, CLIENT_MEMORY, COMMANDS, CommandService, DESCRIPTION, DescriptionService,
-    EventService, FRAMES, FrameService, MAX_ACTIVE_REQUESTS, MAX_BORROWED_FRAMES, MAX_NODES, MAX_READERS, MAX_SOURCES,
-    SOURCE_MEMORY, STATUS, Service, StatusService, frame_buffer,
+    ALERT_BUFFER, ALERTS, AlertService, CLIENT_FILES, CLIENT_MEMORY, COMMANDS, CommandService, DESCRIPTION,
+    DescriptionService, EventService, FRAMES, FrameService, MAX_ACTIVE_REQUESTS, MAX_BORROWED_FRAMES, MAX_NODES,
+    MAX_READERS, MAX_SOURCES, SOURCE_FILES, SOURCE_MEMORY, STATUS, Service, StatusService, frame_buffer,
 };
 use crate::space::require_shared_memory;
 use crate::status::Status;
@@ -48,6 +49,14 @@ impl Role {
             Self::Client => CLIENT_MEMORY,
         }
     }
+
+    /// Files that it opens at most.
+    fn open_files(self) -> usize {
+        match self {
+            Self::Source { .. } => SOURCE_FILES,
+            Self::Client => CLIENT_FILES,
+        }
+    }
 }
 
 /// A process's membership in a domain.
@@ -66,9 +75,11 @@ impl Member {
     ///
     /// # Errors
     /// [`BusError::NoServer`] for a client where the directory is missing, [`BusError::Domain`],
-    /// [`BusError::PermissionDenied`] and [`BusError::SharedMemoryFull`].
+    /// [`BusError::PermissionDenied`], [`BusError::TooFewFiles`], [`BusError::SharedMemoryFull`] and
+    /// [`BusError::SharedMemoryUnusable`].
     pub fn join(domain: &Domain, name: &str, role: Role) -> Result<Self, BusError> {
         let instance = domain.instance().to_string();
+        require_open_files(role.open_files())?;
         let membership = loop {
             match (enter(domain, role), role) {
                 // The last one to leave has just removed the directory.
@@ -269,8 +280,11 @@ fn enter(domain: &Domain, role: Role) -> Result<Membership, DomainError> {
 /// Whether there is anything to open, without the cost of joining: a client that waits asks often.
 fn require_services(domain: &Domain) -> Result<(), DomainError> {
     let path = domain.root().join("services");
-    let is_empty = fs::read_dir(&path).map_or(true, |mut services| services.next().is_none());
-    if is_empty { Err(DomainError::Missing { path }) } else { Ok(()) }
+    match fs::read_dir(&path).map(|mut services| services.next().is_none()) {
+        Ok(false) => Ok(()),
+        Ok(true) => Err(DomainError::Missing { path }),
+        Err(error) => Err(DomainError::of(path, error)),
+    }
 }
 
 fn service_name(name: &'static str) -> ServiceName {

@@ -19,7 +19,7 @@ use crate::service::Service;
 use crate::source_lock::SourceLock;
 
 /// Where shared memory lives in the file system.
-const SHARED_MEMORY: &str = "/dev/shm";
+pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
 /// The directories that iceoryx2 makes in a domain's root path.
 const DIRECTORIES: [&str; 2] = ["nodes", "services"];
 
@@ -42,7 +42,8 @@ impl Membership {
             file.lock_shared()
         };
         let file = lock_at(&path, join).map_err(|error| match error.kind() {
-            ErrorKind::NotFound => DomainError::Missing { path: domain.root().to_owned() },
+            // Unless it is something else that is missing, such as shared memory: that would not come by trying again.
+            ErrorKind::NotFound if !domain.root().exists() => DomainError::Missing { path: domain.root().to_owned() },
             _ => DomainError::Io { path, error },
         })?;
         Ok(Self { domain: domain.clone(), file })

@@ -45,12 +45,16 @@ const LEAST_FRAME_BUFFER: usize = 4;
 const FRAME_MEMORY: usize = 56 << 20;
 pub(crate) const ALERT_BUFFER: usize = 256;
 /// What all but the frames of a source takes of shared memory at most, in bytes.
-pub(crate) const SOURCE_MEMORY: u64 = 5 << 20;
+pub const SOURCE_MEMORY: u64 = 5 << 20;
 /// What the alerts of all readers take of shared memory at most, in bytes.
 pub const ALERT_MEMORY: u64 = 1 << 20;
 /// What a client takes of shared memory at most, in bytes. Little, so that a safety stop gets through where hardly
 /// anything is left.
 pub(crate) const CLIENT_MEMORY: u64 = 256 << 10;
+/// Files that a source opens at most: its own forty, and three for each reader.
+pub const SOURCE_FILES: usize = 128;
+/// Files that a client opens at most.
+pub(crate) const CLIENT_FILES: usize = 32;
 
 /// The iceoryx2 service type of the bus: one process, one thread a port.
 pub type Service = ipc::Service;

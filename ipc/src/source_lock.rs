@@ -3,7 +3,7 @@
 use core::time::Duration;
 use std::fs::{self, File};
 use std::io::{self, ErrorKind};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::thread;
 use std::time::Instant;
 
@@ -48,8 +48,8 @@ impl SourceLock {
         };
         match locked {
             Ok(file) => {
-                let services = domain.root().join("services");
-                let cleared = clear_half_made(&services).map_err(|error| DomainError::Io { path: services, error })?;
+                let cleared =
+                    clear_half_made(domain).map_err(|error| DomainError::Io { path: services(domain), error })?;
                 Ok(Self { path, cleared, _file: file })
             }
             Err(Refused::Taken { pid }) => {
@@ -85,19 +85,43 @@ fn lock_path(domain: &Domain) -> PathBuf {
     domain.root().join("source.lock")
 }
 
-/// Removes what iceoryx2 has begun to write and not finished: its finished service files are read-only. Whoever leaves the
-/// domain meanwhile may remove any of them first.
-fn clear_half_made(services: &Path) -> io::Result<Vec<PathBuf>> {
-    let Some(entries) = if_there(fs::read_dir(services))? else { return Ok(Vec::new()) };
+/// The process id of the source that holds the lock, found out without touching the lock: a try would look like another
+/// source to one that starts at that moment.
+pub(crate) fn holder(domain: &Domain) -> Option<u32> {
+    let path = lock_path(domain);
+    let pid: u32 = fs::read_to_string(&path).ok()?.trim().parse().ok()?;
+    let open_files = fs::read_dir(format!("/proc/{pid}/fd")).ok()?;
+    let holds = open_files.flatten().any(|file| fs::read_link(file.path()).is_ok_and(|target| target == path));
+    holds.then_some(pid)
+}
+
+/// Removes what a killed source has left half made. Whoever leaves the domain meanwhile may remove any of it first.
+fn clear_half_made(domain: &Domain) -> io::Result<Vec<PathBuf>> {
     let mut cleared = Vec::new();
-    for entry in entries {
-        let path = entry?.path();
-        let is_half_made = if_there(fs::metadata(&path))?.is_some_and(|metadata| !metadata.permissions().readonly());
-        if is_half_made && if_there(fs::remove_file(&path))?.is_some() {
+    for path in half_made(domain)? {
+        if if_there(fs::remove_file(&path))?.is_some() {
             cleared.push(path);
         }
     }
     Ok(cleared)
+}
+
+/// What iceoryx2 has begun to write and not finished: its finished service files are read-only.
+pub(crate) fn half_made(domain: &Domain) -> io::Result<Vec<PathBuf>> {
+    let Some(entries) = if_there(fs::read_dir(services(domain)))? else { return Ok(Vec::new()) };
+    let mut half_made = Vec::new();
+    for entry in entries {
+        let path = entry?.path();
+        // One that a client has just taken away is no trouble any more.
+        if if_there(fs::metadata(&path))?.is_some_and(|metadata| !metadata.permissions().readonly()) {
+            half_made.push(path);
+        }
+    }
+    Ok(half_made)
+}
+
+fn services(domain: &Domain) -> PathBuf {
+    domain.root().join("services")
 }
 
 /// `None` where what was asked for is not there.

@@ -11,13 +11,13 @@ use crate::error::BusError;
 /// unlinked before the first byte: what a quota or a control group allows counts too.
 ///
 /// # Errors
-/// [`BusError::SharedMemoryFull`], or [`BusError::Failed`] where `/dev/shm` cannot be written at all.
+/// [`BusError::SharedMemoryFull`], or [`BusError::SharedMemoryUnusable`] where `/dev/shm` cannot be written at all.
 pub fn require_shared_memory(domain: &Domain, needed: u64) -> Result<(), BusError> {
     static BLOCK: [u8; 64 * 1024] = [0; 64 * 1024];
     let path = PathBuf::from(format!("/dev/shm/{}{}.space", domain.prefix(), std::process::id()));
     let failed = |error: std::io::Error| match error.kind() {
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => BusError::SharedMemoryFull { needed },
-        _ => BusError::failed("/dev/shm", error),
+        _ => BusError::SharedMemoryUnusable { error },
     };
     let mut file = File::create(&path).map_err(failed)?;
     fs::remove_file(&path).map_err(failed)?;

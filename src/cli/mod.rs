@@ -104,6 +104,15 @@ when every handle of it has been read. --poll takes a core for itself.")]
   bench-dragon solve speed-limit --limit 2 --save-config fast.toml
   bench-dragon solve sensitivity --figure sensitivity.svg")]
     Solve(SolveArgs),
+    /// Check the machine and the installation, and say how to mend what is wrong.
+    #[command(after_help = "Examples:
+  bench-dragon doctor
+  bench-dragon doctor --config stage.toml --instance main
+  bench-dragon doctor --fix
+  bench-dragon doctor --format json | jq .healthy
+
+Status 1 where something is a problem; a warning is none. A running show does not notice an examination.")]
+    Doctor(DoctorArgs),
     /// Print the iceoryx2 configuration of an instance.
     #[command(after_help = "Example, with the iox2 command:
   mkdir -p config && bench-dragon iox2-config > config/iceoryx2.toml && iox2 service list")]
@@ -376,6 +385,20 @@ pub(crate) struct LatencyArgs {
     /// Write the distribution from due to read as .hgrm, which the HDR histogram plotter reads, in microseconds.
     #[arg(long, value_name = "FILE")]
     pub(crate) hgrm: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// Arguments of `doctor`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct DoctorArgs {
+    /// First clean up what no living process of the instance owns.
+    #[arg(long)]
+    pub(crate) fix: bool,
+    #[command(flatten)]
+    pub(crate) config: ConfigArgs,
     #[command(flatten)]
     pub(crate) bus: BusArgs,
     #[command(flatten)]

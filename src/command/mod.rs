@@ -9,6 +9,7 @@ use crate::cli::{Command, ConfigArgs};
 
 mod ctl;
 mod description;
+mod doctor;
 mod echo;
 mod follow;
 mod guarding;
@@ -57,6 +58,7 @@ pub(crate) fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Hz(args) => hz::run(&args),
         Command::Latency(args) => latency::run(&args),
         Command::Solve(args) => solve::run(args.question),
+        Command::Doctor(args) => doctor::run(&args),
         Command::Iox2Config(args) => iox2_config::run(&args),
     }
 }

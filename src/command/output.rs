@@ -8,9 +8,7 @@ use serde::Serialize;
 
 /// Prints one line.
 pub(crate) fn print_line(line: impl Display) -> io::Result<()> {
-    let mut stdout = io::stdout().lock();
-    writeln!(stdout, "{line}")?;
-    stdout.flush()
+    print(format!("{line}\n").as_bytes())
 }
 
 /// Prints a value as one line of JSON.
@@ -20,9 +18,14 @@ pub(crate) fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
 
 /// Prints lines that have their ends.
 pub(crate) fn print_bytes(lines: &[u8]) -> anyhow::Result<()> {
+    Ok(print(lines)?)
+}
+
+/// An error says what could not be written, and keeps its kind: nobody reading any more is none for `head`.
+fn print(bytes: &[u8]) -> io::Result<()> {
     let mut stdout = io::stdout().lock();
-    stdout.write_all(lines)?;
-    Ok(stdout.flush()?)
+    let printed = stdout.write_all(bytes).and_then(|()| stdout.flush());
+    printed.map_err(|error| io::Error::new(error.kind(), format!("cannot write to stdout: {error}")))
 }
 
 /// Prints one line to stderr.

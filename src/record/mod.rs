@@ -53,7 +53,7 @@ pub use self::{
     reading::{Configuration, FrameReader, ReadError, RecordedFrame},
     repair::{Repair, RepairError, repair, repair_folder},
     settings::RecorderSettings,
-    space::{Size, SpaceWarning},
+    space::{DiskSpace, Size, SpaceWarning},
 };
 use self::{
     progress::SharedProgress,

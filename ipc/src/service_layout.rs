@@ -1,0 +1,98 @@
+//! How the services that are there are laid out, read from their files without opening them.
+
+use iceoryx2::prelude::{MessagingPattern, ServiceName};
+use iceoryx2::service::Service as _;
+use iceoryx2::service::ServiceDetailsError;
+use iceoryx2::service::static_config::message_type_details::{MessageTypeDetails, TypeDetail, TypeVariant};
+use iceoryx2::service::static_config::messaging_pattern::MessagingPattern as Pattern;
+
+use crate::alert::Alert;
+use crate::command::{Command, CommandReply};
+use crate::domain::Domain;
+use crate::frame::{FrameHeader, HandleState};
+use crate::service::{ALERTS, COMMANDS, DESCRIPTION, FRAMES, STATUS, Service};
+use crate::status::Status;
+
+/// One service, as a process has made it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ServiceLayout {
+    /// Its name.
+    pub service: &'static str,
+    /// The types of what it carries, or why they cannot be told.
+    pub found: Result<String, String>,
+    /// The types that this program carries by that name.
+    pub expected: String,
+}
+
+impl ServiceLayout {
+    /// Whether this program can read the service.
+    pub fn agrees(&self) -> bool {
+        self.found.as_ref() == Ok(&self.expected)
+    }
+}
+
+/// The layouts of all services that are there.
+pub(crate) fn service_layouts(domain: &Domain) -> Vec<ServiceLayout> {
+    let slice_of = |payload, header: TypeDetail| [described(&payload), described(&header)].join(" under ");
+    let single = |payload: TypeDetail| described(&payload);
+    let expected = [
+        (FRAMES, slice_of(dynamic::<HandleState>(), fixed::<FrameHeader>())),
+        (DESCRIPTION, slice_of(dynamic::<u8>(), fixed::<u64>())),
+        (STATUS, single(fixed::<Status>())),
+        (ALERTS, single(fixed::<Alert>())),
+        (COMMANDS, [single(fixed::<Command>()), single(fixed::<CommandReply>())].join(" to ")),
+    ];
+    let layout = |(service, expected): (&'static str, String)| {
+        Some(ServiceLayout { service, found: found(domain, service)?, expected })
+    };
+    expected.into_iter().filter_map(layout).collect()
+}
+
+/// What lies in the domain under this name; `None` where nothing does.
+fn found(domain: &Domain, service: &'static str) -> Option<Result<String, String>> {
+    let name = ServiceName::new(service).expect("the bus's names are valid service names");
+    let pattern =
+        if service == COMMANDS { MessagingPattern::RequestResponse } else { MessagingPattern::PublishSubscribe };
+    let details = match Service::details(&name, &domain.iceoryx2_config(), pattern) {
+        Ok(details) => details?.static_details,
+        Err(ServiceDetailsError::VersionMismatch) => {
+            return Some(Err("made by another version of iceoryx2".to_owned()));
+        }
+        Err(error) => return Some(Err(format!("{error:?}"))),
+    };
+    Some(match details.messaging_pattern() {
+        Pattern::PublishSubscribe(publishing) => Ok(described_message(publishing.message_type_details())),
+        Pattern::RequestResponse(asking) => {
+            Ok([asking.request_message_type_details(), asking.response_message_type_details()]
+                .map(described_message)
+                .join(" to "))
+        }
+        other => Err(format!("made as {other:?}")),
+    })
+}
+
+fn described_message(message: &MessageTypeDetails) -> String {
+    let payload = described(&message.payload);
+    // No header is one of no bytes.
+    if message.user_header.size() == 0 {
+        payload
+    } else {
+        format!("{payload} under {}", described(&message.user_header))
+    }
+}
+
+fn described(detail: &TypeDetail) -> String {
+    let size = detail.size();
+    match detail.variant() {
+        TypeVariant::FixedSize => format!("{} of {size} bytes", detail.type_name()),
+        TypeVariant::Dynamic => format!("[{}] of {size} bytes each", detail.type_name()),
+    }
+}
+
+fn fixed<T: iceoryx2::prelude::ZeroCopySend>() -> TypeDetail {
+    TypeDetail::new::<T>(TypeVariant::FixedSize)
+}
+
+fn dynamic<T: iceoryx2::prelude::ZeroCopySend>() -> TypeDetail {
+    TypeDetail::new::<T>(TypeVariant::Dynamic)
+}
