@@ -28,8 +28,8 @@ pub struct Census {
     pub dead: Vec<NodeEntry>,
     /// Nodes of which this user cannot tell whether they live.
     pub unknown: usize,
-    /// Service files that were begun and never finished. No source could start before iceoryx2 services of that name are
-    /// opened again; a new source removes them first.
+    /// Service files that were begun and not finished: by the source, where one runs, else by one that was killed. Clients
+    /// fail at them; a new source removes them first.
     pub half_made: Vec<PathBuf>,
     /// Everything of the domain that is on the machine.
     pub entries: Vec<PathBuf>,

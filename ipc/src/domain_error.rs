@@ -2,9 +2,10 @@
 
 use core::fmt;
 use std::io::{self, ErrorKind};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::domain::{Instance, MAX_ROOT_PATH_LEN};
+use crate::membership::SHARED_MEMORY;
 
 /// Why an instance has no usable domain.
 #[derive(Debug)]
@@ -79,8 +80,11 @@ impl DomainError {
 }
 
 /// What to do about an error of the operating system, where that is plain.
-fn remedy(error: &io::Error) -> &'static str {
+fn remedy(path: &Path, error: &io::Error) -> &'static str {
     match error.kind() {
+        ErrorKind::NotFound if path == Path::new(SHARED_MEMORY) => {
+            ": mount it, `mount -t tmpfs -o mode=1777 tmpfs /dev/shm`"
+        }
         ErrorKind::PermissionDenied => ": run as the user whom the directory belongs to, or chmod 0700 the directory",
         ErrorKind::ReadOnlyFilesystem => ": set XDG_RUNTIME_DIR to a directory that can be written",
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
@@ -122,7 +126,7 @@ impl fmt::Display for DomainError {
                 "permission denied on the bus directory {}: run as the user who runs the server",
                 path.display()
             ),
-            Self::Io { path, error } => write!(formatter, "{}: {error}{}", path.display(), remedy(error)),
+            Self::Io { path, error } => write!(formatter, "{}: {error}{}", path.display(), remedy(path, error)),
         }
     }
 }

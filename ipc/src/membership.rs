@@ -42,8 +42,9 @@ impl Membership {
             file.lock_shared()
         };
         let file = lock_at(&path, join).map_err(|error| match error.kind() {
-            // Unless it is something else that is missing, such as shared memory: that would not come by trying again.
             ErrorKind::NotFound if !domain.root().exists() => DomainError::Missing { path: domain.root().to_owned() },
+            // Then it is shared memory that is missing, which would not come by trying again.
+            ErrorKind::NotFound => DomainError::Io { path: SHARED_MEMORY.into(), error },
             _ => DomainError::Io { path, error },
         })?;
         Ok(Self { domain: domain.clone(), file })

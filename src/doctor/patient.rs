@@ -1,6 +1,6 @@
 //! Whom the checks are about.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use bench_dragon_ipc::{Census, Domain, DomainError, Instance, service};
 
@@ -10,6 +10,7 @@ use crate::config::Config;
 #[derive(Debug)]
 pub struct Patient {
     instance: Instance,
+    root: Option<PathBuf>,
     census: Result<Census, DomainError>,
     config: Config,
     folder: PathBuf,
@@ -18,12 +19,19 @@ pub struct Patient {
 impl Patient {
     /// Looks at the instance; the rest is read by the checks.
     pub fn new(instance: Instance, config: Config, folder: PathBuf) -> Self {
-        let census = Domain::new(instance.clone()).and_then(|domain| Census::take(&domain));
-        Self { instance, census, config, folder }
+        let domain = Domain::new(instance.clone());
+        let root = domain.as_ref().ok().map(|domain| domain.root().to_owned());
+        let census = domain.and_then(|domain| Census::take(&domain));
+        Self { instance, root, census, config, folder }
     }
 
     pub(super) fn instance(&self) -> &Instance {
         &self.instance
+    }
+
+    /// The directory of the bus, where the instance can have one.
+    pub(super) fn root(&self) -> Option<&Path> {
+        self.root.as_deref()
     }
 
     /// Who and what is on the bus, or why that cannot be told.
@@ -35,7 +43,7 @@ impl Patient {
         &self.config
     }
 
-    pub(super) fn folder(&self) -> &PathBuf {
+    pub(super) fn folder(&self) -> &Path {
         &self.folder
     }
 

@@ -174,9 +174,20 @@ fn no_command_at_all_gets_the_help() {
 
 #[test]
 fn every_command_has_help_with_an_example() {
-    for command in
-        ["show", "serve", "monitor", "record", "replay", "ctl", "echo", "hz", "latency", "solve", "iox2-config"]
-    {
+    for command in [
+        "show",
+        "serve",
+        "monitor",
+        "record",
+        "replay",
+        "ctl",
+        "echo",
+        "hz",
+        "latency",
+        "solve",
+        "doctor",
+        "iox2-config",
+    ] {
         let help = Process::start(program(&[command, "--help"])).end().expect_clean();
         assert!(help.stdout.contains("Example"), "{command}");
     }

@@ -1,0 +1,155 @@
+//! The doctor: what it finds on real remains and a running server, what it cleans up, and that it disturbs nobody.
+
+use std::fs::{self, Permissions};
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::process::{Ended, Process};
+use crate::reader::{Reader, assert_whole};
+use crate::stage::{Stage, program};
+
+fn examine(stage: &Stage, args: &[&str]) -> Value {
+    let ended = stage.run(&[&["doctor", "--format", "json"], args].concat());
+    assert_eq!(ended.stderr, "", "{}", ended.stdout);
+    let examination = ended.last_json();
+    assert_eq!(ended.code() == Some(0), examination["healthy"] == true, "{examination}");
+    examination
+}
+
+fn finding<'a>(examination: &'a Value, name: &str) -> &'a Value {
+    let checks = examination["checks"].as_array().expect("an array");
+    checks.iter().find(|check| check["name"] == name).unwrap_or_else(|| panic!("no {name} in {examination}"))
+}
+
+fn status<'a>(examination: &'a Value, name: &str) -> &'a str {
+    finding(examination, name)["status"].as_str().expect("a word")
+}
+
+/// A service file as a server leaves it that is killed while it writes: not finished, so still writable.
+fn leave_half_made(stage: &Stage) {
+    let services = stage.domain().root().join("services");
+    fs::create_dir_all(&services).expect("a folder");
+    let path = services.join(format!("{}7525bfbf02c438827b2391c92c36b47534b62591.service", stage.domain().prefix()));
+    let _ = fs::remove_file(&path);
+    fs::write(&path, "").expect("a file");
+    fs::set_permissions(&path, Permissions::from_mode(0o600)).expect("it is ours");
+}
+
+#[test]
+fn every_finding_has_its_five_values_and_what_is_wrong_a_remedy() {
+    let stage = Stage::new();
+    let examination = examine(&stage, &[]);
+    let checks = examination["checks"].as_array().expect("an array");
+    assert!(checks.len() >= 15, "{examination}");
+    for check in checks {
+        let status = check["status"].as_str().expect("a word");
+        assert!(["ok", "warning", "problem", "not_known"].contains(&status), "{check}");
+        assert_eq!(check["remedy"].is_string(), ["warning", "problem"].contains(&status), "{check}");
+        assert!(
+            check["value"].is_string() && check["message"].as_str().is_some_and(|text| !text.is_empty()),
+            "{check}"
+        );
+    }
+    assert_eq!(examination["fixed"], Value::Array(Vec::new()));
+    assert_eq!((status(&examination, "server"), status(&examination, "leftovers")), ("ok", "ok"));
+    assert!(stage.remains().is_empty(), "an examination leaves nothing");
+}
+
+#[test]
+fn people_get_a_line_for_each_check() {
+    let stage = Stage::new();
+    let stdout = stage.run(&["doctor"]).stdout;
+    for name in ["shared memory", "open files", "real-time priority", "processor governor", "clock source", "timers"] {
+        assert!(stdout.lines().any(|line| line.contains(name)), "{name} in {stdout}");
+    }
+}
+
+#[test]
+fn a_killed_server_is_found_and_what_it_left_is_removed() {
+    let stage = Stage::new();
+    stage.serve(&[]).process.kill();
+    assert!(!stage.remains().is_empty(), "a killed server leaves something");
+    let before = examine(&stage, &[]);
+    assert_eq!(status(&before, "leftovers"), "warning", "{before}");
+    assert!(!stage.remains().is_empty(), "an examination removes nothing");
+    let fixed = examine(&stage, &["--fix"]);
+    assert!(!fixed["fixed"].as_array().expect("an array").is_empty(), "{fixed}");
+    assert_eq!(status(&fixed, "leftovers"), "ok", "{fixed}");
+    assert!(stage.remains().is_empty(), "{:#?}", stage.remains());
+}
+
+#[test]
+fn a_half_made_service_is_a_problem_that_a_fix_mends() {
+    let stage = Stage::new();
+    stage.serve(&[]).process.kill();
+    leave_half_made(&stage);
+    let before = examine(&stage, &[]);
+    assert_eq!(
+        (status(&before, "half-made services"), &before["healthy"]),
+        ("problem", &Value::Bool(false)),
+        "{before}"
+    );
+    let remedy = finding(&before, "half-made services")["remedy"].as_str().expect("a remedy").to_owned();
+    assert!(
+        remedy.contains(&format!("`bench-dragon doctor --fix --instance {}`", stage.domain().instance())),
+        "{remedy}"
+    );
+    let fixed = examine(&stage, &["--fix"]);
+    assert_eq!(status(&fixed, "half-made services"), "ok", "{fixed}");
+    assert!(stage.remains().is_empty(), "{:#?}", stage.remains());
+}
+
+#[test]
+fn remains_without_a_directory_are_found_and_removed() {
+    let stage = Stage::new();
+    let segment = Path::new("/dev/shm").join(format!("{}1234.data", stage.domain().prefix()));
+    fs::write(&segment, "left").expect("shared memory");
+    assert_eq!(status(&examine(&stage, &[]), "leftovers"), "warning");
+    let fixed = examine(&stage, &["--fix"]);
+    assert!(fixed["fixed"].to_string().contains("1234.data"), "{fixed}");
+    assert!(!segment.exists());
+}
+
+#[test]
+fn a_running_show_is_told_of_and_loses_no_frame() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "250", "--readers", "1", "--until", "0.8"]);
+    let mut reader = Reader::join(&stage);
+    let mut shots = vec![reader.next()];
+    // A client that is killed leaves an entry, beside the living.
+    let mut client = stage.start(&["echo"]);
+    assert!(client.next_line().is_some(), "it reads");
+    let pid = client.pid();
+    client.kill();
+    let before = examine(&stage, &[]);
+    let value = finding(&before, "server")["value"].as_str().expect("a word").to_owned();
+    assert_eq!(value, format!("pid {}", server.process.pid()), "{before}");
+    assert_eq!((status(&before, "leftovers"), status(&before, "services")), ("warning", "ok"), "{before}");
+    let fixed = examine(&stage, &["--fix"]);
+    assert_eq!(status(&fixed, "leftovers"), "ok", "{fixed}");
+    assert!(fixed["fixed"].to_string().contains(&format!("pid {pid}")), "{fixed}");
+    shots.extend(reader.read_to_end());
+    assert_whole(&shots, server.run_id);
+    server.summary();
+}
+
+#[test]
+fn a_directory_that_others_may_write_is_a_problem_and_is_left_alone() {
+    let runtime_dir = tempfile::Builder::new().prefix("bd").tempdir_in("/tmp").expect("a folder");
+    let bus = runtime_dir.path().join("bench-dragon");
+    fs::create_dir(&bus).expect("a folder");
+    fs::set_permissions(&bus, Permissions::from_mode(0o777)).expect("it is ours");
+    for args in [&["doctor", "--format", "json"][..], &["doctor", "--format", "json", "--fix"]] {
+        let mut command = program(args);
+        command.env("XDG_RUNTIME_DIR", runtime_dir.path());
+        let ended: Ended = Process::start(command).end();
+        let examination = ended.last_json();
+        assert_eq!((ended.code(), ended.stderr.as_str()), (Some(1), ""), "{examination}");
+        assert_eq!(status(&examination, "directory"), "problem");
+        assert_eq!(finding(&examination, "directory")["remedy"], "chmod 0700 it");
+        assert_eq!(status(&examination, "server"), "not_known");
+    }
+    assert_eq!(fs::read_dir(&bus).expect("a folder").count(), 0);
+}

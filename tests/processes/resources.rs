@@ -1,0 +1,199 @@
+//! What runs out: shared memory, disks, files, rights. Each is one line that says what to do, and nothing is left behind.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::io::{self, Write as _};
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use crate::process::{Ended, Process};
+use crate::stage::Stage;
+
+const NOBODY: &str = "65534";
+
+/// Fails unless it ended with status 1 and one line of error with this in it.
+fn assert_told(ended: &Ended, what: &str) {
+    assert_eq!(ended.code(), Some(1), "{what}: {}", ended.stderr);
+    let lines: Vec<&str> = ended.stderr.lines().collect();
+    assert!(
+        matches!(lines[..], [line] if line.starts_with("error: ") && line.contains(what)),
+        "{what}: {}",
+        ended.stderr
+    );
+}
+
+/// A command on the stage, started by another program.
+fn behind(launcher: &[&str], command: &Command) -> Process {
+    let [program, args @ ..] = launcher else { panic!("a launcher has a name") };
+    let mut launched = Command::new(program);
+    launched.args(args).arg(command.get_program()).args(command.get_args());
+    launched.env_remove("RUST_LOG").current_dir(command.get_current_dir().expect("the stage has a folder"));
+    Process::start(launched)
+}
+
+/// Whether a launcher works on this system; tells where it does not.
+fn is_possible(launcher: &[&str]) -> bool {
+    let [program, args @ ..] = launcher else { panic!("a launcher has a name") };
+    let tried = Command::new(program).args(args).arg("true").stdout(Stdio::null()).stderr(Stdio::null()).status();
+    let possible = tried.is_ok_and(|status| status.success());
+    if !possible {
+        writeln!(io::stderr(), "not tested: `{}` is not possible here", launcher.join(" ")).expect("a listener");
+    }
+    possible
+}
+
+/// Gives a process a /dev/shm of its own.
+fn with_shared_memory(options: &str) -> Vec<String> {
+    let script = format!(r#"mount -t tmpfs -o {options} none /dev/shm && exec "$@""#);
+    ["unshare", "--mount", "sh", "-c", &script, "sh"].map(str::to_owned).to_vec()
+}
+
+fn words(launcher: &[String]) -> Vec<&str> {
+    launcher.iter().map(String::as_str).collect()
+}
+
+#[test]
+fn every_number_of_files_that_is_too_small_is_one_line() {
+    if !is_possible(&["prlimit", "--nofile=64"]) {
+        return;
+    }
+    let stage = Stage::new();
+    // With fewer than four the program cannot be loaded.
+    for files in 4..=64 {
+        let limit = format!("--nofile={files}");
+        for args in [&["serve", "--until", "0.01"][..], &["ctl", "pause"], &["echo", "--count", "1"], &["monitor"]] {
+            let is_client = args[0] != "serve";
+            if is_client && files > 32 {
+                continue;
+            }
+            let ended = behind(&["prlimit", &limit], &stage.command(args)).end();
+            assert_told(&ended, "ulimit -n 1024");
+        }
+        assert!(stage.remains().is_empty(), "{files}: {:#?}", stage.remains());
+    }
+}
+
+#[test]
+fn a_limit_that_the_program_may_raise_is_raised() {
+    if !is_possible(&["prlimit", "--nofile=16:4096"]) {
+        return;
+    }
+    let stage = Stage::new();
+    behind(&["prlimit", "--nofile=16:4096"], &stage.command(&["serve", "--until", "0.01", "--format", "json"]))
+        .end()
+        .expect_clean();
+}
+
+#[test]
+fn too_little_shared_memory_is_told_before_anything_is_made() {
+    for (options, what) in [
+        ("size=64k", "/dev/shm has less than the 4.2 MB free"),
+        ("size=8m", "/dev/shm has less than the 58.6 MB free"),
+        ("ro", "/dev/shm cannot be written (Read-only file system"),
+    ] {
+        let launcher = with_shared_memory(options);
+        if !is_possible(&words(&launcher)) {
+            return;
+        }
+        let stage = Stage::new();
+        assert_told(&behind(&words(&launcher), &stage.command(&["serve", "--until", "0.01"])).end(), what);
+        let doctor = behind(&words(&launcher), &stage.command(&["doctor", "--format", "json"])).end();
+        let told = doctor.last_json()["checks"].to_string();
+        assert!(options == "ro" || told.contains("mount -o remount,size="), "{told}");
+    }
+}
+
+#[test]
+fn a_server_without_shared_memory_at_all_ends_with_an_error() {
+    let launcher =
+        ["unshare", "--mount", "sh", "-c", r#"mount -t tmpfs none /dev && mknod /dev/null c 1 3 && exec "$@""#, "sh"];
+    if !is_possible(&launcher) {
+        return;
+    }
+    let stage = Stage::new();
+    let ended = behind(&launcher, &stage.command(&["serve", "--until", "0.01"])).end();
+    assert_told(&ended, "/dev/shm: No such file or directory (os error 2): mount it");
+}
+
+#[test]
+fn the_largest_size_of_a_file_is_an_error_and_no_signal() {
+    if !is_possible(&["prlimit", "--fsize=100"]) {
+        return;
+    }
+    let stage = Stage::new();
+    let mut command = stage.command::<&str>(&[]);
+    command = {
+        let mut solve = Command::new(command.get_program());
+        solve.args(["solve", "poses", "--at", "0", "--xlsx", "poses.xlsx"]).current_dir(stage.path("."));
+        solve
+    };
+    assert_told(&behind(&["prlimit", "--fsize=100"], &command).end(), "ulimit -f unlimited");
+    let left: Vec<_> =
+        fs::read_dir(stage.path(".")).expect("a folder").flatten().map(|entry| entry.file_name()).collect();
+    assert!(left.is_empty(), "no half-written file is passed off as whole: {left:?}");
+    assert_told(
+        &behind(&["prlimit", "--fsize=100"], &stage.command(&["serve", "--until", "0.01"])).end(),
+        "ulimit -f unlimited",
+    );
+}
+
+#[test]
+fn a_full_stdout_is_named() {
+    let full = Path::new("/dev/full");
+    if !full.exists() {
+        writeln!(io::stderr(), "not tested: this system has no /dev/full").expect("a listener");
+        return;
+    }
+    let stage = Stage::new();
+    let ended = behind(&["sh", "-c", r#"exec "$@" > /dev/full"#, "sh"], &stage.command(&["iox2-config"])).end();
+    assert_told(&ended, "cannot write to stdout: No space left on device");
+}
+
+#[test]
+fn two_users_have_two_buses_and_neither_may_use_the_others() {
+    let as_nobody = ["setpriv", "--reuid", NOBODY, "--regid", NOBODY, "--clear-groups"];
+    if !is_possible(&as_nobody) {
+        return;
+    }
+    let stage = Stage::new();
+    // The program where nobody can read it, and a folder of root's for the buses.
+    let runtime_dir = tempfile::Builder::new().prefix("bd").tempdir_in("/tmp").expect("a folder");
+    let others = runtime_dir.path().join("bench-dragon");
+    fs::create_dir(&others).expect("a folder");
+    let program = runtime_dir.path().join("program");
+    fs::copy(env!("CARGO_BIN_EXE_bench-dragon"), &program).expect("a copy");
+    for open in [runtime_dir.path(), &program] {
+        fs::set_permissions(open, std::os::unix::fs::PermissionsExt::from_mode(0o755)).expect("it is ours");
+    }
+    let server = stage.serve(&[]);
+    let run = |args: &[&str], runtime_dir: Option<&Path>| {
+        let mut command = Command::new(as_nobody[0]);
+        command.args(&as_nobody[1..]).arg(&program).args(args).current_dir("/").env_remove("RUST_LOG");
+        command.args(["--instance", stage.domain().instance().as_str()]);
+        match runtime_dir {
+            Some(path) => command.env("XDG_RUNTIME_DIR", path),
+            None => command.env_remove("XDG_RUNTIME_DIR"),
+        };
+        Process::start(command).end()
+    };
+    // Of the same name, but its own.
+    assert_told(&run(&["ctl", "pause"], None), "no server runs on instance");
+    run(&["serve", "--until", "0.01", "--format", "json"], None).expect_clean();
+    for args in [&["serve"][..], &["ctl", "pause"], &["echo"]] {
+        assert_told(&run(args, Some(runtime_dir.path())), "belongs to user 0, must belong to user 65534");
+    }
+    server.stop();
+    let _ = fs::remove_dir(Path::new("/tmp/bench-dragon-65534"));
+}
+
+#[test]
+fn a_runtime_directory_that_is_missing_is_named_to_readers_too() {
+    for args in [&["serve"][..], &["ctl", "pause"], &["echo"], &["monitor"]] {
+        let mut command = crate::stage::program(args);
+        command.env("XDG_RUNTIME_DIR", OsStr::new("/tmp/bench-dragon-is-not-there"));
+        assert_told(
+            &Process::start(command).end(),
+            "XDG_RUNTIME_DIR is /tmp/bench-dragon-is-not-there, must be a directory",
+        );
+    }
+}
