@@ -31,6 +31,7 @@ use serde::{Deserialize, Serialize};
 use crate::clock::{monotonic_ns, sleep_precisely, sleep_until};
 use crate::histogram::Percentiles;
 use crate::record::RecordedFrame;
+use crate::source::TimesOfAll;
 
 pub use error::ReplayError;
 
@@ -278,7 +279,7 @@ impl Pass<'_> {
         let (run_id, recorded_run_id, overruns) = (self.run_id(), self.recorded_run_id(), self.overruns());
         let Progress { tick: frames, last, missing, .. } = self.progress;
         self.replay.summary.frames += frames;
-        let (lateness_us, tick_us) = self.stage.finish();
+        let TimesOfAll { lateness_us, tick_us } = self.stage.finish();
         let sim_time_s = last.map_or(0.0, |header| header.sim_time_s());
         PassSummary { run_id, recorded_run_id, frames, missing, sim_time_s, overruns, lateness_us, tick_us }
     }

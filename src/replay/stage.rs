@@ -3,10 +3,8 @@
 use bench_dragon_ipc::service::{AlertService, EventService, Member, Role};
 use bench_dragon_ipc::{BusError, Description, Domain, FrameHeader, Refusal, Request};
 
-use crate::histogram::Percentiles;
 use crate::record::RecordedFrame;
-use crate::server::SourceReport;
-use crate::source::{CommandServer, FramePublisher, random_run_id};
+use crate::source::{CommandServer, FramePublisher, SourceReport, TimesOfAll, random_run_id};
 
 use super::read_ahead::RecordedRun;
 
@@ -81,8 +79,8 @@ impl Stage {
         asked_to_stop
     }
 
-    /// Leaves the bus. Returns the lateness and the duration of all ticks, in microseconds.
-    pub(super) fn finish(self) -> (Percentiles, Percentiles) {
+    /// Leaves the bus. Returns the times of all ticks.
+    pub(super) fn finish(self) -> TimesOfAll {
         self.report.finish()
     }
 }

@@ -4,35 +4,27 @@
 //! loaned sample; send it; wake the readers; loan the next sample. The loop neither locks nor formats, and allocates
 //! nothing of its own; what it counts, a slower thread publishes.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::service::{AlertService, EventService, Member, Role};
-use bench_dragon_ipc::{BusError, Description, Domain, Request, ShowState, SourceLock, Status};
+use bench_dragon_ipc::{BusError, Description, Domain, Request, ShowState, SourceLock};
 
 use crate::clock::{monotonic_ns, sleep_until, spin_until};
 use crate::config::Config;
 use crate::histogram::Percentiles;
-use crate::source::{CommandServer, FramePublisher, random_run_id};
+use crate::source::{CommandServer, FramePublisher, SourceReport, TimesOfAll, random_run_id, service_manager};
 
 pub mod motion;
 pub mod schedule;
 
 mod real_time;
-mod reporter;
-mod service_manager;
 mod simulation;
-mod source_report;
-mod tick_times;
 
 pub use simulation::Simulation;
-pub(crate) use source_report::SourceReport;
 
 use motion::{Limits, MotionPlan};
-use reporter::{LoopGauges, Reporter, TimesOfAll};
 use schedule::Schedule;
-use tick_times::{TickTimes, TickTimesRecorder};
 
 /// From here to the first release.
 const LEAD: Duration = Duration::from_millis(1);
@@ -86,11 +78,9 @@ pub struct Server {
     commands: CommandServer,
     // The alerts are the monitor's, but only a source creates services, and they last while somebody holds them.
     _alerts: (AlertService, EventService),
-    reporter: Reporter,
-    gauges: Arc<LoopGauges>,
+    report: SourceReport,
     _member: Member,
     _lock: SourceLock,
-    times: TickTimesRecorder,
     settings: ServerSettings,
     run_id: u64,
 }
@@ -109,20 +99,16 @@ impl Server {
         let bench_count = settings.config.dragon().dimensions().benches();
         let member = Member::join(domain, "serve", Role::Source { bench_count })?;
         let run_id = random_run_id();
-        let times = Arc::new(TickTimes::default());
         let description = Description { run_id, toml: settings.config.to_toml() };
-        let (reporter, gauges) =
-            Reporter::start(domain.clone(), description, bench_count, settings.config.rate_hz(), Arc::clone(&times))?;
+        let report = SourceReport::start(domain.clone(), description, bench_count, settings.config.rate_hz())?;
         let server = Self {
             simulation: Simulation::new(settings.config.dragon().clone(), plan(&settings, run_id)),
             frames: FramePublisher::create(domain, &member, bench_count)?,
             commands: CommandServer::create(&member)?,
             _alerts: (member.alerts()?, member.alert_events()?),
-            reporter,
-            gauges,
+            report,
             _member: member,
             _lock: lock,
-            times: TickTimesRecorder::new(times),
             settings,
             run_id,
         };
@@ -162,7 +148,7 @@ impl Server {
             tick += 1;
             let ended_ns = monotonic_ns();
             let lateness_ns = begun_ns - schedule.due_ns();
-            self.times.record(lateness_ns, ended_ns - begun_ns);
+            self.report.count(lateness_ns, ended_ns - begun_ns);
             if asked_to_stop || self.is_over() {
                 break;
             }
@@ -178,14 +164,16 @@ impl Server {
         simulation.advance();
         let config = &settings.config;
         let bench_count = config.dragon().dimensions().benches() as u32;
-        frames.publish(
-            |handles| {
-                let head = simulation.write(handles);
-                head.header(*run_id, tick, schedule.due_ns(), config.time_scale(), bench_count)
-            },
-            monotonic_ns,
-        )?;
-        self.tell_reporter(tick, schedule);
+        let head = simulation.head();
+        let header = head.header(*run_id, tick, schedule.due_ns(), config.time_scale(), bench_count);
+        let fill = |handles: &mut [_]| {
+            simulation.write(handles);
+            header
+        };
+        frames.publish(fill, monotonic_ns)?;
+        self.report.tell(&header, schedule.overruns());
+        let Limits { granted_to_m, asked_m } = self.simulation.limits();
+        self.report.tell_limits(granted_to_m, asked_m);
         Ok(asked_to_stop)
     }
 
@@ -198,18 +186,6 @@ impl Server {
             simulation.request(request)
         });
         asked_to_stop
-    }
-
-    fn tell_reporter(&self, tick: u64, schedule: &Schedule) {
-        let head = self.simulation.head();
-        self.gauges.beats.fetch_add(1, Ordering::Relaxed);
-        self.gauges.tick.store(tick, Ordering::Release);
-        self.gauges.sim_time_ns.store(head.sim_time_ns, Ordering::Relaxed);
-        self.gauges.state.store(head.state.to_wire(), Ordering::Relaxed);
-        self.gauges.overruns.store(schedule.overruns(), Ordering::Relaxed);
-        let Limits { granted_to_m, asked_m } = self.simulation.limits();
-        self.gauges.granted_to_m.store(granted_to_m.unwrap_or(Status::NONE).to_bits(), Ordering::Relaxed);
-        self.gauges.asked_m.store(asked_m.unwrap_or(Status::NONE).to_bits(), Ordering::Relaxed);
     }
 
     /// Whether the show time to end at is reached. Without one the server goes on publishing the finished show.
@@ -231,7 +207,7 @@ impl Server {
             if self.take_commands(0) {
                 return true;
             }
-            self.gauges.beats.fetch_add(1, Ordering::Relaxed);
+            self.report.beat();
             std::thread::sleep(POLL_PERIOD);
         }
         false
@@ -240,7 +216,7 @@ impl Server {
     fn finish(self, frames: u64, schedule: &Schedule) -> ServerSummary {
         service_manager::stopping();
         let sim_time_s = self.simulation.head().sim_time_ns as f64 * 1e-9;
-        let TimesOfAll { lateness_us, tick_us } = self.reporter.finish();
+        let TimesOfAll { lateness_us, tick_us } = self.report.finish();
         ServerSummary { run_id: self.run_id, frames, sim_time_s, overruns: schedule.overruns(), lateness_us, tick_us }
     }
 }

@@ -5,8 +5,15 @@
 
 mod command_server;
 mod frame_publisher;
+mod reporter;
 mod run_id;
+mod source_report;
+mod tick_times;
+
+pub(crate) mod service_manager;
 
 pub(crate) use command_server::CommandServer;
 pub(crate) use frame_publisher::FramePublisher;
+pub(crate) use reporter::TimesOfAll;
 pub(crate) use run_id::random_run_id;
+pub(crate) use source_report::SourceReport;

@@ -1,4 +1,4 @@
-//! The server's slow side: a thread that publishes the description and the status, so that the loop does not have to.
+//! A source's slow side: a thread that publishes the description and the status, so that the loop does not have to.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, AtomicU64, Ordering};
@@ -11,9 +11,9 @@ use crossbeam::channel::{self, Sender};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::update_connections::UpdateConnections as _;
 
+use super::service_manager::ServiceManager;
+use super::tick_times::TickTimes;
 use crate::histogram::Percentiles;
-use crate::server::service_manager::ServiceManager;
-use crate::server::tick_times::TickTimes;
 
 /// How often the status is published and late joiners are given the description.
 const REPORT_PERIOD: Duration = Duration::from_millis(100);
@@ -64,11 +64,11 @@ impl LoopGauges {
 
 /// The times of all ticks, in microseconds.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct TimesOfAll {
+pub(crate) struct TimesOfAll {
     /// From the releases to the starts of their ticks.
-    pub(super) lateness_us: Percentiles,
+    pub(crate) lateness_us: Percentiles,
     /// From the starts of the ticks to their ends.
-    pub(super) tick_us: Percentiles,
+    pub(crate) tick_us: Percentiles,
 }
 
 /// The running thread.

@@ -1,13 +1,12 @@
-//! What a source other than the server tells of itself: the description of its run, and its status.
+//! What a source tells of its run: the description, the status, and a sign of life to the service manager.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use bench_dragon_ipc::{BusError, Description, Domain, FrameHeader};
+use bench_dragon_ipc::{BusError, Description, Domain, FrameHeader, Status};
 
-use crate::histogram::Percentiles;
-use crate::server::reporter::{LoopGauges, Reporter, TimesOfAll};
-use crate::server::tick_times::{TickTimes, TickTimesRecorder};
+use super::reporter::{LoopGauges, Reporter, TimesOfAll};
+use super::tick_times::{TickTimes, TickTimesRecorder};
 
 /// The slow side of a run, on a thread of its own. What the loop tells it costs a few stores.
 #[derive(Debug)]
@@ -33,13 +32,24 @@ impl SourceReport {
         Ok(Self { reporter, gauges, times: TickTimesRecorder::new(times) })
     }
 
-    /// Takes what the last frame says, and how often one has been late so far.
-    pub(crate) fn tell(&mut self, frame: &FrameHeader, overruns: u64) {
+    /// Tells that the loop turns.
+    pub(crate) fn beat(&self) {
         self.gauges.beats.fetch_add(1, Ordering::Relaxed);
-        self.gauges.tick.store(frame.tick, Ordering::Relaxed);
+    }
+
+    /// Tells what the last frame says, and how many releases have been skipped so far.
+    pub(crate) fn tell(&self, frame: &FrameHeader, overruns: u64) {
+        self.beat();
+        self.gauges.tick.store(frame.tick, Ordering::Release);
         self.gauges.sim_time_ns.store(frame.sim_time_ns, Ordering::Relaxed);
         self.gauges.state.store(frame.state, Ordering::Relaxed);
         self.gauges.overruns.store(overruns, Ordering::Relaxed);
+    }
+
+    /// Tells how far a guarded head may walk, and where it was asked to be put.
+    pub(crate) fn tell_limits(&self, granted_to_m: Option<f64>, asked_m: Option<f64>) {
+        self.gauges.granted_to_m.store(granted_to_m.unwrap_or(Status::NONE).to_bits(), Ordering::Relaxed);
+        self.gauges.asked_m.store(asked_m.unwrap_or(Status::NONE).to_bits(), Ordering::Relaxed);
     }
 
     /// Counts how late a tick began and how long it took.
@@ -47,9 +57,8 @@ impl SourceReport {
         self.times.record(lateness_ns, duration_ns);
     }
 
-    /// Publishes the last status and ends the thread. Returns the lateness and the duration of all ticks, in microseconds.
-    pub(crate) fn finish(self) -> (Percentiles, Percentiles) {
-        let TimesOfAll { lateness_us, tick_us } = self.reporter.finish();
-        (lateness_us, tick_us)
+    /// Publishes the last status and ends the thread. Returns the times of all ticks.
+    pub(crate) fn finish(self) -> TimesOfAll {
+        self.reporter.finish()
     }
 }

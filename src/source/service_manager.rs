@@ -55,12 +55,12 @@ impl ServiceManager {
 }
 
 /// Tells that the services are there: clients can come.
-pub(super) fn ready() {
+pub(crate) fn ready() {
     tell(&NotifyState::Ready);
 }
 
 /// Tells that the server is ending.
-pub(super) fn stopping() {
+pub(crate) fn stopping() {
     tell(&NotifyState::Stopping);
 }
 
