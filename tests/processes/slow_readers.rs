@@ -1,0 +1,127 @@
+//! Readers that stop, hold what they read, or come and go: each loses its own frames alone, and knows how many.
+
+use bench_dragon_ipc::service::{MAX_BORROWED_FRAMES, frame_buffer};
+use bench_dragon_ipc::{FrameSubscriber, HandleState};
+use rustix::process::Signal;
+use serde_json::Value;
+
+use crate::process::Process;
+use crate::reader::{Reader, assert_whole};
+use crate::record;
+use crate::stage::{Server, Stage};
+
+const RATE_HZ: usize = 100;
+const PAPER_BENCHES: usize = 223;
+
+/// Frames of a show that is longer than a reader's buffer.
+fn frames() -> usize {
+    2 * frame_buffer(PAPER_BENCHES)
+}
+
+/// A server that begins once so many readers are there and publishes [`frames`].
+fn serve(stage: &Stage, readers: usize) -> Server {
+    let until_s = ((frames() - 1) as f64 / RATE_HZ as f64).to_string();
+    stage.serve(&["--rate", &RATE_HZ.to_string(), "--until", &until_s, "--readers", &readers.to_string()])
+}
+
+/// Fails unless the server published a frame at each release but those that it counted as skipped.
+fn assert_steady(summary: &Value, first_ns: u64, last_ns: u64) {
+    let releases = ((last_ns - first_ns) as f64 * RATE_HZ as f64 / 1e9).round() as usize + 1;
+    assert_eq!(summary["frames"], frames());
+    assert_eq!(summary["overruns"], releases - frames(), "{summary}");
+}
+
+#[test]
+fn a_stopped_reader_loses_its_own_frames_alone_and_counts_them() {
+    let stage = Stage::new();
+    let server = serve(&stage, 3);
+    let mut monitor = stage.start(&["monitor", "--format", "json", "--progress", "0.01"]);
+    let recorder = stage.start(&["record", "a.mcap", "--format", "json"]);
+    let mut witness = Reader::join(&stage);
+    let mut shots = vec![witness.next()];
+    // From here on both have read tick 0, which all have waited for.
+    monitor.json_until(|line| line["frames"].as_u64() > Some(0));
+    record::await_frames(&stage.path("a.mcap"));
+    let stopped = [monitor, recorder];
+    for process in &stopped {
+        process.signal(Signal::STOP);
+    }
+    shots.extend(witness.read_to_end());
+    let run_id = server.run_id;
+    let summary = server.summary();
+    assert_whole(&shots, run_id);
+    assert_eq!((shots.len(), witness.lost()), (frames(), 0), "nobody else lost anything");
+    assert_steady(&summary, shots[0].header.scheduled_ns, shots[shots.len() - 1].header.scheduled_ns);
+    for process in stopped {
+        process.signal(Signal::CONT);
+        let account = process.terminate().expect_clean().last_json();
+        let [read, lost] = ["frames", "lost"].map(|name| account[name].as_u64().expect("a number") as usize);
+        assert_eq!(read + lost, frames(), "what it did not get is what it counts: {account}");
+        assert!(lost > 0, "the show was longer than its buffer");
+    }
+}
+
+#[test]
+fn a_reader_that_holds_its_frames_keeps_them_unchanged_and_counts_what_it_loses() {
+    let stage = Stage::new();
+    let server = serve(&stage, 2);
+    let mut holder = FrameSubscriber::open(stage.domain(), "holder").expect("a server has made the services");
+    let mut witness = Reader::join(&stage);
+    let mut shots = vec![];
+    let mut held = vec![];
+    while held.len() < MAX_BORROWED_FRAMES {
+        shots.push(witness.next());
+        held.extend(holder.receive().expect("the bus is readable"));
+    }
+    shots.extend(witness.read_to_end());
+    for (frame, shot) in held.iter().zip(&shots) {
+        assert_eq!((frame.header(), bits(frame.handles())), (&shot.header, bits(&shot.handles)));
+    }
+    let mut read = held.len();
+    drop(held);
+    while holder.receive().expect("the bus is readable").is_some() {
+        read += 1;
+    }
+    assert_eq!(read as u64 + holder.lost(), frames() as u64);
+    assert!(holder.lost() > 0, "the show was longer than its buffer");
+    let run_id = server.run_id;
+    let summary = server.summary();
+    assert_whole(&shots, run_id);
+    assert_eq!((shots.len(), witness.lost()), (frames(), 0), "nobody else lost anything");
+    assert_steady(&summary, shots[0].header.scheduled_ns, shots[shots.len() - 1].header.scheduled_ns);
+}
+
+fn bits(handles: &[HandleState]) -> Vec<u64> {
+    handles.iter().flat_map(|handle| [handle.position_m, handle.velocity_mps]).flatten().map(f64::to_bits).collect()
+}
+
+#[test]
+fn sixteen_readers_come_and_go_and_nobody_else_loses_a_frame() {
+    const READERS: usize = 16;
+    let stage = Stage::new();
+    let server = serve(&stage, 1);
+    let mut witness = Reader::join(&stage);
+    let mut shots = vec![witness.next()];
+    for wave in 0..3 {
+        let readers: Vec<Process> =
+            (0..READERS).map(|_| stage.start(&["echo", "--count", "10", "--format", "json"])).collect();
+        for (number, mut reader) in readers.into_iter().enumerate() {
+            if (number + wave) % 4 == 0 {
+                // Once it has come.
+                reader.json();
+                reader.kill();
+            } else {
+                // It may tell that it has cleared away what a killed one left.
+                let ended = reader.end();
+                assert_eq!((ended.code(), ended.json_lines().len()), (Some(0), 10), "{}", ended.stderr);
+            }
+            shots.extend(witness.read_unread());
+        }
+    }
+    shots.extend(witness.read_to_end());
+    let run_id = server.run_id;
+    let summary = server.summary();
+    assert_whole(&shots, run_id);
+    assert_eq!((shots.len(), witness.lost()), (frames(), 0), "nobody else lost anything");
+    assert_steady(&summary, shots[0].header.scheduled_ns, shots[shots.len() - 1].header.scheduled_ns);
+}

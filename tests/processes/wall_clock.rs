@@ -1,0 +1,111 @@
+//! The wall clock is set while a show plays. To set the machine's own would reach far beyond the test, so the processes
+//! are given one that a test can set: a library before libc. The program asks libc for the wall clock, and the kernel for
+//! `CLOCK_MONOTONIC`, which setting the wall clock does not touch.
+
+use std::fs::File;
+use std::io::Write as _;
+use std::path::PathBuf;
+use std::process::Command;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use crate::process::Process;
+use crate::reader::{Reader, assert_whole};
+use crate::record;
+use crate::stage::Stage;
+
+const HOUR_S: i64 = 3600;
+
+/// A wall clock that can be set.
+struct WallClock {
+    library: PathBuf,
+    offset: PathBuf,
+}
+
+impl WallClock {
+    /// Makes the library; `None` where there is no C compiler.
+    fn new(stage: &Stage) -> Option<Self> {
+        let (library, offset) = (stage.path("wall_clock.so"), stage.path("offset"));
+        let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/processes/wall_clock.c");
+        let made = Command::new("cc").args(["-shared", "-fPIC", "-O1", "-o"]).arg(&library).arg(source).status();
+        if !made.is_ok_and(|status| status.success()) {
+            return None;
+        }
+        let clock = Self { library, offset };
+        clock.set(0);
+        Some(clock)
+    }
+
+    /// Sets it forward by so many seconds from the machine's own, in place: it is mapped.
+    fn set(&self, offset_s: i64) {
+        let file = File::options().write(true).create(true).truncate(false).open(&self.offset);
+        let written = file.and_then(|mut file| file.write_all(&offset_s.to_ne_bytes()));
+        written.expect("the stage's folder is its own");
+    }
+
+    /// Gives it to a command.
+    fn give(&self, mut command: Command) -> Command {
+        command.env("LD_PRELOAD", &self.library).env("WALL_CLOCK_OFFSET", &self.offset);
+        command
+    }
+
+    /// How far it is from the machine's own, as another program sees it.
+    fn seen_offset_s(&self) -> i64 {
+        let mut date = Command::new("date");
+        date.arg("+%s");
+        let seen = self.give(date).output().expect("date is everywhere").stdout;
+        let seen: i64 = String::from_utf8_lossy(&seen).trim().parse().expect("seconds");
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).expect("it is after 1970").as_secs() as i64;
+        (seen - now + HOUR_S / 2).div_euclid(HOUR_S) * HOUR_S
+    }
+}
+
+#[test]
+#[allow(clippy::print_stderr, reason = "a test that is skipped says so")]
+fn a_wall_clock_set_forward_and_back_by_an_hour_changes_nothing() {
+    const TICK_NS: u64 = 10_000_000;
+    let stage = Stage::new();
+    let Some(clock) = WallClock::new(&stage) else {
+        return eprintln!("skipped: there is no C compiler to make a wall clock with");
+    };
+    let start = |args: &[&str]| Process::start(clock.give(stage.command(args)));
+    let mut server = start(&["serve", "--rate", "100", "--readers", "4", "--format", "json"]);
+    let run_id = server.json()["run_id"].as_u64().expect("a run has a number");
+    let monitor = start(&["monitor", "--format", "json"]);
+    let recorder = start(&["record", "a.mcap", "--format", "json"]);
+    let latency = start(&["latency", "--seconds", "1000", "--format", "json"]);
+    let mut reader = Reader::join(&stage);
+    let mut shots = reader.read_to_tick(50);
+    for (offset_s, until) in [(HOUR_S, 150), (-HOUR_S, 250), (0, 300)] {
+        clock.set(offset_s);
+        assert_eq!(clock.seen_offset_s(), offset_s, "the clock can be set");
+        // Who comes now is as welcome as ever.
+        assert_eq!(start(&["echo", "--count", "1"]).end().expect_clean().stdout.lines().count(), 1);
+        assert_eq!(start(&["ctl", "speed", "1"]).end().expect_clean().code(), Some(0));
+        shots.extend(reader.read_to_tick(until));
+    }
+    let summary = server.terminate().expect_clean().last_json();
+    shots.extend(reader.read_unread());
+    let accounts = [monitor, recorder, latency].map(|process| process.terminate().expect_clean().last_json());
+
+    assert_whole(&shots, run_id);
+    let periods: Vec<u64> = shots
+        .windows(2)
+        .map(|pair| {
+            let [before, after] = [&pair[0].header, &pair[1].header];
+            assert_eq!(after.sim_time_ns - before.sim_time_ns, TICK_NS as i64);
+            assert_eq!((after.scheduled_ns - before.scheduled_ns) % TICK_NS, 0);
+            (after.scheduled_ns - before.scheduled_ns) / TICK_NS
+        })
+        .collect();
+    assert_eq!(summary["overruns"], periods.iter().sum::<u64>() - periods.len() as u64);
+    for account in &accounts {
+        assert_eq!(
+            account["lost"].as_u64().zip(account["frames"].as_u64()),
+            Some((0, shots.len() as u64)),
+            "{account}"
+        );
+    }
+    let (recorded, was_cut) = record::read(&stage.path("a.mcap"));
+    assert!(!was_cut);
+    assert_eq!(recorded, shots.iter().map(|shot| shot.header).collect::<Vec<_>>());
+}
