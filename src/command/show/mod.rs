@@ -13,7 +13,7 @@ use anyhow::{Context as _, bail};
 use bench_dragon::config::Config;
 use bench_dragon::report::ShowSummary;
 use bench_dragon::stop::StopFlag;
-use bench_dragon_ipc::{Domain, FrameHeader, FrameSubscriber, ShowState, StatusReader};
+use bench_dragon_ipc::{BusError, Domain, FrameHeader, FrameSubscriber, ShowState, StatusReader};
 
 use crate::cli::ShowArgs;
 use crate::command::CONTACT;
@@ -269,15 +269,21 @@ impl<'a> Show<'a> {
     fn await_server(&mut self, stop: &StopFlag) -> anyhow::Result<()> {
         while !stop.is_set() {
             match self.children.next_event(LOOK_PERIOD) {
-                Some(Event::Line(Role::Serve, _)) => {
-                    self.frames = Some(FrameSubscriber::open(&self.domain, "show")?);
-                    self.status = Some(StatusReader::open(&self.domain, "show-status")?);
-                    return Ok(());
-                }
+                Some(Event::Line(Role::Serve, _)) => match self.join_bus() {
+                    // It was killed as soon as it was there: its end comes next.
+                    Err(error) if error.is_absent() => {}
+                    joined => return Ok(joined?),
+                },
                 Some(Event::Closed(Role::Serve)) => self.take_early_end()?,
                 _ => {}
             }
         }
+        Ok(())
+    }
+
+    fn join_bus(&mut self) -> Result<(), BusError> {
+        self.frames = Some(FrameSubscriber::open(&self.domain, "show")?);
+        self.status = Some(StatusReader::open(&self.domain, "show-status")?);
         Ok(())
     }
 
