@@ -1,0 +1,71 @@
+//! cyclictest, with one thread, and the histogram that it prints.
+
+use std::io::{BufRead, BufReader};
+use std::process::{Child, ChildStdout, Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use bench_dragon_ipc::TimeHistogram;
+
+use crate::setting::{LEVEL, RATE_HZ, Setting, TICKS};
+
+/// Latencies that it tells apart, in nanoseconds: up to two periods. Of longer ones it tells how many, and the longest.
+const BUCKETS_NS: u64 = 2_000_000;
+/// It has its priority by then.
+const WELL_STARTED: Duration = Duration::from_millis(1000);
+
+/// Its version, where it is on the path.
+pub(crate) fn version() -> Option<String> {
+    let output = Command::new("cyclictest").arg("--help").output().ok()?;
+    let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    text.lines().find(|line| line.starts_with("cyclictest ")).map(str::to_owned)
+}
+
+/// The latency of every cycle of one turn.
+pub(crate) fn measure(setting: &Setting) -> TimeHistogram {
+    let mut cyclictest = Command::new("cyclictest")
+        .args(["--quiet", "--nsecs", "--mlockall", "--default-system", "--threads=1", "--policy=fifo"])
+        .arg(format!("--affinity={}", setting.cpu))
+        .arg(format!("--priority={LEVEL}"))
+        .arg(format!("--interval={}", 1_000_000 / RATE_HZ))
+        .arg(format!("--loops={TICKS}"))
+        .arg(format!("--histogram={BUCKETS_NS}"))
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        // It warns that it does not keep the processors awake, as it was told.
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("it was there before");
+    thread::sleep(WELL_STARTED);
+    setting.assert_taken(cyclictest.id());
+    let histogram = histogram(cyclictest.stdout.take().expect("stdout is piped"));
+    end(cyclictest);
+    assert_eq!(histogram.count(), TICKS, "every cycle is counted");
+    histogram
+}
+
+fn end(mut cyclictest: Child) {
+    let status = cyclictest.wait().expect("it is our child");
+    assert!(status.success(), "cyclictest ended with {status}");
+}
+
+/// Reads lines of a latency and its count, and after them the longest latency and how many were beyond the last line.
+fn histogram(stdout: ChildStdout) -> TimeHistogram {
+    let mut histogram = TimeHistogram::default();
+    let (mut max_ns, mut beyond) = (0, 0);
+    for line in BufReader::new(stdout).lines() {
+        let line = line.expect("a pipe of text");
+        let number = |text: &str| text.trim().parse::<u64>().unwrap_or_else(|_| panic!("a number in {line}"));
+        if let Some(text) = line.strip_prefix("# Max Latencies:") {
+            max_ns = number(text);
+        } else if let Some(text) = line.strip_prefix("# Histogram Overflows:") {
+            beyond = number(text);
+        } else if let Some((latency_ns, count)) = line.split_once(' ').filter(|_| !line.starts_with('#')) {
+            let count = number(count);
+            histogram.counts[TimeHistogram::bucket_of(number(latency_ns))] += count;
+        }
+    }
+    histogram.counts[TimeHistogram::bucket_of(max_ns)] += beyond;
+    histogram.max_ns = max_ns;
+    histogram
+}

@@ -1,0 +1,54 @@
+//! Our server: the real program, and what it publishes of itself.
+
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use bench_dragon::report::ServeLine;
+use bench_dragon_ipc::{Domain, Instance, Status, StatusReader, TimeHistogram};
+
+use crate::setting::{RATE_HZ, Setting, TICKS};
+
+/// The same in every turn, so that the next one clears away what one that was killed has left.
+const INSTANCE: &str = "bench-jitter";
+/// How often its status is looked at, seldom enough not to matter.
+const LOOK_PERIOD: Duration = Duration::from_millis(50);
+
+/// The lateness of every tick of one turn.
+pub(crate) fn measure(setting: &Setting) -> TimeHistogram {
+    let until_s = (TICKS - 1) as f64 / RATE_HZ as f64;
+    let mut server = Command::new(env!("CARGO_BIN_EXE_bench-dragon"))
+        .args(["serve", "--format", "json", "--instance", INSTANCE, "--rate", &RATE_HZ.to_string()])
+        .args(["--until", &until_s.to_string(), "--cpu", &setting.cpu.to_string(), "--priority", &setting.priority()])
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("cargo has built the program for this bench");
+    let mut stdout = BufReader::new(server.stdout.take().expect("stdout is piped"));
+    stdout.read_line(&mut String::new()).expect("a pipe of text");
+    let domain = Domain::new(Instance::new(INSTANCE).expect("allowed characters")).expect("a short path");
+    let reader = StatusReader::open(&domain, "bench").expect("the server has made the services");
+    let mut last = Status::default();
+    while last.tick == 0 {
+        look(&reader, &mut last);
+    }
+    setting.assert_taken(server.id());
+    while server.try_wait().expect("it is our child").is_none() {
+        look(&reader, &mut last);
+    }
+    // Its last word.
+    look(&reader, &mut last);
+    let mut summary = String::new();
+    stdout.read_to_string(&mut summary).expect("a pipe of text");
+    let Ok(ServeLine::Summary(summary)) = serde_json::from_str(&summary) else { panic!("{summary}") };
+    assert_eq!((summary.frames, last.lateness.count()), (TICKS, TICKS), "every tick is counted");
+    last.lateness
+}
+
+fn look(reader: &StatusReader, last: &mut Status) {
+    thread::sleep(LOOK_PERIOD);
+    if let Some(status) = reader.poll().expect("the bus is readable") {
+        *last = status;
+    }
+}
