@@ -1,7 +1,7 @@
 //! What a server asks of the kernel: a processor, a priority, locked memory, spinning.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread;
 
@@ -21,6 +21,10 @@ use crate::stage::Stage;
 const SCHED_OTHER: u32 = 0;
 const SCHED_FIFO: u32 = 1;
 const SCHED_RR: u32 = 2;
+
+/// A server that asks for a priority.
+const SERVE_AT_80: [&str; 9] =
+    ["serve", "--format", "json", "--rate", "100", "--readers", "1", "--priority", "fifo:80"];
 
 /// A thread as the kernel accounts for it.
 #[derive(Debug, PartialEq)]
@@ -123,9 +127,6 @@ fn a_show_hands_what_it_is_asked_for_to_its_server() {
     assert!(text.contains("priority = \"other\""), "{text}");
 }
 
-const SERVE_AT_80: [&str; 9] =
-    ["serve", "--format", "json", "--rate", "100", "--readers", "1", "--priority", "fifo:80"];
-
 /// The command with no right to a priority or to locked memory, or `None`, which is told, where that cannot be had.
 fn unprivileged(command: &Command) -> Option<Command> {
     let mut with: Vec<&str> = vec!["prlimit", "--rtprio=0", "--memlock=65536"];
@@ -162,13 +163,13 @@ fn last_cpu() -> String {
 
 fn threads(pid: u32) -> Vec<Thread> {
     let tasks = fs::read_dir(format!("/proc/{pid}/task")).expect("the process is there");
-    let threads: Vec<Thread> = tasks.map(|task| thread(pid, task.expect("the process is there").path())).collect();
+    let threads: Vec<Thread> = tasks.map(|task| thread(pid, &task.expect("the process is there").path())).collect();
     assert!(threads.len() > 1 && threads.iter().filter(|thread| thread.is_loop).count() == 1, "{threads:?}");
     threads
 }
 
 /// The loop runs in the thread that the process began with.
-fn thread(pid: u32, task: PathBuf) -> Thread {
+fn thread(pid: u32, task: &Path) -> Thread {
     let stat = fs::read_to_string(task.join("stat")).expect("the thread is there");
     // After the name, which is in brackets, fields count from 3.
     let (_, fields) = stat.rsplit_once(") ").expect("the name is in brackets");
