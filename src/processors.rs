@@ -65,7 +65,9 @@ mod tests {
 
     fn set(cpus: &[usize]) -> Processors {
         let mut set = CpuSet::new();
-        cpus.iter().for_each(|&cpu| set.set(cpu));
+        for &cpu in cpus {
+            set.set(cpu);
+        }
         Processors(set)
     }
 

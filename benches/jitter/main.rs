@@ -89,7 +89,9 @@ fn ratio(ours: &TimeHistogram, theirs: &TimeHistogram, share: f64) -> f64 {
 /// The percentiles of all turns of a contestant; null where it had none.
 fn report(figures: &mut Figures, name: &str, turns: &[TimeHistogram]) {
     let mut all = TimeHistogram::default();
-    turns.iter().for_each(|turn| all.add(turn));
+    for turn in turns {
+        all.add(turn);
+    }
     let micros = |time_ns: u64| if turns.is_empty() { Value::Null } else { (time_ns as f64 / 1e3).into() };
     for (share_name, share) in SHARES {
         figures.set(&format!("{name}_{share_name}_us"), micros(all.quantile_ns(share)));

@@ -136,7 +136,9 @@ mod tests {
     fn a_quantile_is_never_too_little_and_too_much_by_a_thirty_second_at_most() {
         let times: Vec<u64> = (1..=1000).map(|time| time * time * 7).collect();
         let mut histogram = TimeHistogram::default();
-        times.iter().for_each(|&time| histogram.record(time));
+        for &time in &times {
+            histogram.record(time);
+        }
         for (share, exact) in [(0.001, times[0]), (0.5, times[499]), (0.99, times[989]), (0.999, times[998])] {
             let quantile = histogram.quantile_ns(share);
             assert!(exact <= quantile && quantile <= exact + exact / 32, "{share}: {quantile}, really {exact}");
@@ -160,12 +162,13 @@ mod tests {
     #[test]
     fn what_is_added_is_counted_as_if_recorded() {
         let mut together = TimeHistogram::default();
-        let mut parts = [TimeHistogram::default(); 2];
-        for (index, time) in [3, 70_000, 5, 1 << 40].into_iter().enumerate() {
-            together.record(time);
-            parts[index % 2].record(time);
+        let (mut sum, mut other) = (TimeHistogram::default(), TimeHistogram::default());
+        for (one, another) in [(3, 70_000), (5, 1 << 40)] {
+            sum.record(one);
+            other.record(another);
+            together.record(one);
+            together.record(another);
         }
-        let [mut sum, other] = parts;
         sum.add(&other);
         assert_eq!(sum, together);
     }
