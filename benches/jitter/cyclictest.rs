@@ -12,7 +12,7 @@ use crate::setting::{LEVEL, RATE_HZ, Setting, TICKS};
 /// Latencies that it tells apart, in nanoseconds: up to two periods. Of longer ones it tells how many, and the longest.
 const BUCKETS_NS: u64 = 2_000_000;
 /// It has its priority by then.
-const WELL_STARTED: Duration = Duration::from_millis(1000);
+const WELL_STARTED: Duration = Duration::from_secs(1);
 
 /// Its version, where it is on the path.
 pub(crate) fn version() -> Option<String> {

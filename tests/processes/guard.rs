@@ -8,6 +8,7 @@ use serde_json::Value;
 use crate::lying_source::LyingSource;
 use crate::process::Process;
 use crate::reader::{Reader, Shot};
+use crate::seed::Seed;
 use crate::stage::Stage;
 
 /// Show time at which the paper's dragon comes to rest, and travel too, at 1 m/s.
@@ -99,12 +100,9 @@ fn a_dead_guard_leaves_the_head_at_rest_within_its_grant_and_the_next_one_moves_
     server.stop();
 }
 
-#[expect(clippy::print_stdout, reason = "a failing test tells its seed")]
 #[test]
 fn a_guard_that_is_killed_at_random_instants_lets_no_bench_touch() {
-    let seed = fastrand::u64(..);
-    println!("seed {seed}");
-    let mut random = fastrand::Rng::with_seed(seed);
+    let mut random = Seed::announced().random(0);
     let stage = Stage::new();
     let server = stage.serve(&["--guarded", "--rate", "200", "--start-at", "400", "--time-scale", "4"]);
     let mut reader = Reader::join(&stage);

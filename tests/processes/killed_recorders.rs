@@ -34,7 +34,7 @@ struct Killed {
     /// The frames that its file holds.
     frames: Vec<RecordedFrame>,
     /// When it was killed.
-    killed_ns: u64,
+    at_ns: u64,
 }
 
 #[test]
@@ -67,7 +67,9 @@ fn whenever_a_recorder_is_killed_its_file_holds_all_but_the_last_second_and_ever
             .collect();
         let ended: Vec<_> = workers.into_iter().map(thread::ScopedJoinHandle::join).collect();
         is_over.store(true, Ordering::Relaxed);
-        ended.into_iter().for_each(|ended| ended.expect("what every worker found was in order"));
+        for worker in ended {
+            worker.expect("what every worker found was in order");
+        }
     });
     server.stop();
     let mut all = all.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -84,16 +86,16 @@ fn kill_one(stage: &Stage, number: usize, seed: Seed) -> Killed {
     fs::create_dir(stage.path(&number.to_string())).expect("a folder");
     let path = stage.path(&cut_name(number));
     let recorder = stage.start(&["record", &cut_name(number)]);
-    let share = seed.share(number as u64);
+    let share = seed.random(number as u64).f64();
     if number.is_multiple_of(2) {
         thread::sleep(LONGEST_START.mul_f64(share));
     } else {
         await_frames(&path);
         thread::sleep(LONGEST_LIFE.mul_f64(share));
     }
-    let killed_ns = monotonic_ns();
+    let at_ns = monotonic_ns();
     recorder.kill();
-    Killed { number, frames: read(&path), killed_ns }
+    Killed { number, frames: read(&path), at_ns }
 }
 
 fn cut_name(number: usize) -> String {
@@ -156,8 +158,8 @@ impl Killed {
             assert_eq!((after.run_id, after.tick), (before.run_id, before.tick + 1), "kill {}", self.number);
         }
         let Some(last) = self.frames.last() else { return 0 };
-        let lost_ns = self.killed_ns.saturating_sub(last.header.published_ns);
-        let granted_ns = LOSS_NS + stalls.within_ns(last.header.published_ns, self.killed_ns);
+        let lost_ns = self.at_ns.saturating_sub(last.header.published_ns);
+        let granted_ns = LOSS_NS + stalls.within_ns(last.header.published_ns, self.at_ns);
         assert!(lost_ns <= granted_ns, "kill {}: the last {lost_ns} ns are lost, {granted_ns} may be", self.number);
         lost_ns
     }

@@ -4,6 +4,8 @@
 //! No test knows how long anything takes. It waits for what it is about (a line, a frame, an end), and where frames are
 //! counted one by one the show is short enough for a reader's buffer to hold all of it.
 
+#![allow(clippy::print_stdout, reason = "a test tells its seed, and why it is skipped")]
+
 mod bad_input;
 mod children;
 mod commands;

@@ -17,7 +17,7 @@ use crate::stage::Stage;
 /// How often the players are looked at.
 pub(crate) const LOOK_PERIOD: Duration = Duration::from_millis(2);
 /// How long nothing may happen before the storm gives up: far longer than anything takes.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+pub(crate) const PATIENCE: Duration = Duration::from_mins(1);
 /// The beginning of a process's life, in which it makes or opens everything.
 pub(crate) const START_UP: Duration = Duration::from_millis(30);
 /// The longest time between two kills of a round.
@@ -45,7 +45,9 @@ impl<'a> Troupe<'a> {
     /// Starts everyone.
     pub(crate) fn gather(stage: &'a Stage, random: Random) -> Self {
         let mut troupe = Self { stage, random, players: vec![], turns: 0, changes_of_server: 0, brief: vec![] };
-        Role::ALL.into_iter().for_each(|role| troupe.start(role));
+        for role in Role::ALL {
+            troupe.start(role);
+        }
         troupe
     }
 
@@ -91,7 +93,9 @@ impl<'a> Troupe<'a> {
                 missing.drain(..).for_each(|role| self.start(role));
             }
         }
-        missing.into_iter().for_each(|role| self.start(role));
+        for role in missing {
+            self.start(role);
+        }
         self.await_progress(books)
     }
 
@@ -100,20 +104,17 @@ impl<'a> Troupe<'a> {
         self.players.sort_by_key(|player| player.role == Role::Serve);
         for mut player in self.players.drain(..) {
             let pid = Pid::from_raw(player.pid().cast_signed()).expect("a process id is not 0");
+            if player.ended().is_none() {
+                kill_process(pid, Signal::TERM).expect("it has not been waited for");
+            }
             let begun = Instant::now();
-            let status = match player.ended() {
-                Some(status) => status,
-                None => {
-                    kill_process(pid, Signal::TERM).expect("it has not been waited for");
-                    loop {
-                        match player.ended() {
-                            Some(status) => break status,
-                            None if begun.elapsed() > PATIENCE => {
-                                return Err(format!("{} does not end at SIGTERM", player.role.name()));
-                            }
-                            None => thread::sleep(LOOK_PERIOD),
-                        }
+            let status = loop {
+                match player.ended() {
+                    Some(status) => break status,
+                    None if begun.elapsed() > PATIENCE => {
+                        return Err(format!("{} does not end at SIGTERM", player.role.name()));
                     }
+                    None => thread::sleep(LOOK_PERIOD),
                 }
             };
             if !status.success() && !player.role.is_brief() {

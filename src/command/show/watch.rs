@@ -78,7 +78,9 @@ mod tests {
         let mut silent = Vec::new();
         for _ in 0..seconds * 10 {
             *now += Duration::from_millis(100);
-            heard.iter().for_each(|&role| watch.hear(role));
+            for &role in heard {
+                watch.hear(role);
+            }
             silent.extend(watch.silent(*now));
         }
         silent
