@@ -44,11 +44,12 @@ fn play_show(stage: &Stage, number: u32, random: &mut Random, most: u32, books: 
     let folder = format!("show-{number}");
     let args = ["show", "--rate", "200", "--auto-resume", "--format", "json", "--out", &folder];
     let show = stage.start(&args);
-    let mut killed = 0;
+    let mut killed = Vec::new();
     for _ in 0..(1 + random.below(MOST_KILLS)).min(most as usize) {
         let longest = if random.percent(40) { START_UP } else { BETWEEN };
         thread::sleep(random.up_to(longest));
-        let running = children(show.pid());
+        // One that was killed may take its time to be gone.
+        let running: Vec<_> = children(show.pid()).into_iter().filter(|(pid, _)| !killed.contains(pid)).collect();
         let phase = if running.len() == CHILDREN.len() { Phase::Playing } else { Phase::Starting };
         if random.percent(25) {
             let pid = show.pid();
@@ -62,10 +63,10 @@ fn play_show(stage: &Stage, number: u32, random: &mut Random, most: u32, books: 
         if send(pid, Signal::KILL).is_ok() {
             let name = CHILDREN.into_iter().find(|child| *child == name).expect("a show has no other children");
             books.kill(name, phase);
-            killed += 1;
+            killed.push(pid);
         }
     }
-    end_show(stage, show, killed, books)
+    end_show(stage, show, killed.len() as u64, books)
 }
 
 /// Waits until the children of a killed show have ended; every other time, the next show has to do without that.
