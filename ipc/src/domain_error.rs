@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::domain::{Instance, MAX_ROOT_PATH_LEN};
 use crate::membership::SHARED_MEMORY;
+use crate::open_files::is_out_of_files;
 
 /// Why an instance has no usable domain.
 #[derive(Debug)]
@@ -82,6 +83,7 @@ impl DomainError {
 /// What to do about an error of the operating system, where that is plain.
 fn remedy(path: &Path, error: &io::Error) -> &'static str {
     match error.kind() {
+        _ if is_out_of_files(error) => ": raise the limit, `ulimit -n 1024`",
         ErrorKind::NotFound if path == Path::new(SHARED_MEMORY) => {
             ": mount it, `mount -t tmpfs -o mode=1777 tmpfs /dev/shm`"
         }

@@ -33,6 +33,8 @@ pub(crate) struct Membership {
 impl Membership {
     /// Joins a domain whose directory is there. Waits only while somebody else clears the domain up.
     pub(crate) fn join(domain: &Domain) -> Result<Self, DomainError> {
+        // Before there is a file: what is missing there would not come by trying again.
+        fs::metadata(SHARED_MEMORY).map_err(|error| DomainError::Io { path: SHARED_MEMORY.into(), error })?;
         let path = lock_path(domain);
         let join = |file: &mut File| {
             file.lock_shared()?;
@@ -42,9 +44,7 @@ impl Membership {
             file.lock_shared()
         };
         let file = lock_at(&path, join).map_err(|error| match error.kind() {
-            ErrorKind::NotFound if !domain.root().exists() => DomainError::Missing { path: domain.root().to_owned() },
-            // Then it is shared memory that is missing, which would not come by trying again.
-            ErrorKind::NotFound => DomainError::Io { path: SHARED_MEMORY.into(), error },
+            ErrorKind::NotFound => DomainError::Missing { path: domain.root().to_owned() },
             _ => DomainError::Io { path, error },
         })?;
         Ok(Self { domain: domain.clone(), file })
@@ -106,7 +106,11 @@ fn dissolve(domain: &Domain) -> io::Result<()> {
     sweep(domain)?;
     SourceLock::clear_abandoned(domain)?;
     GuardLock::clear_abandoned(domain)?;
-    fs::remove_file(domain.iceoryx2_toml_path())?;
+    match fs::remove_file(domain.iceoryx2_toml_path()) {
+        // One that fails before it has a node leaves before the file is written.
+        Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+        _ => {}
+    }
     fs::remove_file(lock_path(domain))?;
     fs::remove_dir(domain.root())
 }

@@ -11,6 +11,8 @@ use crate::domain::Domain;
 use crate::domain_error::DomainError;
 use crate::error::BusError;
 use crate::lock_file::{self, Refused, hold_alone};
+use crate::open_files::require_open_files;
+use crate::service::SOURCE_FILES;
 
 /// How long a source waits for one that is ending: after a crash of its parent, say, when both are started again at once.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -33,8 +35,9 @@ impl SourceLock {
     /// make services and only the holder of this lock is one, so such a file is nobody's, and is removed.
     ///
     /// # Errors
-    /// [`BusError::SourceRunning`] where another process holds it, [`BusError::Domain`].
+    /// [`BusError::SourceRunning`] where another process holds it, [`BusError::TooFewFiles`], [`BusError::Domain`].
     pub fn take(domain: &Domain) -> Result<Self, BusError> {
+        require_open_files(SOURCE_FILES)?;
         let path = lock_path(domain);
         let deadline = Instant::now() + PATIENCE;
         let locked = loop {
