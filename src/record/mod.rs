@@ -35,6 +35,7 @@ pub mod rotation;
 pub mod schema;
 mod settings;
 pub mod space;
+mod summary;
 pub mod timeline;
 mod writer;
 

@@ -6,14 +6,13 @@
 
 use std::{
     fs::{self, File},
-    io::{self, BufReader, BufWriter, Read, Seek},
+    io::{self, BufReader, BufWriter, Seek},
     path::{Path, PathBuf},
 };
 
 use mcap::{
     McapError, McapResult, Writer,
     records::{Header, Record},
-    sans_io::summary_reader::{SummaryReadEvent, SummaryReader},
     write::NoSeek,
 };
 use rustix::fs::{FlockOperation, flock};
@@ -24,6 +23,7 @@ use super::{
     rotation::folder_of,
     schema,
     settings::RecorderSettings,
+    summary::frames_of_finished,
 };
 
 /// What the name of the copy adds to that of the recording; a copy left by a killed repair is overwritten by the next.
@@ -100,8 +100,7 @@ pub fn repair(path: &Path) -> Result<Repair, RepairError> {
         Err(rustix::io::Errno::WOULDBLOCK) => return Err(RepairError::InUse { path: path.into() }),
         Err(error) => return Err(read_error(error.into())),
     }
-    if let Some(summary) = read_summary(&mut file).map_err(read_error)? {
-        let frames = frames_in(&summary);
+    if let Some(frames) = frames_of_finished(&mut file).map_err(read_error)? {
         return Ok(Repair { path: path.into(), frames, was_unfinished: false, skipped_bytes: 0, kept: None });
     }
     file.rewind().map_err(read_error)?;
@@ -140,27 +139,6 @@ fn is_news(repair: &Result<Repair, RepairError>) -> bool {
 fn is_ours(file: &File) -> io::Result<bool> {
     let header = Records::new(file).next()?;
     Ok(matches!(header, Some(Record::Header(Header { library, .. })) if library.starts_with(schema::LIBRARY_FAMILY)))
-}
-
-/// The summary of a finished file; `None` where the file is unfinished.
-fn read_summary(file: &mut File) -> io::Result<Option<mcap::Summary>> {
-    let mut reader = SummaryReader::new();
-    while let Some(event) = reader.next_event() {
-        match event {
-            Ok(SummaryReadEvent::ReadRequest(bytes)) => {
-                let read = file.read(reader.insert(bytes))?;
-                reader.notify_read(read);
-            }
-            Ok(SummaryReadEvent::SeekRequest(to)) => match file.seek(to) {
-                Ok(position) => reader.notify_seeked(position),
-                // Shorter than a footer.
-                Err(error) if error.kind() == io::ErrorKind::InvalidInput => return Ok(None),
-                Err(error) => return Err(error),
-            },
-            Err(_) => return Ok(None),
-        }
-    }
-    Ok(reader.finish())
 }
 
 fn frames_in(summary: &mcap::Summary) -> u64 {
