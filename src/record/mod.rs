@@ -16,14 +16,16 @@
 //!
 //! **What a crash costs.** A chunk is closed and handed to the operating system when it is full (about a megabyte) and
 //! half a second after its first message at the latest. A killed recorder loses at most what came after; the file then
-//! lacks its index, and [`repair()`] makes one. Nothing is forced onto the disk, so a power cut may cost what the
-//! operating system still held.
+//! lacks its index, and [`repair()`] makes one. Once a second the file is forced onto the disk, by a thread that nothing
+//! waits for; so a power cut costs what came after the last time, a few seconds where the disk keeps up. A finished
+//! file is on the disk.
 //!
 //! **What a full disk does.** The forecast warns early ([`Progress`]). When no room is left for another chunk, the file
 //! is finished within the room that was reserved for its summary, and the next call returns [`RecordError::DiskFull`].
 
 pub mod cdr;
 mod channels;
+mod disk_sync;
 mod error;
 pub mod pose;
 mod progress;

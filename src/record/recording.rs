@@ -163,6 +163,11 @@ impl Recording {
         self.counts
     }
 
+    /// The file, once more.
+    pub(super) fn file(&self) -> &File {
+        &self.file
+    }
+
     /// Whether messages wait for the next flush.
     pub(super) fn has_unflushed(&self) -> bool {
         self.chunk.bytes > 0

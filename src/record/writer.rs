@@ -13,6 +13,7 @@ use mcap::{McapError, McapResult};
 use super::{
     cdr,
     channels::Kind,
+    disk_sync::DiskSync,
     error::RecordError,
     pose::PoseRate,
     progress::{SharedProgress, Summary},
@@ -64,6 +65,7 @@ pub(super) struct RecordingWriter {
     timeline: Timeline,
     names: FileNames,
     recording: Recording,
+    disk: DiskSync,
     finished: FinishedFiles,
     before: Totals,
     description: Option<Description>,
@@ -103,12 +105,15 @@ impl RecordingWriter {
         progress: Arc<SharedProgress>,
     ) -> Result<Self, RecordError> {
         let limits = settings.limits()?;
-        let recording = Recording::create(&names.path(1), settings.compression_level, limits.chunk)?;
+        let path = names.path(1);
+        let recording = Recording::create(&path, settings.compression_level, limits.chunk)?;
+        let disk = DiskSync::start().map_err(|source| RecordError::Create { path, source })?;
         let mut writer = Self {
             timeline: Timeline::new(settings.unix_minus_monotonic_ns),
             limits,
             names,
             recording,
+            disk,
             finished: FinishedFiles::default(),
             before: Totals::default(),
             description: None,
@@ -127,10 +132,10 @@ impl RecordingWriter {
 
     /// Records all jobs until their sender is gone, then finishes the file.
     pub(super) fn run(mut self, jobs: &Receiver<Job>, empty: &Sender<FrameBuffer>) -> Result<Summary, RecordError> {
-        match self.record_all(jobs, empty).and_then(|()| self.recording.finish().map_err(Fault::from)) {
+        match self.record_all(jobs, empty).and_then(|()| self.finish_file()) {
             Ok(()) => {
                 self.publish_totals();
-                Ok(self.into_summary())
+                self.into_summary()
             }
             Err(Fault::File(error)) => Err(self.recording.give_up(error)),
             Err(Fault::Other(error)) => {
@@ -211,6 +216,7 @@ impl RecordingWriter {
         if self.recording.has_unflushed() {
             self.recording.flush()?;
         }
+        self.disk.look_after(self.recording.file())?;
         self.publish_totals();
         self.publish_outlook();
         Ok(())
@@ -225,8 +231,13 @@ impl RecordingWriter {
         self.remove_oldest()
     }
 
-    fn begin_next_file(&mut self) -> Result<(), Fault> {
+    fn finish_file(&mut self) -> Result<(), Fault> {
         self.recording.finish()?;
+        Ok(self.disk.keep(self.recording.file().try_clone()?)?)
+    }
+
+    fn begin_next_file(&mut self) -> Result<(), Fault> {
+        self.finish_file()?;
         self.before = self.totals();
         self.finished.push(self.recording.path().into(), self.recording.written_bytes());
         let path = self.names.path(self.before.files + 1);
@@ -274,9 +285,12 @@ impl RecordingWriter {
         self.progress.store_outlook(outlook);
     }
 
-    fn into_summary(mut self) -> Summary {
+    fn into_summary(mut self) -> Result<Summary, RecordError> {
         let Totals { bytes, counts, .. } = self.totals();
+        if let Err(error) = self.disk.finish() {
+            return Err(self.recording.give_up(error.into()));
+        }
         self.finished.push(self.recording.path().into(), self.recording.written_bytes());
-        Summary { frames: counts.frames, alerts: counts.alerts, bytes, files: self.finished.into_paths() }
+        Ok(Summary { frames: counts.frames, alerts: counts.alerts, bytes, files: self.finished.into_paths() })
     }
 }
