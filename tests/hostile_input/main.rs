@@ -6,9 +6,11 @@
 mod command;
 mod config;
 mod frame;
+mod geometry;
 mod recording;
 
 use std::fs;
+use std::panic::catch_unwind;
 use std::path::Path;
 
 /// Checks every input of a kind.
@@ -18,16 +20,20 @@ fn check_corpus(kind: &str, check: fn(&[u8])) {
     let mut inputs: Vec<_> = inputs.collect();
     inputs.sort();
     assert!(!inputs.is_empty(), "{} has inputs", folder.display());
-    for path in inputs {
-        let input = fs::read(&path).expect("a readable input");
-        let outcome = std::panic::catch_unwind(|| check(&input));
-        assert!(outcome.is_ok(), "{} does not hold what must hold", path.display());
+    for input in inputs {
+        let bytes = fs::read(&input).expect("a readable input");
+        assert!(catch_unwind(|| check(&bytes)).is_ok(), "{}", input.display());
     }
 }
 
 #[test]
 fn a_configuration_is_valid_and_written_back_or_refused_in_one_line() {
     check_corpus("config", config::check);
+}
+
+#[test]
+fn a_configuration_of_any_numbers_is_a_dragon_that_can_walk_or_refused() {
+    check_corpus("geometry", geometry::check);
 }
 
 #[test]
