@@ -66,6 +66,11 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     })
 }
 
+/// How often a child has ended that the show gives up.
+fn too_often() -> String {
+    format!("has ended {MAX_RESTARTS} times again within {} minutes, the last time with", WINDOW.as_secs() / 60)
+}
+
 /// A show in progress.
 struct Show<'a> {
     args: &'a ShowArgs,
@@ -203,10 +208,9 @@ impl<'a> Show<'a> {
                 *self.account.tally.restarts(role) += 1;
                 "starting it again"
             }
-            (None, Role::Serve) => bail!(
-                "serve has ended {MAX_RESTARTS} times again within {} minutes, the last time with {status}: giving up",
-                WINDOW.as_secs() / 60
-            ),
+            (None, Role::Serve) => bail!("serve {} {status}: giving up", too_often()),
+            // Without its guard the dragon stands for good.
+            (None, Role::Monitor) if self.guarded => bail!("the guard {} {status}: giving up", too_often()),
             (None, Role::Monitor | Role::Record) => {
                 self.given_up = true;
                 "the show goes on without it"

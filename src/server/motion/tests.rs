@@ -1,0 +1,216 @@
+//! The motion, tick by tick.
+
+use super::*;
+
+fn plan() -> MotionPlan {
+    MotionPlan::plain(0.001, 0.0, 400.0)
+}
+
+/// The motion at tick 0.
+fn start(plan: MotionPlan) -> Motion {
+    after(Motion::new(plan), 1)
+}
+
+fn after(mut motion: Motion, ticks: u64) -> Motion {
+    for _ in 0..ticks {
+        motion.advance();
+    }
+    motion
+}
+
+#[test]
+fn running_ticks_advance_show_time_by_exactly_one_step() {
+    let motion = after(start(MotionPlan { tick_s: 20.0 / 1000.0, ..plan() }), 12_345);
+    assert_eq!(motion.head().sim_time_ns, 246_900_000_000);
+    assert_eq!(motion.head().travel_m, 12_345.0 * 0.02);
+}
+
+#[test]
+fn a_paused_show_stands_and_resumes_where_it_stood() {
+    let mut motion = after(start(plan()), 5);
+    motion.request(Request::Pause).expect("pause is always accepted");
+    let paused = after(motion, 100).head();
+    assert_eq!((paused.state, paused.speed_mps, paused.sim_time_ns), (ShowState::Paused, 0.0, 5_000_000));
+    motion.request(Request::Resume).expect("a paused show resumes");
+    assert_eq!(after(motion, 1).head().sim_time_ns, 6_000_000);
+}
+
+#[test]
+fn only_release_lifts_a_hold() {
+    let mut motion = after(start(plan()), 5);
+    motion.request(Request::Hold).expect("hold is always accepted");
+    assert_eq!(motion.request(Request::Resume), Err(Refusal::Held));
+    assert_eq!(after(motion, 9).head().state, ShowState::Held);
+    motion.request(Request::Release).expect("a held show is released");
+    assert_eq!(motion.head().state, ShowState::Running);
+    assert_eq!(motion.request(Request::Release), Err(Refusal::NotHeld));
+}
+
+#[test]
+fn a_pause_outlasts_a_hold() {
+    let mut motion = start(plan());
+    for request in [Request::Pause, Request::Hold, Request::Release] {
+        motion.request(request).expect("the three are accepted");
+    }
+    assert_eq!(motion.head().state, ShowState::Paused);
+}
+
+#[test]
+fn a_new_speed_bends_the_travel_and_not_the_show_time() {
+    let mut motion = after(start(plan()), 1000);
+    motion.request(Request::Speed { speed_mps: 2.0 }).expect("2 m/s is allowed");
+    let head = after(motion, 500).head();
+    assert_eq!(head.sim_time_ns, 1_500_000_000);
+    assert!((head.travel_m - 2.0).abs() < 1e-12, "{}", head.travel_m);
+}
+
+#[test]
+fn impossible_speeds_are_refused_with_the_range() {
+    let mut motion = start(plan());
+    for speed_mps in [-0.1, 10.1, f64::NAN, f64::INFINITY] {
+        let refusal = motion.request(Request::Speed { speed_mps });
+        assert_eq!(refusal, Err(Refusal::OutOfRange { lowest: 0.0, highest: 10.0 }), "{speed_mps}");
+    }
+}
+
+#[test]
+fn a_seek_goes_to_the_configured_speed_times_the_time() {
+    let mut motion = after(start(MotionPlan { speed_mps: 0.5, start_speed_mps: 0.5, last_s: 800.0, ..plan() }), 10);
+    motion.request(Request::Speed { speed_mps: 3.0 }).expect("3 m/s is allowed");
+    motion.request(Request::Seek { sim_time_s: 100.0 }).expect("100 s is inside the run");
+    assert_eq!(motion.head().travel_m, 50.0);
+    assert_eq!(motion.head().speed_mps, 3.0);
+    let refusal = motion.request(Request::Seek { sim_time_s: 800.1 });
+    assert_eq!(refusal, Err(Refusal::OutOfRange { lowest: 0.0, highest: 800.0 }));
+}
+
+#[test]
+fn a_run_that_starts_before_0_may_be_sought_as_far_back() {
+    let plan = MotionPlan { start_s: -2.0, start_travel_m: -2.0, first_s: -2.0, ..plan() };
+    let mut motion = after(start(plan), 100);
+    assert_eq!(motion.head().sim_time_ns, -1_900_000_000);
+    motion.request(Request::Seek { sim_time_s: -1.5 }).expect("-1.5 s is inside the run");
+    assert_eq!(motion.head().travel_m, -1.5);
+    let refusal = motion.request(Request::Seek { sim_time_s: -2.1 });
+    assert_eq!(refusal, Err(Refusal::OutOfRange { lowest: -2.0, highest: 400.0 }));
+}
+
+#[test]
+fn the_run_ends_exactly_at_its_end() {
+    let motion = after(start(MotionPlan { tick_s: 0.3, end_travel_m: 1.0, ..plan() }), 50);
+    let head = motion.head();
+    assert_eq!((head.state, head.travel_m, head.sim_time_ns), (ShowState::Finished, 1.0, 1_000_000_000));
+    assert_eq!(motion.clone().request(Request::Resume), Err(Refusal::Finished));
+}
+
+#[test]
+fn the_show_ends_exactly_at_the_time_asked_for() {
+    let motion = after(start(MotionPlan { tick_s: 0.3, until_s: Some(0.5), ..plan() }), 50);
+    let head = motion.head();
+    assert_eq!((head.state, head.sim_time_ns), (ShowState::Finished, 500_000_000));
+    assert!((head.travel_m - 0.5).abs() < 1e-12);
+}
+
+#[test]
+fn a_seek_starts_a_finished_show_again() {
+    let mut motion = after(start(MotionPlan { end_travel_m: 0.002, ..plan() }), 9);
+    assert_eq!(motion.head().state, ShowState::Finished);
+    motion.request(Request::Seek { sim_time_s: 0.0 }).expect("the start is inside the run");
+    assert_eq!(after(motion, 1).head().sim_time_ns, 0, "the tick of a seek shows its target");
+    assert_eq!(after(motion, 2).head().sim_time_ns, 1_000_000);
+}
+
+#[test]
+fn a_show_that_starts_at_its_end_is_finished() {
+    assert_eq!(start(MotionPlan { start_s: 400.0, start_travel_m: 400.0, ..plan() }).head().state, ShowState::Finished);
+}
+
+fn guarded() -> MotionPlan {
+    MotionPlan { guarded_run: Some(7), ..plan() }
+}
+
+fn grant(motion: &mut Motion, from_m: f64, to_m: f64) -> Result<(), Refusal> {
+    motion.request(Request::Grant { run_id: 7, from_m, to_m })
+}
+
+#[test]
+fn a_guarded_head_starts_held_and_walks_exactly_as_far_as_it_was_granted() {
+    let mut motion = after(start(guarded()), 10);
+    assert_eq!((motion.head().state, motion.head().sim_time_ns), (ShowState::Held, 0));
+    grant(&mut motion, 0.0, 0.012_345_6).expect("the head is there");
+    assert_eq!(after(motion, 12).head().state, ShowState::Running);
+    let head = after(motion, 20).head();
+    assert_eq!((head.state, head.travel_m, head.sim_time_ns), (ShowState::Held, 0.012_345_6, 12_345_600));
+    let mut motion = after(motion, 50);
+    grant(&mut motion, 0.01, 1.0).expect("the head is there");
+    assert_eq!(after(motion, 1).head().sim_time_ns, 13_345_600, "a whole step from where it stood");
+}
+
+#[test]
+fn neither_release_nor_resume_lifts_a_guards_stop() {
+    let mut motion = start(guarded());
+    assert_eq!(motion.request(Request::Release), Err(Refusal::HeldByGuard));
+    assert_eq!(motion.request(Request::Resume), Err(Refusal::HeldByGuard));
+    motion.request(Request::Hold).expect("hold is always accepted");
+    motion.request(Request::Release).expect("the hold is lifted");
+    assert_eq!(after(motion, 5).head().state, ShowState::Held);
+}
+
+#[test]
+fn a_grant_does_not_lift_a_hold() {
+    let mut motion = start(MotionPlan { held: true, ..guarded() });
+    grant(&mut motion, 0.0, 10.0).expect("the head is there");
+    assert_eq!(after(motion, 5).head().state, ShowState::Held);
+    motion.request(Request::Release).expect("a held show is released");
+    assert_eq!(after(motion, 5).head().travel_m, 0.005);
+}
+
+#[test]
+fn a_guarded_head_is_put_only_where_its_guard_has_proved_it() {
+    let mut motion = start(guarded());
+    let seek = Request::Seek { sim_time_s: 300.0 };
+    assert_eq!((motion.request(seek), motion.limits().asked_m), (Err(Refusal::NotProved), Some(300.0)));
+    grant(&mut motion, 300.0, 300.5).expect("it is where the seek asked to go");
+    assert_eq!(motion.head().travel_m, 0.0);
+    motion.request(seek).expect("it is proved now");
+    assert_eq!(after(motion, 2000).head().travel_m, 300.5);
+}
+
+#[test]
+fn grants_of_an_unguarded_head_for_another_run_and_outside_the_run_are_refused() {
+    let grant = |run_id, from_m, to_m| Request::Grant { run_id, from_m, to_m };
+    assert_eq!(start(plan()).request(grant(7, 0.0, 1.0)), Err(Refusal::NotGuarded));
+    let mut motion = start(guarded());
+    assert_eq!(motion.request(grant(8, 0.0, 1.0)), Err(Refusal::OtherRun));
+    for (from_m, to_m) in
+        [(2.0, 1.0), (f64::NAN, 1.0), (0.0, f64::NAN), (0.0, f64::INFINITY), (0.0, 401.0), (-1.0, 1.0)]
+    {
+        let refusal = motion.request(grant(7, from_m, to_m));
+        assert!(matches!(refusal, Err(Refusal::OutOfRange { .. })), "{from_m} to {to_m}: {refusal:?}");
+    }
+    assert_eq!(motion.limits().granted_to_m, Some(0.0));
+}
+
+#[test]
+fn with_an_acceleration_the_head_ramps_up_and_is_paused_once_it_rests() {
+    let mut motion = start(MotionPlan { accel_mps2: Some(0.5), ..plan() });
+    motion = after(motion, 1000);
+    assert!((motion.head().travel_m - 0.25).abs() < 1e-12 && (motion.head().speed_mps - 0.5).abs() < 1e-12);
+    motion.request(Request::Pause).expect("pause is always accepted");
+    assert_eq!(after(motion, 500).head().state, ShowState::Running);
+    let head = after(motion, 1001).head();
+    assert_eq!((head.state, head.speed_mps, head.sim_time_ns), (ShowState::Paused, 0.0, 2_000_000_000));
+    assert!((head.travel_m - 0.5).abs() < 1e-12, "{}", head.travel_m);
+}
+
+#[test]
+fn with_an_acceleration_the_head_rests_exactly_at_the_end_of_its_grant() {
+    for tick_s in [0.000_1, 0.02, 0.4] {
+        let mut motion = start(MotionPlan { accel_mps2: Some(0.5), tick_s, ..guarded() });
+        grant(&mut motion, 0.0, 7.5).expect("the head is there");
+        let head = after(motion, (20.0 / tick_s) as u64).head();
+        assert_eq!((head.state, head.travel_m), (ShowState::Held, 7.5));
+        // 2 s and 1 m each to speed up and to brake, and 5.5 s between.
+        assert!((head.sim_time_ns - 9_500_000_000).abs() <= 1, "{}", head.sim_time_ns);
+    }
+}
