@@ -107,6 +107,9 @@ fn announce(args: &ServeArgs, server: &Server) -> anyhow::Result<()> {
         Format::Json => print_json(&ServeLine::Started { run_id: server.run_id() }),
         Format::Text => {
             complain(&format!("serving instance {}, run {}; Ctrl-C ends it", args.bus.instance, server.run_id()));
+            if server.is_guarded() {
+                complain("guarded: the head walks where `bench-dragon monitor --guard` has proved the way free");
+            }
             Ok(())
         }
     }

@@ -121,6 +121,11 @@ impl Server {
         self.run_id
     }
 
+    /// Whether the head walks only where a guard has granted it.
+    pub fn is_guarded(&self) -> bool {
+        self.settings.config.is_guarded()
+    }
+
     /// Publishes frame after frame, on the calling thread, until `stop` is set, a client asks for it, or the show time to
     /// end at is reached.
     ///
