@@ -1,6 +1,7 @@
 //! Reading a recording back, frame by frame.
 
 use std::{
+    collections::BTreeSet,
     fs::File,
     io::{self, BufReader},
     path::{Path, PathBuf},
@@ -26,7 +27,8 @@ const READ_BUFFER_BYTES: usize = 1 << 20;
 pub struct FrameReader {
     path: PathBuf,
     records: Records<BufReader<File>>,
-    frame_channel: Option<u16>,
+    /// The channels that carry frames: one in a file of ours, more where recordings were joined by another tool.
+    frame_channels: BTreeSet<u16>,
     configuration: Option<Configuration>,
 }
 
@@ -84,7 +86,7 @@ impl FrameReader {
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let file = File::open(path).map_err(|source| ReadError::Io { path: path.into(), source })?;
         let records = Records::new(BufReader::with_capacity(READ_BUFFER_BYTES, file));
-        let mut reader = Self { path: path.into(), records, frame_channel: None, configuration: None };
+        let mut reader = Self { path: path.into(), records, frame_channels: BTreeSet::new(), configuration: None };
         match reader.next_record()? {
             Some(Record::Header(_)) => Ok(reader),
             _ => Err(ReadError::NotMcap { path: path.into() }),
@@ -113,11 +115,13 @@ impl FrameReader {
     fn next_frame(&mut self) -> Result<Option<RecordedFrame>, ReadError> {
         while let Some(record) = self.next_record()? {
             match record {
-                Record::Channel(channel) if channel.topic == schema::FRAMES => self.frame_channel = Some(channel.id),
+                Record::Channel(channel) if channel.topic == schema::FRAMES => {
+                    self.frame_channels.insert(channel.id);
+                }
                 Record::Metadata(metadata) if metadata.name == schema::CONFIGURATION => {
                     self.configuration = Configuration::from_metadata(metadata).or(self.configuration.take());
                 }
-                Record::Message { header, data } if Some(header.channel_id) == self.frame_channel => {
+                Record::Message { header, data } if self.frame_channels.contains(&header.channel_id) => {
                     let not_a_frame = || ReadError::NotAFrame { path: self.path.clone() };
                     let decoded = cdr::decode_frame(&data);
                     let (frame, handles) = decoded.filter(is_whole).ok_or_else(not_a_frame)?;
