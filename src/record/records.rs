@@ -71,8 +71,7 @@ impl<R: Read> Records<R> {
             let Some(record) = self.read()? else { continue };
             self.ending = match record {
                 Outer::Record(Record::DataEnd(_)) => Some(Ending::Whole),
-                // Opcode 0 is no record: a file that lost its end in a power cut may go on with zeros.
-                Outer::Broken | Outer::Record(Record::Unknown { opcode: 0, .. }) => Some(self.broken_ending()?),
+                Outer::Broken => Some(self.broken_ending()?),
                 Outer::Record(record) => return Ok(Some(record)),
             };
             return Ok(None);
@@ -84,7 +83,8 @@ impl<R: Read> Records<R> {
         Ok(if goes_on { Ending::Damaged } else { Ending::Cut })
     }
 
-    /// The next record of the file; `None` where that was a chunk, whose records are to be taken from it.
+    /// The next record of the file; `None` where that was a chunk, whose records are to be taken from it, or one of a kind
+    /// that tells no reader of ours anything.
     fn read(&mut self) -> io::Result<Option<Outer>> {
         loop {
             match self.reader.next_event() {
@@ -102,10 +102,17 @@ impl<R: Read> Records<R> {
                     }
                     return Ok(None);
                 }
-                Some(Ok(LinearReadEvent::Record { opcode, data })) => {
+                // No kind of record: a file that lost its end in a power cut may go on with zeros.
+                Some(Ok(LinearReadEvent::Record { opcode: 0, .. })) => return Ok(Some(Outer::Broken)),
+                // The crate's parser is asked for nothing else: it panics at an attachment that is too short.
+                Some(Ok(LinearReadEvent::Record {
+                    opcode: opcode @ (op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA | op::DATA_END),
+                    data,
+                })) => {
                     let record = mcap::parse_record(opcode, data).ok().map(Record::into_owned);
                     return Ok(Some(record.map_or(Outer::Broken, Outer::Record)));
                 }
+                Some(Ok(LinearReadEvent::Record { .. })) => return Ok(None),
                 Some(Err(McapError::Io(error))) if error.raw_os_error().is_some() => return Err(error),
                 Some(Err(_)) | None => return Ok(Some(Outer::Broken)),
             }
@@ -165,10 +172,7 @@ impl Chunk {
             return false;
         }
         let mut rest = self.unpacked.as_slice();
-        while let Some((record, behind)) = split_record(rest) {
-            if !matches!(record, Record::Schema { .. } | Record::Channel(_) | Record::Message { .. }) {
-                return false;
-            }
+        while let Some((_, behind)) = split_record(rest) {
             rest = behind;
         }
         rest.is_empty()
@@ -182,12 +186,15 @@ impl Chunk {
     }
 }
 
-/// A record and what is behind it; `None` where no whole record is.
+/// A record of a chunk and what is behind it; `None` where no whole record is, or none that a chunk may hold.
 fn split_record(bytes: &[u8]) -> Option<(Record<'_>, &[u8])> {
     let (&opcode, rest) = bytes.split_first()?;
     let (length, rest) = rest.split_first_chunk()?;
     let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
     let (body, behind) = rest.split_at_checked(length)?;
+    if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
+        return None;
+    }
     Some((mcap::parse_record(opcode, body).ok()?, behind))
 }
 
