@@ -259,3 +259,22 @@ fn a_head_that_starts_too_near_never_moves() {
     rehearsal.seek(300.0);
     assert!(rehearsal.play().travel_m >= 300.0, "from there on it walks");
 }
+
+#[test]
+fn large_steps_do_not_make_a_guarded_head_stop_at_every_tick() {
+    for (rate_hz, time_scale, lag_ticks) in
+        [(1, 1.0, 1), (1, 20.0, 1), (2, 20.0, 1), (50, 1000.0, 1), (1000, 400.0, 20)]
+    {
+        let text = format!("[serve]\nrate_hz = {rate_hz}\ntime_scale = {time_scale:?}\n[monitor]\nguard = true\n");
+        let config = Config::from_toml(&text).expect("a valid configuration");
+        let mut rehearsal = Rehearsal::new(&config, 100.0, lag_ticks);
+        while rehearsal.play().state == ShowState::Held {}
+        let head = rehearsal.play();
+        for tick in 1..=4 {
+            let next = rehearsal.play();
+            let expected_m = head.travel_m + f64::from(tick) * config.tick_s();
+            assert_eq!(next.state, ShowState::Running, "{rate_hz} Hz, {time_scale} times");
+            assert!((next.travel_m - expected_m).abs() < 1e-9, "{rate_hz} Hz, {time_scale} times: {next:?}");
+        }
+    }
+}

@@ -158,7 +158,7 @@ impl fmt::Display for Refusal {
             Self::NotHeld => formatter.write_str("the show is not held"),
             Self::Finished => formatter.write_str("the show is finished: seek to start it again"),
             Self::NotGuarded => formatter.write_str("the server is not guarded: start it with --guarded"),
-            Self::NotProved => formatter.write_str("the guard has not proved that the benches are apart there"),
+            Self::NotProved => formatter.write_str("no guard has proved that the benches are apart there"),
             Self::OtherRun => formatter.write_str("the grant is for another run"),
             Self::HeldByGuard => {
                 formatter.write_str("the guard holds the dragon: it walks on when the guard has proved the way ahead")

@@ -18,8 +18,8 @@ use crate::membership::Membership;
 use crate::open_files::require_open_files;
 use crate::service::{
     ALERT_BUFFER, ALERTS, AlertService, CLIENT_FILES, CLIENT_MEMORY, COMMANDS, CommandService, DESCRIPTION,
-    DescriptionService, EventService, FRAMES, FrameService, MAX_ACTIVE_REQUESTS, MAX_BORROWED_FRAMES, MAX_NODES,
-    MAX_READERS, MAX_SOURCES, SOURCE_FILES, SOURCE_MEMORY, STATUS, Service, StatusService, frame_buffer,
+    DescriptionService, EventService, FRAMES, FrameService, MAX_ACTIVE_REQUESTS, MAX_BORROWED_FRAMES, MAX_MONITORS,
+    MAX_NODES, MAX_READERS, MAX_SOURCES, SOURCE_FILES, SOURCE_MEMORY, STATUS, Service, StatusService, frame_buffer,
 };
 use crate::space::require_shared_memory;
 use crate::status::Status;
@@ -165,7 +165,7 @@ impl Member {
     pub fn alerts(&self) -> Result<AlertService, BusError> {
         let builder =
             || self.node.service_builder(&service_name(ALERTS)).publish_subscribe::<Alert>().enable_safe_overflow(true);
-        let create = |_| limit(builder(), ALERT_BUFFER, MAX_BORROWED_FRAMES, 0).create();
+        let create = |_| limit(builder(), ALERT_BUFFER, MAX_BORROWED_FRAMES, 0).max_publishers(MAX_MONITORS).create();
         self.open_or_create(ALERTS, || builder().open(), create)
     }
 
@@ -199,7 +199,7 @@ impl Member {
         let builder = || self.node.service_builder(&service_name(service)).event();
         let create = |_| {
             builder()
-                .max_notifiers(MAX_SOURCES)
+                .max_notifiers(MAX_MONITORS)
                 .max_listeners(MAX_READERS)
                 .max_nodes(MAX_NODES)
                 .event_id_max_value(1)

@@ -35,6 +35,8 @@ pub const MAX_ACTIVE_REQUESTS: usize = 4;
 pub const MAX_DESCRIPTION_LEN: usize = 64 * 1024;
 
 pub(crate) const MAX_SOURCES: usize = 2;
+/// Monitors that may tell alerts at a time.
+pub const MAX_MONITORS: usize = 8;
 pub(crate) const MAX_NODES: usize = 128;
 /// Unread frames that are kept for a reader, where shared memory allows.
 const FRAME_BUFFER: usize = 256;

@@ -48,9 +48,12 @@ impl Guarding {
         let thread = thread::spawn(move || {
             let dragon = Arc::clone(config.dragon());
             let guard = Guard::new(&dragon, &config, GuardSettings::of(&config), run_id);
-            let ended = Watch::open(&domain, frames, stop, woken)
-                .map_err(News::Failed)
-                .and_then(|watch| watch.keep(guard, &tell));
+            let ended = match Watch::open(&domain, frames, stop, woken) {
+                Ok(watch) => watch.keep(guard, &tell),
+                // The server has just ended: there is nothing to guard.
+                Err(error) if error.is_absent() => Ok(()),
+                Err(error) => Err(News::Failed(error)),
+            };
             // Nobody listens where the owner has gone meanwhile.
             let _ = ended.map_err(|news| tell.send(news));
         });

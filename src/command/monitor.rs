@@ -18,7 +18,7 @@ use bench_dragon::report::{
 };
 use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{
-    Alert, AlertKind, Continuity, Domain, Frame, FrameHeader, FrameSubscriber, GuardLock, ShowState,
+    Alert, AlertKind, BusError, Continuity, Domain, Frame, FrameHeader, FrameSubscriber, GuardLock, ShowState,
 };
 
 use crate::cli::{Format, MonitorArgs};
@@ -33,8 +33,7 @@ pub(crate) fn run(args: &MonitorArgs) -> anyhow::Result<ExitCode> {
     follow_parent(args.child)?;
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
-    let opened = open_when_there(domain.instance(), &stop, || Ports::open(&domain, &stop))?;
-    let _lock = opened.as_ref().filter(|_| args.guard).map(|_| GuardLock::take(&domain)).transpose()?;
+    let opened = open_when_there(domain.instance(), &stop, || Ports::open(&domain, args.guard, &stop))?;
     let mut session = Session::new(args, &domain, &stop);
     if let Some(mut ports) = opened {
         session.follow(&mut ports)?;
@@ -49,14 +48,17 @@ struct Ports {
     frames: FrameSubscriber,
     descriptions: Descriptions,
     alerts: AlertPublisher,
+    // Given up last.
+    _lock: Option<GuardLock>,
 }
 
 impl Ports {
     /// Opens the frames last, so that from their first one on everything else is there.
-    fn open(domain: &Domain, stop: &StopFlag) -> Result<Self, bench_dragon_ipc::BusError> {
+    fn open(domain: &Domain, guard: bool, stop: &StopFlag) -> Result<Self, BusError> {
         let descriptions = Descriptions::open(domain, "monitor-description", stop)?;
+        let lock = guard.then(|| GuardLock::take(domain)).transpose()?;
         let alerts = AlertPublisher::open(domain)?;
-        Ok(Self { frames: FrameSubscriber::open(domain, "monitor")?, descriptions, alerts })
+        Ok(Self { frames: FrameSubscriber::open(domain, "monitor")?, descriptions, alerts, _lock: lock })
     }
 }
 
@@ -174,11 +176,16 @@ impl<'a> Session<'a> {
         let keeper = self.watch.as_ref().and_then(|watch| watch.keeper.as_ref());
         match keeper.and_then(|keeper| keeper.guarding.news()) {
             None => Ok(()),
-            Some(News::FinalRest(rest)) => self.tell_rest(GuardReport {
-                held_at_s: rest.sim_time_s,
-                clearance_m: self.nearest.map(|pair| pair.clearance_m),
-                forecast_contact_s: rest.forecast_s,
-            }),
+            Some(News::FinalRest(rest)) => {
+                if !rest.is_free {
+                    tracing::warn!("the benches are nearer than margin_m where the head is: seek to free ground");
+                }
+                self.tell_rest(GuardReport {
+                    held_at_s: rest.sim_time_s,
+                    clearance_m: self.nearest.map(|pair| pair.clearance_m),
+                    forecast_contact_s: rest.forecast_s,
+                })
+            }
             Some(News::GaveUp(held)) => {
                 let held = held.map_or("it has held the show".to_owned(), |error| error.to_string());
                 tracing::warn!("the frames are not what the guard has proved: it grants no more, and {held}");

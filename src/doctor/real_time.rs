@@ -44,7 +44,7 @@ fn judge(tried: io::Result<()>, limit: Option<u64>) -> Finding {
         Err(error) => Finding::warning(
             limit,
             format!("SCHED_FIFO was tried and refused ({error}): other programs delay the server"),
-            "rtprio 95 in /etc/security/limits.d/ for this user, then log in again, or LimitRTPRIO=95 in the unit",
+            "rtprio 80 in /etc/security/limits.d/ for this user, then log in again, or LimitRTPRIO=80 in the unit",
         ),
     }
 }

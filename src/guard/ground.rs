@@ -36,11 +36,11 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// Proves more, up to `to_m` and by at most so many strides.
-    pub(super) fn extend(&mut self, to_m: f64, strides: u32) {
+    /// Proves more, up to `to_m`, and places at most so many handles on the way, but for one stride.
+    pub(super) fn extend(&mut self, to_m: f64, handles: usize) {
         let to_m = to_m.min(self.dragon.end_travel_m());
         let stride_m = ApproachSearch::stride_m(self.dragon);
-        for _ in 0..strides {
+        for _ in 0..=handles / self.dragon.dimensions().handles() {
             if self.fall.is_some() || self.end_m >= to_m {
                 return;
             }

@@ -20,8 +20,11 @@ pub use clearance_check::{ClearanceCheck, FAULT_M};
 
 use ground::Ground;
 
-/// Strides that are proved in one go, so that the present is looked at in between.
-const STRIDES_AT_A_TIME: u32 = 16;
+/// Handles that are placed in one go, in whole strides, so that the present is looked at in between: for less than a
+/// second's work.
+const HANDLES_AT_A_TIME: usize = 4_000_000;
+/// Ticks that a grant reaches ahead at least: one passes before the server takes it.
+const LEAST_TICKS: f64 = 3.0;
 /// How far a grant reaches where one is needed, in horizons, so that not every frame needs one.
 const GRANTED_HORIZONS: f64 = 1.5;
 
@@ -51,6 +54,8 @@ pub struct FinalRest {
     pub travel_m: f64,
     /// Show time in seconds.
     pub sim_time_s: f64,
+    /// Whether the margin is kept there; where it is not, the head was put there, and never walked.
+    pub is_free: bool,
     /// Show time at which two benches would touch if the head walked on at its planned speed; `None` where they would not
     /// up to the run's end.
     pub forecast_s: Option<f64>,
@@ -64,6 +69,7 @@ pub struct Guard<'a> {
     run_id: u64,
     planned_speed_mps: f64,
     accel_mps2: Option<f64>,
+    rate_hz: f64,
     /// Speed at which the head last walked.
     walking_speed_mps: f64,
     /// The ground that the head is on, unless it is not free.
@@ -93,6 +99,7 @@ impl<'a> Guard<'a> {
             run_id,
             planned_speed_mps: config.head_speed_mps(),
             accel_mps2: config.head_accel_mps2(),
+            rate_hz: f64::from(config.rate_hz()),
             walking_speed_mps: 0.0,
             present: None,
             prepared: None,
@@ -140,14 +147,15 @@ impl<'a> Guard<'a> {
         let contact = ContactSearch::new(self.dragon).first(travel_m, self.dragon.end_travel_m());
         let sim_time_s = header.sim_time_s();
         let forecast_s = contact.map(|contact| sim_time_s + (contact.travel_m - travel_m) / self.planned_speed_mps);
-        FinalRest { travel_m, sim_time_s, forecast_s }
+        FinalRest { travel_m, sim_time_s, is_free: self.present.is_some(), forecast_s }
     }
 
-    /// How far ahead of the head a grant is to reach: a horizon of wall time at its speed, and the way to brake from there.
+    /// How far ahead of the head a grant is to reach: a horizon of wall time at its speed, some ticks of it at least, and the
+    /// way to brake from there.
     fn horizon_m(&self, time_scale: f64) -> f64 {
         let speed_mps = self.walking_speed_mps.max(self.planned_speed_mps);
         let braking_m = self.accel_mps2.map_or(0.0, |accel_mps2| speed_mps * speed_mps / (2.0 * accel_mps2));
-        self.settings.horizon_s * time_scale * speed_mps + braking_m
+        self.settings.horizon_s.max(LEAST_TICKS / self.rate_hz) * time_scale * speed_mps + braking_m
     }
 
     /// Finds the ground that the head is on, or begins it there.
@@ -183,7 +191,7 @@ impl Granting<'_> {
         if !self.granted_to_m.is_none_or(is_needed) {
             return None;
         }
-        self.ground.extend(travel_m + GRANTED_HORIZONS * horizon_m, STRIDES_AT_A_TIME);
+        self.ground.extend(travel_m + GRANTED_HORIZONS * horizon_m, HANDLES_AT_A_TIME);
         let (from_m, to_m) = (self.ground.begin_m(), self.ground.end_m());
         let is_new = self.granted_to_m.is_none_or(|granted_to_m| granted_to_m < to_m);
         is_new.then_some(Request::Grant { run_id, from_m, to_m })

@@ -2,8 +2,8 @@
 
 use bench_dragon_ipc::service::{self, Member, Role, Service};
 use bench_dragon_ipc::{Alert, BusError, Domain, require_shared_memory};
-use iceoryx2::port::notifier::Notifier;
-use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::notifier::{Notifier, NotifierCreateError};
+use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
 
 /// Puts alerts on an instance's bus.
 #[derive(Debug)]
@@ -18,13 +18,21 @@ impl AlertPublisher {
     /// Opens the alerts of a domain.
     ///
     /// # Errors
-    /// [`BusError::SharedMemoryFull`], and as [`Member::alerts`]; a third publisher of alerts is refused.
+    /// [`BusError::SharedMemoryFull`], and as [`Member::alerts`]; more monitors than [`service::MAX_MONITORS`] are refused.
     pub fn open(domain: &Domain) -> Result<Self, BusError> {
         require_shared_memory(domain, service::ALERT_MEMORY)?;
         let member = Member::join(domain, "monitor-alerts", Role::Client)?;
         let (alerts, events) = (member.alerts()?, member.alert_events()?);
-        let publisher = alerts.publisher_builder().create().map_err(|error| failed(error.to_string()))?;
-        let notifier = events.notifier_builder().create().map_err(|error| failed(error.to_string()))?;
+        let publisher = alerts.publisher_builder().create().map_err(|error| match error {
+            PublisherCreateError::ExceedsMaxSupportedPublishers => {
+                BusError::TooManyClients { service: service::ALERTS }
+            }
+            error => failed(error.to_string()),
+        })?;
+        let notifier = events.notifier_builder().create().map_err(|error| match error {
+            NotifierCreateError::ExceedsMaxSupportedNotifiers => BusError::TooManyClients { service: service::ALERTS },
+            error => failed(error.to_string()),
+        })?;
         Ok(Self { publisher, notifier, _member: member })
     }
 

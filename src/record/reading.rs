@@ -2,7 +2,7 @@
 
 use std::{
     collections::BTreeSet,
-    fs::File,
+    fs::{self, File},
     io::{self, BufReader},
     path::{Path, PathBuf},
 };
@@ -84,7 +84,12 @@ impl FrameReader {
     /// # Errors
     /// [`ReadError::Io`], and [`ReadError::NotMcap`] where the file does not begin like an MCAP file.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
-        let file = File::open(path).map_err(|source| ReadError::Io { path: path.into(), source })?;
+        let failed = |source| ReadError::Io { path: path.into(), source };
+        // Opening a pipe would wait for somebody who writes into it.
+        if !fs::metadata(path).map_err(failed)?.is_file() {
+            return Err(ReadError::NotMcap { path: path.into() });
+        }
+        let file = File::open(path).map_err(failed)?;
         let records = Records::new(BufReader::with_capacity(READ_BUFFER_BYTES, file));
         let mut reader = Self { path: path.into(), records, frame_channels: BTreeSet::new(), configuration: None };
         match reader.next_record()? {

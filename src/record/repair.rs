@@ -5,6 +5,7 @@
 //! damage inside, so that there may be more to save than this does, is kept beside it.
 
 use std::{
+    collections::HashSet,
     fs::{self, File},
     io::{self, BufReader, BufWriter, Seek},
     path::{Path, PathBuf},
@@ -110,8 +111,8 @@ pub fn repair(path: &Path) -> Result<Repair, RepairError> {
     Ok(Repair { path: path.into(), frames, was_unfinished: true, skipped_bytes, kept })
 }
 
-/// Repairs all unfinished recordings of ours in a folder, and tells of each; finished ones, those in use and all other
-/// files are passed over.
+/// Repairs all unfinished recordings of ours in a folder, and tells of each; finished ones, those that another process has
+/// open, being recorded or copied, and all other files are passed over.
 ///
 /// # Errors
 /// [`RepairError::Read`] where the folder cannot be listed. A recording that cannot be repaired is one entry of the list
@@ -124,7 +125,18 @@ pub fn repair_folder(folder: &Path) -> Result<Vec<Result<Repair, RepairError>>, 
     };
     let mut candidates: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).filter(is_candidate).collect();
     candidates.sort();
+    let open_files = open_files();
+    candidates.retain(|path| path.canonicalize().is_ok_and(|path| !open_files.contains(&path)));
     Ok(candidates.iter().map(|path| repair(path)).filter(is_news).collect())
+}
+
+/// The files that other processes have open, as far as this user may know: one that is being copied here is unfinished
+/// too, and not for us to finish.
+fn open_files() -> HashSet<PathBuf> {
+    let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
+    let others = processes.filter(|process| process.file_name() != *std::process::id().to_string());
+    let files = others.flat_map(|process| fs::read_dir(process.path().join("fd")).into_iter().flatten().flatten());
+    files.filter_map(|file| fs::read_link(file.path()).ok()).collect()
 }
 
 fn is_news(repair: &Result<Repair, RepairError>) -> bool {

@@ -131,7 +131,7 @@ fn a_seek_is_accepted_once_the_guard_has_proved_its_target_and_refused_where_it_
     let server = stage.serve(&["--guarded", "--rate", "100"]);
     let mut reader = Reader::join(&stage);
     let unguarded = stage.run(&["ctl", "seek", "300", "--format", "json"]);
-    assert_eq!(unguarded.last_json()["reason"], "the guard has not proved that the benches are apart there");
+    assert_eq!(unguarded.last_json()["reason"], "no guard has proved that the benches are apart there");
     let guard = start_guard(&stage);
     reader.read_until(|header| header.head_travel_m > 0.0);
     stage.run(&["ctl", "seek", "300"]).expect_clean();

@@ -4,6 +4,7 @@ use std::{
     fs,
     io::Cursor,
     path::{Path, PathBuf},
+    process::{Command, Stdio},
     sync::LazyLock,
 };
 
@@ -211,6 +212,17 @@ fn all_unfinished_recordings_of_a_folder_are_repaired() {
     let paths: Vec<_> = repairs.into_iter().map(|repair| repair.expect("a repair").path).collect();
     assert_eq!(paths, [second, first]);
     assert!(repair_folder(folder.path()).expect("a folder").is_empty());
+}
+
+#[test]
+fn a_recording_that_another_process_has_open_is_left_alone() {
+    let (folder, path) = ORIGINAL.cut_at(ORIGINAL.bytes.len() / 2);
+    let being_copied = fs::File::options().append(true).open(&path).expect("the recording");
+    let mut copier = Command::new("cat").stdin(Stdio::piped()).stdout(being_copied).spawn().expect("cat is there");
+    assert!(repair_folder(folder.path()).expect("a folder").is_empty());
+    drop(copier.stdin.take());
+    copier.wait().expect("a child can be waited for");
+    assert_eq!(repair_folder(folder.path()).expect("a folder").len(), 1);
 }
 
 #[test]

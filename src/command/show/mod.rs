@@ -13,7 +13,7 @@ use anyhow::{Context as _, bail};
 use bench_dragon::config::Config;
 use bench_dragon::report::ShowSummary;
 use bench_dragon::stop::StopFlag;
-use bench_dragon_ipc::{BusError, Domain, FrameHeader, FrameSubscriber, ShowState, StatusReader};
+use bench_dragon_ipc::{BusError, Domain, FrameHeader, FrameSubscriber, ShowState, Status, StatusReader};
 
 use crate::cli::ShowArgs;
 use crate::command::CONTACT;
@@ -82,6 +82,8 @@ struct Show<'a> {
     frames: Option<FrameSubscriber>,
     status: Option<StatusReader>,
     last: Option<FrameHeader>,
+    /// Travel up to which the guard has last let the head walk; not a number without one.
+    granted_to_m: f64,
     /// Speed at which the head last walked.
     walking_speed_mps: Option<f64>,
     /// Whether the show was paused when it was last not held.
@@ -107,6 +109,7 @@ impl<'a> Show<'a> {
             frames: None,
             status: None,
             last: None,
+            granted_to_m: Status::NONE,
             walking_speed_mps: None,
             paused: false,
             account: Account::new(start_s, end_s),
@@ -184,6 +187,7 @@ impl<'a> Show<'a> {
         }
         if let Some(status) = self.status.as_ref().map(StatusReader::poll).transpose()?.flatten() {
             self.account.tally.see_status(&status);
+            self.granted_to_m = status.granted_to_m;
         }
         Ok(())
     }
@@ -260,7 +264,10 @@ impl<'a> Show<'a> {
                 if self.paused {
                     args.push("--paused".to_owned());
                 }
-                if !self.args.auto_resume || header.show_state() == Some(ShowState::Held) {
+                // A guard's stop is no hold: the next grant lifts it.
+                let held_by_guard = header.head_travel_m == self.granted_to_m;
+                let is_held = header.show_state() == Some(ShowState::Held) && !held_by_guard;
+                if !self.args.auto_resume || is_held {
                     args.push("--held".to_owned());
                     self.account.line.say(HELD);
                 }
