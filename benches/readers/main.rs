@@ -18,14 +18,17 @@ use std::time::Duration;
 use bench_dragon_ipc::FrameSubscriber;
 use bench_dragon_ipc::service::MAX_BORROWED_FRAMES;
 use rustix::process::Signal;
-use shared::{Figures, quantile};
+use shared::{Figures, median, quantile};
 
 use crowd::Crowd;
 use program::Program;
 use witness::Witness;
 
-/// How long each phase lasts where `--seconds` does not say.
-const SECONDS: u64 = 30;
+/// How long each phase lasts where `--seconds` does not say; a stopped reader is stopped three times as long.
+const SECONDS: u64 = 10;
+const STOPPED_PHASES: u32 = 3;
+/// How often all phases are played: what one of them owes to the moment shows.
+const ROUNDS: usize = 3;
 /// Quantiles that are told of each phase.
 const QUANTILES: [(&str, f64); 3] = [("p50", 0.5), ("p99", 0.99), ("p999", 0.999)];
 
@@ -45,65 +48,100 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Plays all phases and writes the figures.
+/// Plays all rounds and writes the figures.
 fn measure(phase: Duration) {
     let mut figures = Figures::of("readers");
     figures.set("seconds_per_phase", phase.as_secs());
+    figures.set("rounds", ROUNDS as u64);
     let (server, elsewhere) = (Program::serve("bench-readers"), Program::serve("bench-readers-else"));
     let mut witness = Witness::join(&server);
-
-    let mut calm = vec![witness.watch(phase)];
-    let stopped = {
-        let reader = Program::read(&server);
-        reader.signal(Signal::STOP);
-        let delays = witness.watch(phase);
-        reader.signal(Signal::CONT);
-        delays
-    };
-    calm.push(witness.watch(phase));
-    let holding = {
-        let mut holder = FrameSubscriber::open(server.domain(), "holder").expect("the server is there");
-        let mut held = Vec::new();
-        while held.len() < MAX_BORROWED_FRAMES {
-            held.extend(holder.wait(phase).expect("the bus is readable"));
-        }
-        witness.watch(phase)
-    };
-    calm.push(witness.watch(phase));
-    let mut crowd_elsewhere = Crowd::at(&elsewhere);
-    let coming_elsewhere = witness.watch_while(phase, || crowd_elsewhere.refill());
-    drop(crowd_elsewhere);
-    let mut crowd = Crowd::at(&server);
-    let coming = witness.watch_while(phase, || crowd.refill());
-    figures.set("readers_that_came_and_went", crowd.came());
-    drop(crowd);
-    calm.push(witness.watch(phase));
-
-    let lost = witness.lost();
+    let mut came = 0;
+    let rounds: Vec<Round> = (0..ROUNDS)
+        .map(|_| {
+            let calm_before = witness.watch(phase);
+            let stopped = beside_a_stopped_reader(&server, &mut witness, phase * STOPPED_PHASES);
+            let calm_between = witness.watch(phase);
+            let holding = beside_a_holding_reader(&server, &mut witness, phase);
+            let (coming_elsewhere, _) = beside_a_crowd(&elsewhere, &mut witness, phase);
+            let (coming, readers) = beside_a_crowd(&server, &mut witness, phase);
+            came += readers;
+            Round { calm: [calm_before, calm_between], stopped, holding, coming, coming_elsewhere }
+        })
+        .collect();
+    figures.set("readers_that_came_and_went", came);
+    figures.set("frames_lost_by_witness", witness.lost());
     drop(witness);
-    let overruns = server.stop();
+    figures.set("overruns", server.stop());
     elsewhere.stop();
-    figures.set("frames_lost_by_witness", lost);
-    figures.set("overruns", overruns);
-    report(&mut figures, &calm, &stopped, &holding, [&coming, &coming_elsewhere]);
+    report(&mut figures, &rounds);
     figures.write();
 }
 
-/// Tells the quantiles of each phase, and the ratios that matter beside the ratio of equal phases, which is noise.
-fn report(figures: &mut Figures, calm: &[Vec<f64>], stopped: &[f64], holding: &[f64], coming: [&[f64]; 2]) {
+/// The delays of every frame of each phase, in microseconds.
+struct Round {
+    calm: [Vec<f64>; 2],
+    stopped: Vec<f64>,
+    holding: Vec<f64>,
+    coming: Vec<f64>,
+    coming_elsewhere: Vec<f64>,
+}
+
+impl Round {
+    /// What the two calm phases have at a quantile, in the middle.
+    fn calm_at(&self, share: f64) -> f64 {
+        0.5 * (quantile(&self.calm[0], share) + quantile(&self.calm[1], share))
+    }
+}
+
+fn beside_a_stopped_reader(server: &Program, witness: &mut Witness, phase: Duration) -> Vec<f64> {
+    let reader = Program::read(server);
+    reader.signal(Signal::STOP);
+    let delays = witness.watch(phase);
+    reader.signal(Signal::CONT);
+    delays
+}
+
+fn beside_a_holding_reader(server: &Program, witness: &mut Witness, phase: Duration) -> Vec<f64> {
+    let mut holder = FrameSubscriber::open(server.domain(), "holder").expect("the server is there");
+    let mut held = Vec::new();
+    while held.len() < MAX_BORROWED_FRAMES {
+        held.extend(holder.wait(phase).expect("the bus is readable"));
+    }
+    witness.watch(phase)
+}
+
+/// The second value is how many readers came.
+fn beside_a_crowd(server: &Program, witness: &mut Witness, phase: Duration) -> (Vec<f64>, usize) {
+    let mut crowd = Crowd::at(server);
+    let delays = witness.watch_while(phase, || crowd.refill());
+    (delays, crowd.came())
+}
+
+/// Tells the quantiles of each phase, and the ratios that matter beside the ratio of equal phases, which is noise: each the
+/// median of the rounds.
+fn report(figures: &mut Figures, rounds: &[Round]) {
+    let middle = |of: &dyn Fn(&Round) -> f64| {
+        let mut values: Vec<f64> = rounds.iter().map(of).collect();
+        values.sort_by(f64::total_cmp);
+        median(&values)
+    };
     for (name, share) in QUANTILES {
-        let calm: Vec<f64> = calm.iter().map(|delays| quantile(delays, share)).collect();
-        let mean = calm.iter().sum::<f64>() / calm.len() as f64;
+        let calm: Vec<f64> =
+            rounds.iter().flat_map(|round| &round.calm).map(|delays| quantile(delays, share)).collect();
         let (least, most) = (calm.iter().copied().fold(f64::MAX, f64::min), calm.iter().copied().fold(0.0, f64::max));
-        figures.set(&format!("calm_{name}_us"), mean);
+        figures.set(&format!("calm_{name}_us"), middle(&|round| round.calm_at(share)));
         figures.set(&format!("noise_ratio_{name}"), most / least);
-        for (phase, delays) in [("stopped", stopped), ("holding", holding)] {
-            figures.set(&format!("{phase}_{name}_us"), quantile(delays, share));
-            figures.set(&format!("{phase}_to_calm_ratio_{name}"), quantile(delays, share) / mean);
-        }
-        let [here, elsewhere] = coming.map(|delays| quantile(delays, share));
-        figures.set(&format!("coming_{name}_us"), here);
-        figures.set(&format!("coming_elsewhere_{name}_us"), elsewhere);
-        figures.set(&format!("coming_here_to_elsewhere_ratio_{name}"), here / elsewhere);
+        let mut phase = |phase: &str, delays: &dyn Fn(&Round) -> f64| {
+            figures.set(&format!("{phase}_{name}_us"), middle(delays));
+            figures
+                .set(&format!("{phase}_to_calm_ratio_{name}"), middle(&|round| delays(round) / round.calm_at(share)));
+        };
+        phase("stopped", &|round| quantile(&round.stopped, share));
+        phase("holding", &|round| quantile(&round.holding, share));
+        let here = |round: &Round| quantile(&round.coming, share);
+        let elsewhere = |round: &Round| quantile(&round.coming_elsewhere, share);
+        figures.set(&format!("coming_{name}_us"), middle(&here));
+        figures.set(&format!("coming_elsewhere_{name}_us"), middle(&elsewhere));
+        figures.set(&format!("coming_here_to_elsewhere_ratio_{name}"), middle(&|round| here(round) / elsewhere(round)));
     }
 }
