@@ -194,8 +194,13 @@ fn events() -> impl Strategy<Value = Events> {
     prop::collection::vec((0..400_u32, event), 0..8)
 }
 
+/// Random shows that are played: 100, or what `PROPTEST_CASES` says.
+fn cases() -> u32 {
+    std::env::var("PROPTEST_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(100)
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 100, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn no_clearance_falls_under_the_margin(
