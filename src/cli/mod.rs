@@ -1,20 +1,22 @@
 //! The command line's types. What the commands do is in [`crate::command`].
 
 mod solve;
+mod value;
 
-use std::fmt::Display;
-use std::ops::RangeInclusive;
 use std::path::PathBuf;
-use std::str::FromStr;
 
-use bench_dragon::config::{CPU, Priority, PriorityError, RATE_HZ, SPIN_US, TIME_SCALE};
-use bench_dragon_ipc::service::MAX_READERS;
-use bench_dragon_ipc::{Instance, Request};
+use bench_dragon::config::Priority;
+use bench_dragon_ipc::Instance;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub(crate) use solve::{
     ContactArgs, FigureArgs, FigureFile, PitchArgs, PosesArgs, Question, SaveConfigArgs, SensitivityArgs, SolveArgs,
     SpeedLimitArgs, TableFormat, TimesArgs, TurnArgs, TurnPlanArgs,
+};
+
+use value::{
+    count, cpu, duration, file_megabytes, finite, instance, period, priority, rate, readers, speed, spin, time_scale,
+    total_megabytes,
 };
 
 /// Real-time motion server for the bench dragon.
@@ -403,66 +405,4 @@ pub(crate) struct DoctorArgs {
     pub(crate) bus: BusArgs,
     #[command(flatten)]
     pub(crate) format: FormatArgs,
-}
-
-fn instance(name: &str) -> Result<Instance, String> {
-    Instance::new(name).map_err(|_| format!("must be 1 to {} of a-z, 0-9 and -", Instance::MAX_LEN))
-}
-
-fn finite(text: &str) -> Result<f64, String> {
-    let value = text.parse().ok().filter(|value: &f64| value.is_finite());
-    value.ok_or_else(|| "must be a finite number".to_owned())
-}
-
-fn rate(text: &str) -> Result<u32, String> {
-    within(text, &RATE_HZ)
-}
-
-fn cpu(text: &str) -> Result<u32, String> {
-    within(text, &CPU)
-}
-
-fn priority(text: &str) -> Result<Priority, PriorityError> {
-    text.parse()
-}
-
-fn spin(text: &str) -> Result<u32, String> {
-    within(text, &SPIN_US)
-}
-
-fn time_scale(text: &str) -> Result<f64, String> {
-    within(text, &TIME_SCALE)
-}
-
-fn period(text: &str) -> Result<f64, String> {
-    within(text, &(0.01..=3600.0))
-}
-
-fn duration(text: &str) -> Result<f64, String> {
-    within(text, &(0.01..=1_000_000.0))
-}
-
-fn file_megabytes(text: &str) -> Result<u64, String> {
-    within(text, &(1..=1_000_000))
-}
-
-fn total_megabytes(text: &str) -> Result<u64, String> {
-    within(text, &(4..=1_000_000_000))
-}
-
-fn readers(text: &str) -> Result<usize, String> {
-    within(text, &(0..=MAX_READERS))
-}
-
-fn count(text: &str) -> Result<u64, String> {
-    within(text, &(1..=u64::MAX))
-}
-
-fn speed(text: &str) -> Result<f64, String> {
-    within(text, &(0.0..=Request::MAX_SPEED_MPS))
-}
-
-fn within<Value: FromStr + PartialOrd + Display>(text: &str, allowed: &RangeInclusive<Value>) -> Result<Value, String> {
-    let value = text.parse().ok().filter(|value| allowed.contains(value));
-    value.ok_or_else(|| format!("must be from {} to {}", allowed.start(), allowed.end()))
 }

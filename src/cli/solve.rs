@@ -7,7 +7,8 @@ use bench_dragon::figure::FigureFormat;
 use bench_dragon::plan::Parameter;
 use clap::{ArgGroup, Args, Subcommand, ValueEnum};
 
-use super::{ConfigArgs, FormatArgs, finite, within};
+use super::value::{finite, within};
+use super::{ConfigArgs, FormatArgs};
 
 /// Greatest time that can be stepped to, in seconds: its nanoseconds, and some more, are whole numbers of an `f64`.
 const MAX_STEPPED_S: f64 = 1_000_000.0;

@@ -38,7 +38,7 @@ struct Thread {
 #[test]
 fn the_loop_has_its_processor_and_priority_and_the_other_threads_have_neither() {
     if !may_take_priority() {
-        println!("skipped: real-time priorities are not granted here");
+        println!("not tested: real-time priorities are not granted here");
         return;
     }
     let (cpu, all) = (last_cpu(), processors().to_string());
@@ -95,7 +95,7 @@ fn without_the_privilege_one_line_says_what_to_grant_and_the_server_runs() {
 fn a_processor_that_is_not_there_is_told_with_those_that_are() {
     let stage = Stage::new();
     if processors().contains(1023) {
-        println!("skipped: this machine has every processor that there can be");
+        println!("not tested: this machine has every processor that there can be");
         return;
     }
     fs::write(stage.path("stage.toml"), "[serve]\ncpu = 1023\n").expect("a file");
@@ -136,7 +136,7 @@ fn unprivileged(command: &Command) -> Option<Command> {
     let mut probe = Command::new(with[0]);
     let probed = probe.args(&with[1..]).arg("true").stderr(Stdio::null()).status();
     if !probed.is_ok_and(|status| status.success()) {
-        println!("skipped: {} cannot take privileges away here", with[0]);
+        println!("not tested: {} cannot take privileges away here", with[0]);
         return None;
     }
     let mut without = Command::new(with[0]);

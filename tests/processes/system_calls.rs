@@ -24,7 +24,7 @@ impl Traced {
     fn at_sleep(process: &Process) -> Option<Self> {
         let pid = Pid::from_raw(process.pid() as i32);
         if let Err(error) = ptrace::seize(pid, Options::PTRACE_O_TRACESYSGOOD) {
-            println!("skipped: ptrace: {error}");
+            println!("not tested: ptrace: {error}");
             return None;
         }
         ptrace::interrupt(pid).expect("it was seized");

@@ -64,7 +64,7 @@ fn a_wall_clock_set_forward_and_back_by_an_hour_changes_nothing() {
     const TICK_NS: u64 = 10_000_000;
     let stage = Stage::new();
     let Some(clock) = WallClock::new(&stage) else {
-        return println!("skipped: there is no C compiler to make a wall clock with");
+        return println!("not tested: there is no C compiler to make a wall clock with");
     };
     let start = |args: &[&str]| Process::start(clock.give(stage.command(args)));
     let mut server = start(&["serve", "--rate", "100", "--readers", "4", "--format", "json"]);

@@ -1,0 +1,74 @@
+//! Values of the command line: read, and refused with what is allowed.
+
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+use std::str::FromStr;
+
+use bench_dragon::config::{CPU, Priority, PriorityError, RATE_HZ, SPIN_US, TIME_SCALE};
+use bench_dragon_ipc::service::MAX_READERS;
+use bench_dragon_ipc::{Instance, Request};
+
+pub(super) fn instance(name: &str) -> Result<Instance, String> {
+    Instance::new(name).map_err(|_| format!("must be 1 to {} of a-z, 0-9 and -", Instance::MAX_LEN))
+}
+
+pub(super) fn finite(text: &str) -> Result<f64, String> {
+    let value = text.parse().ok().filter(|value: &f64| value.is_finite());
+    value.ok_or_else(|| "must be a finite number".to_owned())
+}
+
+pub(super) fn rate(text: &str) -> Result<u32, String> {
+    within(text, &RATE_HZ)
+}
+
+pub(super) fn cpu(text: &str) -> Result<u32, String> {
+    within(text, &CPU)
+}
+
+pub(super) fn priority(text: &str) -> Result<Priority, PriorityError> {
+    text.parse()
+}
+
+pub(super) fn spin(text: &str) -> Result<u32, String> {
+    within(text, &SPIN_US)
+}
+
+pub(super) fn time_scale(text: &str) -> Result<f64, String> {
+    within(text, &TIME_SCALE)
+}
+
+pub(super) fn period(text: &str) -> Result<f64, String> {
+    within(text, &(0.01..=3600.0))
+}
+
+pub(super) fn duration(text: &str) -> Result<f64, String> {
+    within(text, &(0.01..=1_000_000.0))
+}
+
+pub(super) fn file_megabytes(text: &str) -> Result<u64, String> {
+    within(text, &(1..=1_000_000))
+}
+
+pub(super) fn total_megabytes(text: &str) -> Result<u64, String> {
+    within(text, &(4..=1_000_000_000))
+}
+
+pub(super) fn readers(text: &str) -> Result<usize, String> {
+    within(text, &(0..=MAX_READERS))
+}
+
+pub(super) fn count(text: &str) -> Result<u64, String> {
+    within(text, &(1..=u64::MAX))
+}
+
+pub(super) fn speed(text: &str) -> Result<f64, String> {
+    within(text, &(0.0..=Request::MAX_SPEED_MPS))
+}
+
+pub(super) fn within<Value: FromStr + PartialOrd + Display>(
+    text: &str,
+    allowed: &RangeInclusive<Value>,
+) -> Result<Value, String> {
+    let value = text.parse().ok().filter(|value| allowed.contains(value));
+    value.ok_or_else(|| format!("must be from {} to {}", allowed.start(), allowed.end()))
+}
