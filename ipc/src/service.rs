@@ -2,8 +2,9 @@
 //! call, so that the two sides cannot disagree.
 //!
 //! Only a source (the server, a replay, a receiving bridge) creates services; a client opens what is there. Each
-//! service allows two publishers, because iceoryx2 cannot tunnel a service with one to another host; that there is
-//! only one source at a time is what [`SourceLock`](crate::SourceLock) is for.
+//! service of a source allows two publishers, because iceoryx2 cannot tunnel a service with one to another host; that
+//! there is only one source at a time is what [`SourceLock`](crate::SourceLock) is for. Alerts have as many publishers as
+//! there may be monitors.
 
 use iceoryx2::prelude::ipc;
 use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
