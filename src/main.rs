@@ -1,6 +1,6 @@
 //! The command line: parse, run, report.
 
-use std::io::{self, ErrorKind, IsTerminal as _};
+use std::io::{self, ErrorKind};
 use std::process::ExitCode;
 
 use bench_dragon::config::ConfigError;
@@ -8,15 +8,11 @@ use bench_dragon::record::{RecordError, RepairError};
 use bench_dragon::replay::ReplayError;
 use clap::Parser as _;
 use clap::error::ErrorKind as ClapErrorKind;
-use iceoryx2::prelude::{LogLevel, set_log_level};
-use tracing::Level;
-use tracing_subscriber::filter::Targets;
-use tracing_subscriber::fmt::format;
-use tracing_subscriber::prelude::*;
 
 mod cli;
 mod command;
 mod limits;
+mod log;
 
 use cli::Cli;
 use command::BadInput;
@@ -30,7 +26,7 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return report_usage(&error),
     };
-    log_to_stderr();
+    log::to_stderr();
     limits::settle();
     match command::run(cli.command) {
         Ok(status) => status,
@@ -41,26 +37,6 @@ fn main() -> ExitCode {
             ExitCode::from(if is_bad_input(&error) { BAD_INPUT } else { 1 })
         }
     }
-}
-
-/// Warnings and worse, or what `RUST_LOG` says; iceoryx2's own among them, without the dump of the object that each of
-/// them comes with.
-fn log_to_stderr() {
-    let asked: Option<Targets> = std::env::var("RUST_LOG").ok().and_then(|filter| filter.parse().ok());
-    set_log_level(if asked.is_some() { LogLevel::Trace } else { LogLevel::Warn });
-    let filter = asked.unwrap_or_else(|| Targets::new().with_default(Level::WARN));
-    let fields = format::debug_fn(|writer, field, value| match field.name() {
-        "message" => write!(writer, "{value:?}"),
-        "origin" => Ok(()),
-        name => write!(writer, "{name}={value:?}"),
-    });
-    let lines = tracing_subscriber::fmt::layer()
-        .fmt_fields(fields)
-        .with_target(false)
-        .with_ansi(io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()))
-        .with_writer(io::stderr)
-        .without_time();
-    tracing_subscriber::registry().with(lines.with_filter(filter)).init();
 }
 
 /// Prints help and version as clap does, an error in one line.
