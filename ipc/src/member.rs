@@ -25,7 +25,8 @@ use crate::space::require_shared_memory;
 use crate::status::Status;
 use crate::trouble::{Sorted, Trouble};
 
-/// How often a source tries for a service that is in flux, and how long it waits in between: a second in all.
+/// How often a source tries for a service that is in flux, or either side for one that a signal kept from it, and how long
+/// it waits in between: a second in all.
 const MAX_TRIES: u32 = 100;
 const TRY_PERIOD: Duration = Duration::from_millis(10);
 
@@ -210,7 +211,8 @@ impl Member {
 
     /// Opens a service; as a source, creates it where it is missing. What is there already keeps its own limits.
     ///
-    /// A source that comes while the last client of an earlier one is leaving tries again until that is done.
+    /// A source that comes while the last client of an earlier one is leaving tries again until that is done, and either
+    /// side where a signal interrupts it.
     fn open_or_create<Factory, OpenError: Sorted, CreateError: Sorted>(
         &self,
         service: &'static str,
@@ -227,6 +229,7 @@ impl Member {
         loop {
             match once() {
                 Err((Trouble::InFlux, _)) if self.role != Role::Client && tries < MAX_TRIES => tries += 1,
+                Err((Trouble::Interrupted, _)) if tries < MAX_TRIES => tries += 1,
                 outcome => return outcome.map_err(|(_, error)| error),
             }
             thread::sleep(TRY_PERIOD);
@@ -240,7 +243,7 @@ impl Member {
             Trouble::Denied => BusError::PermissionDenied { service },
             Trouble::HalfMade => BusError::HalfMade { service },
             Trouble::Full => BusError::TooManyClients { service },
-            Trouble::Other => BusError::failed(service, error),
+            Trouble::Interrupted | Trouble::Other => BusError::failed(service, error),
         }
     }
 }

@@ -13,6 +13,8 @@ pub(crate) enum Trouble {
     Absent,
     /// Another process is taking it away or making it at this moment.
     InFlux,
+    /// A signal came in between: the next try may do.
+    Interrupted,
     /// Its layout, pattern or iceoryx2 version is another one.
     Mismatch,
     /// This user may not use it.
@@ -48,6 +50,7 @@ macro_rules! sort {
 sort!(PublishSubscribeOpenError {
     Absent: DoesNotExist;
     InFlux: IsMarkedForDestruction;
+    Interrupted: Interrupt;
     Mismatch: IncompatibleTypes | IncompatibleMessagingPattern | VersionMismatch;
     Denied: InsufficientPermissions;
     HalfMade: HangsInCreation;
@@ -57,6 +60,7 @@ sort!(PublishSubscribeOpenError {
 sort!(EventOpenError {
     Absent: DoesNotExist;
     InFlux: IsMarkedForDestruction;
+    Interrupted: Interrupt;
     Mismatch: IncompatibleMessagingPattern | VersionMismatch;
     Denied: InsufficientPermissions;
     HalfMade: HangsInCreation;
@@ -66,6 +70,7 @@ sort!(EventOpenError {
 sort!(RequestResponseOpenError {
     Absent: DoesNotExist;
     InFlux: IsMarkedForDestruction;
+    Interrupted: Interrupt;
     Mismatch: IncompatibleRequestOrResponseType | IncompatibleMessagingPattern | VersionMismatch;
     Denied: InsufficientPermissions;
     HalfMade: HangsInCreation;
@@ -74,17 +79,20 @@ sort!(RequestResponseOpenError {
 
 sort!(PublishSubscribeCreateError {
     InFlux: AlreadyExists | IsBeingCreatedByAnotherInstance;
+    Interrupted: Interrupt;
     Denied: InsufficientPermissions;
     HalfMade: HangsInCreation;
 });
 
 sort!(EventCreateError {
     InFlux: AlreadyExists | IsBeingCreatedByAnotherInstance;
+    Interrupted: Interrupt;
     Denied: InsufficientPermissions;
 });
 
 sort!(RequestResponseCreateError {
     InFlux: AlreadyExists | IsBeingCreatedByAnotherInstance;
+    Interrupted: Interrupt;
     Denied: InsufficientPermissions;
     HalfMade: HangsInCreation;
 });

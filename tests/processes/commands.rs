@@ -261,7 +261,10 @@ fn commands_of_several_clients_are_each_answered_once() {
         let request = Request::Speed { speed_mps: 1.5 };
         let reply = client.call(request, Duration::MAX / 4).expect("an answer");
         let tick = reply.outcome().expect("1.5 m/s is allowed");
-        assert!(tick > last_tick && reply.run_id == server.run_id, "each answer comes at a later tick");
+        assert!(
+            tick >= last_tick && reply.run_id == server.run_id,
+            "no answer is of an earlier tick than the one before"
+        );
         last_tick = tick;
     }
     drop(clients);
