@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use allocation_counter::AllocationInfo;
 use bench_dragon::config::Config;
 use bench_dragon::server::{Server, ServerSettings};
-use bench_dragon_ipc::{Domain, FrameSubscriber, Instance};
+use bench_dragon_ipc::{Domain, FrameSubscriber, Instance, StatusReader};
 
 /// Ticks of the shorter run: its reader has fallen behind by then, and loses a frame with each tick.
 const LEAD_TICKS: u64 = 600;
@@ -61,6 +61,7 @@ fn run(ticks: u64, spin_us: u32) -> AllocationInfo {
     };
     let server = Server::create(&domain, settings).expect("the instance is this test's own");
     let reader = FrameSubscriber::open(&domain, "test").expect("the server has made the services");
+    await_status(&domain);
     let mut summary = None;
     let allocations = allocation_counter::measure(|| {
         summary = Some(server.run(&AtomicBool::new(false)).expect("frames can be published"));
@@ -68,4 +69,12 @@ fn run(ticks: u64, spin_us: u32) -> AllocationInfo {
     assert_eq!(summary.expect("the server has run").frames, ticks + 1);
     drop(reader);
     allocations
+}
+
+/// Returns when the reporting thread has waited once: what that took, the loop's thread frees at the end of every run.
+fn await_status(domain: &Domain) {
+    let status = StatusReader::open(domain, "test").expect("the server has made the services");
+    while status.poll().expect("the bus is readable").is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
 }

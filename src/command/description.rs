@@ -43,11 +43,11 @@ impl Descriptions {
     pub(crate) fn of(&mut self, run_id: u64, stop: &StopFlag) -> anyhow::Result<Option<&Description>> {
         let deadline = Instant::now() + PATIENCE;
         while self.latest.as_ref().is_none_or(|description| description.run_id != run_id) {
-            if stop.is_set() {
-                return Ok(None);
-            }
             if self.renew()? {
                 continue;
+            }
+            if stop.is_set() {
+                return Ok(None);
             }
             if Instant::now() >= deadline {
                 bail!("the source of run {run_id} publishes no description");

@@ -89,15 +89,16 @@ fn the_directory_is_made_for_its_user_alone_and_taken_away_again() {
     let runtime_dir = runtime_dir();
     let bus = runtime_dir.path().join("bench-dragon");
     fs::remove_dir(&bus).expect("an empty folder");
-    let mut command = program(&["serve", "--format", "json", "--instance", "directory-test"]);
+    let name = format!("directory-{}", std::process::id());
+    let mut command = program(&["serve", "--format", "json", "--instance", &name]);
     command.env("XDG_RUNTIME_DIR", runtime_dir.path());
     let mut server = Process::start(command);
     server.json();
-    for made in [bus.clone(), bus.join("directory-test")] {
+    for made in [bus.clone(), bus.join(&name)] {
         assert_eq!(fs::metadata(&made).expect("a folder").mode() & 0o7777, 0o700, "{}", made.display());
     }
     let shared = fs::read_dir("/dev/shm").expect("a folder").flatten();
-    let is_of_frames = |name: &str| name.contains("_directory-test_") && name.contains(".data");
+    let is_of_frames = |file: &str| file.contains(&format!("_{name}_")) && file.contains(".data");
     let segments: Vec<_> = shared.filter(|entry| is_of_frames(&entry.file_name().to_string_lossy())).collect();
     assert!(!segments.is_empty(), "the frames lie in shared memory");
     for segment in segments {
@@ -105,7 +106,7 @@ fn the_directory_is_made_for_its_user_alone_and_taken_away_again() {
         assert_eq!(mode & 0o077, 0, "{:?} is open to others", segment.path());
     }
     server.terminate().expect_clean();
-    assert!(!bus.join("directory-test").exists());
+    assert!(!bus.join(&name).exists());
 }
 
 #[test]

@@ -17,7 +17,9 @@ fn a_late_subscriber_receives_the_frames_from_then_on() {
     let last_seen = seen.last().expect("the frame of some tick").header.tick;
 
     let mut late = Reader::join(&stage);
-    let shots = late.read_to_tick(last_seen + 20);
+    let mut shots = vec![late.next()];
+    let first_tick = shots[0].header.tick;
+    shots.extend(late.read_to_tick(first_tick + 20));
     assert!(shots[0].header.tick > last_seen, "what was published before it joined is not for it");
     assert_eq!(shots[0].header.run_id, server.run_id);
     assert_accounted_for(&shots, late.lost());

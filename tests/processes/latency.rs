@@ -56,8 +56,8 @@ fn every_frame_of_a_show_is_measured_polling_and_woken_though_ctrl_c_ends_it() {
             assert!(percentiles.len() == 4 && percentiles.is_sorted() && percentiles[0] > 0.0, "{report}");
         }
         assert!(
-            report["due_us"]["p50"].as_f64() > report["sent_us"]["p50"].as_f64(),
-            "due comes before sent: {report}"
+            report["due_us"]["p50"].as_f64() >= report["sent_us"]["p50"].as_f64(),
+            "no frame is sent before it is due: {report}"
         );
     }
 }

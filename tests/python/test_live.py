@@ -92,7 +92,7 @@ def test_the_ticks_count_on_and_each_advances_show_time_by_one_step(node):
         after, _ = next(frames)
         ticks = after.tick - before.tick
         assert after.run_id == before.run_id and ticks > 0
-        assert after.sim_time_ns - before.sim_time_ns == ticks * 500_000_000
+        assert after.sim_time_ns - before.sim_time_ns == ticks * 100_000_000
         before = after
 
 
@@ -109,7 +109,7 @@ def test_the_description_is_the_configuration(node):
     sample = latest(description.user_header(ctypes.c_uint64).open().subscriber_builder().create())
     payload = sample.payload()
     config = tomllib.loads(ctypes.string_at(payload.as_ptr(), payload.len()).decode())
-    assert (config["dragon"]["benches"], config["serve"]["rate_hz"], config["serve"]["time_scale"]) == (223, 20, 10.0)
+    assert (config["dragon"]["benches"], config["serve"]["rate_hz"], config["serve"]["time_scale"]) == (223, 20, 2.0)
     assert sample.user_header().contents.value == next(joined(node))[0].run_id
 
 
