@@ -108,7 +108,7 @@ fn the_contact_is_found_at_the_same_instant_at_any_time_scale() {
 #[test]
 fn fail_on_contact_ends_the_monitor_at_the_first_contact_with_status_3() {
     let stage = Stage::new();
-    let server = stage.serve(&["--readers", "1", "--start-at", "411", "--time-scale", "20"]);
+    let server = stage.serve(&["--readers", "1", "--start-at", "411", "--time-scale", "20", "--rate", "50"]);
     let ended = stage.run(&["monitor", "--format", "json", "--fail-on-contact"]);
     assert_eq!((ended.code(), ended.stderr.as_str()), (Some(3), ""));
     let lines = ended.json_lines();
@@ -133,9 +133,13 @@ fn in_text_a_monitor_says_the_same_in_a_line_each() {
 fn nothing_is_swept_across_a_seek() {
     let stage = Stage::new();
     let (server, alerts, monitor) = watch(&stage, &["--start-at", "411", "--rate", "50", "--held"]);
+    let mut reader = Reader::join(&stage);
     for time in ["415", "411", "410"] {
-        stage.run(&["ctl", "seek", time]).expect_clean();
+        let reply = stage.run(&["ctl", "seek", time, "--format", "json"]).expect_clean().last_json();
+        // Seen before the next: of two in one tick only the second shows.
+        reader.read_to_tick(reply["tick"].as_u64().expect("a tick"));
     }
+    drop(reader);
     server.stop();
     let (_, told) = hear(monitor, &alerts, "contact");
     for contact in of_kind(&told, "contact") {

@@ -16,7 +16,8 @@ fn a_reader_that_sleeps_loses_its_oldest_frames_and_counts_them() {
     let first = slow.next();
     let buffer = frame_buffer(PAPER_BENCHES) as u64;
 
-    let watched = diligent.read_to_tick(first.header.tick + buffer + BEYOND);
+    let mut watched = vec![diligent.next()];
+    watched.extend(diligent.read_to_tick(first.header.tick + buffer + BEYOND));
     let mut shots = vec![first];
     shots.extend(slow.read_to_tick(watched.last().expect("the frames of many ticks").header.tick));
 

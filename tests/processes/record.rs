@@ -113,7 +113,8 @@ fn the_file_of_a_running_recorder_is_left_alone() {
 #[test]
 fn a_recording_goes_on_over_a_restart_of_the_server() {
     let stage = Stage::new();
-    let run = ["--rate", "1000", "--until", "0.1", "--readers", "1"];
+    // Each long enough for a reader that stays to find it.
+    let run = ["--rate", "25", "--until", "4", "--readers", "1"];
     let recorder = stage.start(&["record", "a.mcap", "--format", "json"]);
     let runs: [u64; 2] = [(); 2].map(|()| {
         let server = stage.serve(&run);

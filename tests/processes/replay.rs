@@ -129,7 +129,8 @@ fn each_recorded_run_is_a_pass_with_its_own_description() {
     let recorder = stage.start(&["record", "a.mcap"]);
     for benches in [5, 9] {
         fs::write(stage.path("stage.toml"), format!("[dragon]\nbenches = {benches}\n")).expect("a file");
-        let run = ["--config", "stage.toml", "--until", "0.05", "--readers", "1"];
+        // Each long enough for a reader that stays to find it.
+        let run = ["--config", "stage.toml", "--rate", "20", "--until", "2.5", "--readers", "1"];
         stage.serve(&run).summary();
     }
     recorder.terminate();

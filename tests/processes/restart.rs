@@ -5,8 +5,8 @@ use bench_dragon_ipc::Continuity;
 use crate::reader::{Reader, Shot, assert_whole};
 use crate::stage::{Server, Stage};
 
-/// A run of 101 frames, which a reader's buffer holds as a whole.
-const SHORT_RUN: [&str; 6] = ["--rate", "1000", "--until", "0.1", "--readers", "1"];
+/// A run of 101 frames, which a reader's buffer holds as a whole, long enough for a reader that stays to find it.
+const SHORT_RUN: [&str; 6] = ["--rate", "25", "--until", "4", "--readers", "1"];
 
 /// Reads the whole of a second run with a reader that has seen the first one.
 fn read_next_run(stage: &Stage, reader: &mut Reader, first_run_id: u64) -> Vec<Shot> {

@@ -62,13 +62,15 @@ fn a_server_that_waits_for_its_readers_lives() {
     let (manager, server) = Listener::start(&stage, &["--readers", "1"], Some(4));
     manager.until("WATCHDOG=1");
     manager.until("WATCHDOG=1");
+    // Who sends to a socket that nobody reads waits.
+    drop(manager);
     server.terminate();
 }
 
 #[test]
 fn there_are_no_more_signs_of_life_than_turns_of_the_loop() {
     let stage = Stage::new();
-    let (manager, server) = Listener::start(&stage, &["--rate", "1", "--until", "2"], Some(4));
+    let (manager, server) = Listener::start(&stage, &["--rate", "1", "--until", "5"], Some(4));
     let messages = manager.until("STOPPING=1");
     let signs = messages.iter().filter(|message| *message == "WATCHDOG=1").count() as u64;
     let frames = server.end().expect_clean().last_json()["frames"].as_u64().expect("a number");

@@ -110,7 +110,7 @@ fn a_show_plays_to_its_first_contact_and_reports_it() {
 #[test]
 fn a_show_at_full_rate_accounts_for_every_frame() {
     let stage = Stage::new();
-    let ended = stage.run(&["show", "--start-at", "405", "--time-scale", "20", "--out", "out", "--fail-on-contact"]);
+    let ended = stage.run(&["show", "--start-at", "370", "--time-scale", "20", "--out", "out", "--fail-on-contact"]);
     assert_eq!(ended.code(), Some(3), "{}", ended.stderr);
     assert!(ended.stdout.starts_with("first contact   412.473838 s, benches 0 and 8\n"), "{}", ended.stdout);
     let written = fs::read_to_string(stage.path("out/summary.json")).expect("a summary");
@@ -309,7 +309,7 @@ fn a_child_that_stands_still_is_killed_and_started_again() {
         let first = await_child(playing.show.pid(), command, None);
         if command == "monitor" {
             // It has begun to say how it stands.
-            playing.await_status(|status| status.tick >= 50);
+            playing.await_status(|status| status.tick >= 150);
         }
         send(first, Signal::STOP).expect("it is running");
         assert_eq!(playing.show.complaint(), format!("{command} has shown no sign of life for 5 s: killing it"));

@@ -8,6 +8,8 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use bench_dragon::clock::monotonic_ns;
+
 use crate::process::Process;
 use crate::reader::{Reader, assert_whole};
 use crate::record;
@@ -61,20 +63,20 @@ impl WallClock {
 
 #[test]
 fn a_wall_clock_set_forward_and_back_by_an_hour_changes_nothing() {
-    const TICK_NS: u64 = 10_000_000;
+    const TICK_NS: u64 = 20_000_000;
     let stage = Stage::new();
     let Some(clock) = WallClock::new(&stage) else {
         return println!("not tested: there is no C compiler to make a wall clock with");
     };
     let start = |args: &[&str]| Process::start(clock.give(stage.command(args)));
-    let mut server = start(&["serve", "--rate", "100", "--readers", "4", "--format", "json"]);
+    let mut server = start(&["serve", "--rate", "50", "--readers", "4", "--format", "json"]);
     let run_id = server.json()["run_id"].as_u64().expect("a run has a number");
     let monitor = start(&["monitor", "--format", "json"]);
     let recorder = start(&["record", "a.mcap", "--format", "json"]);
     let latency = start(&["latency", "--seconds", "1000", "--format", "json"]);
     let mut reader = Reader::join(&stage);
-    let mut shots = reader.read_to_tick(50);
-    for (offset_s, until) in [(HOUR_S, 150), (-HOUR_S, 250), (0, 300)] {
+    let mut shots = reader.read_to_tick(25);
+    for (offset_s, until) in [(HOUR_S, 75), (-HOUR_S, 125), (0, 150)] {
         clock.set(offset_s);
         assert_eq!(clock.seen_offset_s(), offset_s, "the clock can be set");
         // Who comes now is as welcome as ever.
@@ -83,6 +85,7 @@ fn a_wall_clock_set_forward_and_back_by_an_hour_changes_nothing() {
         shots.extend(reader.read_to_tick(until));
     }
     let summary = server.terminate().expect_clean().last_json();
+    let ended_ns = monotonic_ns();
     shots.extend(reader.read_unread());
     let accounts = [monitor, recorder, latency].map(|process| process.terminate().expect_clean().last_json());
 
@@ -96,7 +99,11 @@ fn a_wall_clock_set_forward_and_back_by_an_hour_changes_nothing() {
             (after.scheduled_ns - before.scheduled_ns) / TICK_NS
         })
         .collect();
-    assert_eq!(summary["overruns"], periods.iter().sum::<u64>() - periods.len() as u64);
+    // Releases that it skipped after its last frame are counted too.
+    let skipped = periods.iter().sum::<u64>() - periods.len() as u64;
+    let most = skipped + (ended_ns - shots[shots.len() - 1].header.scheduled_ns) / TICK_NS;
+    let overruns = summary["overruns"].as_u64().expect("a number");
+    assert!((skipped..=most).contains(&overruns), "{overruns} overruns, not from {skipped} to {most}");
     for account in &accounts {
         assert_eq!(
             account["lost"].as_u64().zip(account["frames"].as_u64()),
