@@ -5,9 +5,9 @@
 
 use core::fmt;
 use std::ffi::OsString;
-use std::fs::{self, DirBuilder, Metadata};
+use std::fs::{self, DirBuilder, Metadata, Permissions};
 use std::io::{self, ErrorKind};
-use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
 use iceoryx2::config::Config;
@@ -143,14 +143,14 @@ impl Domain {
         Ok(())
     }
 
-    /// Makes the directory, mode 0700, where it is missing, and checks it; nothing is made in one that is not ours alone.
+    /// Makes the directory, mode 0700 whatever the umask, where it is missing, and checks it; nothing is made in one that is not ours alone.
     ///
     /// # Errors
     /// As [`Domain::check_directory`], and [`DomainError::Io`] where it cannot be made.
     pub fn create_directory(&self) -> Result<(), DomainError> {
         self.check_runtime_directory()?;
         for directory in self.directories() {
-            match DirBuilder::new().mode(0o700).create(directory) {
+            match make_for_its_user(directory) {
                 Err(error) if error.kind() != ErrorKind::AlreadyExists => {
                     return Err(DomainError::Io { path: directory.to_owned(), error });
                 }
@@ -205,6 +205,18 @@ fn base_directory(runtime_dir: Option<OsString>, uid: u32) -> PathBuf {
     match runtime_dir {
         Some(directory) if !directory.is_empty() => PathBuf::from(directory).join("bench-dragon"),
         _ => PathBuf::from(format!("/tmp/bench-dragon-{uid}")),
+    }
+}
+
+/// Makes a directory with mode 0700, of which the umask takes nothing: iceoryx2 has a strict one for an instant now and then,
+/// and a process that is started in that instant inherits it.
+fn make_for_its_user(path: &Path) -> io::Result<()> {
+    const MODE: u32 = 0o700;
+    DirBuilder::new().mode(MODE).create(path)?;
+    match fs::set_permissions(path, Permissions::from_mode(MODE)) {
+        // The last one to leave has just removed it, which the check that follows finds.
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        outcome => outcome,
     }
 }
 

@@ -3,6 +3,7 @@
 use std::fs::{self, Permissions};
 use std::os::unix::fs::{MetadataExt, PermissionsExt, chown};
 use std::path::Path;
+use std::process::Command;
 
 use tempfile::TempDir;
 
@@ -90,8 +91,11 @@ fn the_directory_is_made_for_its_user_alone_and_taken_away_again() {
     let bus = runtime_dir.path().join("bench-dragon");
     fs::remove_dir(&bus).expect("an empty folder");
     let name = format!("directory-{}", std::process::id());
-    let mut command = program(&["serve", "--format", "json", "--instance", &name]);
-    command.env("XDG_RUNTIME_DIR", runtime_dir.path());
+    // The strict umask that iceoryx2 has for an instant, and that a process inherits which is started then.
+    let mut command = Command::new("sh");
+    command.args(["-c", "umask 0177; exec \"$0\" serve --format json --instance \"$1\""]);
+    command.args([env!("CARGO_BIN_EXE_bench-dragon"), &name]);
+    command.env_remove("RUST_LOG").env("XDG_RUNTIME_DIR", runtime_dir.path());
     let mut server = Process::start(command);
     server.json();
     for made in [bus.clone(), bus.join(&name)] {
