@@ -143,7 +143,8 @@ impl Domain {
         Ok(())
     }
 
-    /// Makes the directory, mode 0700 whatever the umask, where it is missing, and checks it; nothing is made in one that is not ours alone.
+    /// Makes the directory, mode 0700 whatever the umask, where it is missing, and checks it; nothing is made in one that is
+    /// not ours alone.
     ///
     /// # Errors
     /// As [`Domain::check_directory`], and [`DomainError::Io`] where it cannot be made.

@@ -36,7 +36,7 @@ struct Killed {
     frames: Vec<RecordedFrame>,
     /// When it was killed.
     at_ns: u64,
-    /// How long its threads had waited for a processor by then.
+    /// How long its threads had waited for a processor by then, since it had recorded something.
     waited_ns: u64,
 }
 
@@ -95,15 +95,17 @@ fn kill_one(stage: &Stage, number: usize, seed: Seed) -> Killed {
     let path = stage.path(&cut_name(number));
     let recorder = stage.start(&["record", &cut_name(number)]);
     let share = seed.random(number as u64).f64();
+    let mut waited_before_ns = 0;
     if number.is_multiple_of(2) {
         thread::sleep(LONGEST_START.mul_f64(share));
     } else {
         await_frames(&path);
+        waited_before_ns = waited_ns(recorder.pid());
         thread::sleep(LONGEST_LIFE.mul_f64(share));
     }
     let (at_ns, waited_ns) = (monotonic_ns(), waited_ns(recorder.pid()));
     recorder.kill();
-    Killed { number, frames: read(&path), at_ns, waited_ns }
+    Killed { number, frames: read(&path), at_ns, waited_ns: waited_ns.saturating_sub(waited_before_ns) }
 }
 
 /// How long the threads of a process have waited for a processor.
