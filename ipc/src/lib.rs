@@ -20,17 +20,20 @@
 //! - *Units:* metres, seconds, radians; x right, y away, z up. Times are integers of nanoseconds, clocks are
 //!   `CLOCK_MONOTONIC`. Speeds are metres per show second.
 //!
-//! ```no_run
-//! use std::time::Duration;
-//! use bench_dragon_ipc::{Domain, FrameSubscriber, Instance};
+//! A whole client:
 //!
-//! fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! ```no_run
+//! use bench_dragon_ipc::{Domain, FrameSubscriber, Instance};
+//! use std::{error::Error, time::Duration};
+//!
+//! fn main() -> Result<(), Box<dyn Error>> {
 //!     let domain = Domain::new(Instance::default())?;
 //!     let mut frames = FrameSubscriber::open(&domain, "head-printer")?;
 //!     loop {
 //!         if let Some(frame) = frames.wait(Duration::from_secs(1))? {
-//!             let [x, y, _] = frame.handles()[0].position_m;
-//!             println!("{:.3} s: head at {x:.3}, {y:.3}", frame.header().sim_time_s());
+//!             let head = frame.benches().next().expect("a dragon has a head");
+//!             let ([x, y, _], heading_deg) = (head.centre_m, head.heading_rad.to_degrees());
+//!             println!("{:.3} s: head at {x:.3}, {y:.3}, {heading_deg:.1}°", frame.header().sim_time_s());
 //!         }
 //!     }
 //! }
@@ -39,6 +42,7 @@
 pub mod service;
 
 mod alert;
+mod bench;
 mod census;
 mod client;
 mod command;
@@ -61,6 +65,7 @@ mod time_histogram;
 mod trouble;
 
 pub use alert::{Alert, AlertKind};
+pub use bench::BenchState;
 pub use census::{Census, Cleared, NodeEntry, clear};
 pub use client::{AlertSubscriber, CommandClient, Description, DescriptionReader, StatusReader};
 pub use command::{Command, CommandReply, Refusal, Request};

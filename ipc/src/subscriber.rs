@@ -7,6 +7,7 @@ use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::sample::Sample;
 
+use crate::bench::BenchState;
 use crate::continuity::{Continuity, ContinuityTracker};
 use crate::domain::Domain;
 use crate::error::BusError;
@@ -148,6 +149,11 @@ impl Frame {
     /// The handles, head first, one more than there are benches.
     pub fn handles(&self) -> &[HandleState] {
         self.sample.payload()
+    }
+
+    /// The benches, head first.
+    pub fn benches(&self) -> impl ExactSizeIterator<Item = BenchState> {
+        BenchState::all(self.handles())
     }
 
     /// How the frame stands to the one received before it.

@@ -1,6 +1,6 @@
 //! Bench poses for viewers: centre and heading of every board, thirty times a second.
 
-use bench_dragon_ipc::HandleState;
+use bench_dragon_ipc::{BenchState, HandleState};
 use serde::Serialize;
 
 /// Thirty poses a second of wall time.
@@ -9,29 +9,24 @@ const PERIOD_NS: u64 = 1_000_000_000 / 30;
 /// Where one bench lies: `geometry_msgs/msg/Pose`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Pose {
-    /// Midpoint of the bench's two handles, in metres.
+    /// Centre of the board, in metres.
     pub position: [f64; 3],
     /// Heading from the rear handle to the front one, as the quaternion x, y, z, w of a turn about z.
     pub orientation: [f64; 4],
 }
 
 impl Pose {
-    /// The pose of the bench between two handles.
-    ///
-    /// A bench whose front handle lies in direction +y of its rear one has a heading of +π/2.
-    pub fn between(front: &HandleState, rear: &HandleState) -> Self {
-        let ([fx, fy, fz], [rx, ry, rz]) = (front.position_m, rear.position_m);
-        let half_heading = (fy - ry).atan2(fx - rx) / 2.0;
-        Self {
-            position: [f64::midpoint(fx, rx), f64::midpoint(fy, ry), f64::midpoint(fz, rz)],
-            orientation: [0.0, 0.0, half_heading.sin(), half_heading.cos()],
-        }
+    /// The pose of a bench: a heading of +π/2, in which its front handle lies in direction +y of its rear one, is a
+    /// quarter turn about z.
+    pub fn of(bench: &BenchState) -> Self {
+        let (sine, cosine) = (bench.heading_rad / 2.0).sin_cos();
+        Self { position: bench.centre_m, orientation: [0.0, 0.0, sine, cosine] }
     }
 }
 
 /// The poses of all benches, the head first: one fewer than handles.
 pub fn bench_poses(handles: &[HandleState]) -> impl ExactSizeIterator<Item = Pose> {
-    handles.windows(2).map(|pair| Pose::between(&pair[0], &pair[1]))
+    BenchState::all(handles).map(|bench| Pose::of(&bench))
 }
 
 /// Chooses the frames whose poses are recorded.
@@ -67,7 +62,7 @@ mod tests {
 
     #[test]
     fn heading_points_from_the_rear_handle_to_the_front_handle() {
-        let pose = Pose::between(&handle(1.0, 3.0), &handle(1.0, 1.0));
+        let pose = Pose::of(&BenchState::between(&handle(1.0, 3.0), &handle(1.0, 1.0)));
         assert_eq!(pose.position, [1.0, 2.0, 0.0]);
         let [x, y, z, w] = pose.orientation;
         assert_eq!([x, y], [0.0, 0.0]);

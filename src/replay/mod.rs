@@ -18,26 +18,24 @@ pub mod pace;
 
 mod error;
 mod read_ahead;
-mod stage;
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use bench_dragon_ipc::{BusError, Domain, FrameHeader, SourceLock};
+use bench_dragon_ipc::{BusError, Domain, FrameHeader, Refusal, Request, SourceLock};
 use crossbeam::channel::RecvTimeoutError;
 use serde::{Deserialize, Serialize};
 
 use crate::clock::{monotonic_ns, sleep_precisely, sleep_until};
 use crate::histogram::Percentiles;
 use crate::record::RecordedFrame;
-use crate::source::TimesOfAll;
+use crate::source::{Stage, TimesOfAll};
 
 pub use error::ReplayError;
 
 use pace::Pace;
 use read_ahead::{ReadAhead, RecordedRun};
-use stage::Stage;
 
 /// How often commands are looked for where frames are further apart.
 const COMMAND_PERIOD: Duration = Duration::from_millis(10);
@@ -140,7 +138,7 @@ impl Replay {
                 Ok(None)
             };
         };
-        let stage = Stage::open(&self.domain, &run)?;
+        let stage = Stage::open(&self.domain, "replay", &run.configuration.toml, run.bench_count)?;
         self.summary.passes += 1;
         let progress = Progress { tick: 0, last: None, missing: 0, overruns_before: self.pace.overruns() };
         Ok(Some(Pass { replay: self, run, stage, progress }))
@@ -213,7 +211,7 @@ impl Pass<'_> {
             return Ok(());
         }
         let begun_ns = monotonic_ns();
-        self.stage.publish(&frame, self.progress.tick, due_ns)?;
+        self.stage.publish(&frame.header, &frame.handles, self.progress.tick, due_ns)?;
         self.progress.take(&frame.header);
         let overruns = self.overruns();
         self.stage.report().tell(&FrameHeader { tick: self.progress.tick - 1, ..frame.header }, overruns);
@@ -251,7 +249,14 @@ impl Pass<'_> {
 
     /// Answers the commands that have come.
     fn look_for_stop(&self, stop: &AtomicBool) -> Result<(), Stopped> {
-        let asked_to_stop = self.stage.take_commands(self.progress.tick);
+        let mut asked_to_stop = false;
+        self.stage.take_commands(self.progress.tick, |request| match request {
+            Request::Stop => {
+                asked_to_stop = true;
+                Ok(())
+            }
+            _ => Err(Refusal::Replayed),
+        });
         if asked_to_stop || stop.load(Ordering::Relaxed) { Err(Stopped) } else { Ok(()) }
     }
 

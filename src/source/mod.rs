@@ -8,6 +8,7 @@ mod frame_publisher;
 mod reporter;
 mod run_id;
 mod source_report;
+mod stage;
 mod tick_times;
 
 pub(crate) mod service_manager;
@@ -17,3 +18,4 @@ pub(crate) use frame_publisher::FramePublisher;
 pub(crate) use reporter::TimesOfAll;
 pub(crate) use run_id::random_run_id;
 pub(crate) use source_report::SourceReport;
+pub(crate) use stage::Stage;

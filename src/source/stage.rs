@@ -1,0 +1,89 @@
+//! The place on the bus of a run whose frames come from elsewhere: a recording, or another host.
+
+use bench_dragon_ipc::service::{AlertService, EventService, Member, Role};
+use bench_dragon_ipc::{BusError, Description, Domain, FrameHeader, HandleState, Refusal, Request};
+
+use super::command_server::CommandServer;
+use super::frame_publisher::FramePublisher;
+use super::random_run_id;
+use super::reporter::TimesOfAll;
+use super::source_report::SourceReport;
+
+/// What one run of a source has on the bus. The run has a number of its own, and its ticks are counted afresh.
+#[derive(Debug)]
+pub(crate) struct Stage {
+    // Dropped in this order: ports before the node.
+    frames: FramePublisher,
+    commands: CommandServer,
+    // The alerts are the monitor's, but only a source creates services, and they last while somebody holds them.
+    _alerts: (AlertService, EventService),
+    report: SourceReport,
+    _member: Member,
+    run_id: u64,
+}
+
+impl Stage {
+    /// Makes the services of a run, under a node name that `iox2 node list` shows, and publishes its description.
+    ///
+    /// # Errors
+    /// As [`Member::join`] and [`Member::frames`].
+    pub(crate) fn open(domain: &Domain, name: &str, toml: &str, bench_count: usize) -> Result<Self, BusError> {
+        let member = Member::join(domain, name, Role::Source { bench_count })?;
+        let run_id = random_run_id();
+        let description = Description { run_id, toml: toml.to_owned() };
+        Ok(Self {
+            frames: FramePublisher::create(domain, &member, bench_count)?,
+            commands: CommandServer::create(&member)?,
+            _alerts: (member.alerts()?, member.alert_events()?),
+            report: SourceReport::start(domain.clone(), description, bench_count, described_rate_hz(toml))?,
+            _member: member,
+            run_id,
+        })
+    }
+
+    pub(crate) fn run_id(&self) -> u64 {
+        self.run_id
+    }
+
+    /// What it tells of itself.
+    pub(crate) fn report(&mut self) -> &mut SourceReport {
+        &mut self.report
+    }
+
+    /// Readers connected at present.
+    pub(crate) fn reader_count(&self) -> usize {
+        self.frames.reader_count()
+    }
+
+    /// Publishes a frame from elsewhere as a tick of this run: with its number, and due and sent now.
+    pub(crate) fn publish(
+        &mut self,
+        header: &FrameHeader,
+        handles: &[HandleState],
+        tick: u64,
+        scheduled_ns: u64,
+    ) -> Result<(), BusError> {
+        let run_id = self.run_id;
+        let fill = |place: &mut [HandleState]| {
+            place.copy_from_slice(handles);
+            FrameHeader { run_id, tick, scheduled_ns, ..*header }
+        };
+        self.frames.publish(fill, crate::clock::monotonic_ns)
+    }
+
+    /// Answers the commands that have come.
+    pub(crate) fn take_commands(&self, tick: u64, decide: impl FnMut(Request) -> Result<(), Refusal>) {
+        self.commands.drain(self.run_id, tick, decide);
+    }
+
+    /// Leaves the bus. Returns the times of all ticks.
+    pub(crate) fn finish(self) -> TimesOfAll {
+        self.report.finish()
+    }
+}
+
+/// The rate that a run is described with; 0 where its description is one that this version does not know.
+fn described_rate_hz(toml: &str) -> u32 {
+    let rate_hz = toml.parse::<toml::Table>().ok().and_then(|table| table.get("serve")?.get("rate_hz")?.as_integer());
+    rate_hz.and_then(|rate_hz| rate_hz.try_into().ok()).unwrap_or(0)
+}
