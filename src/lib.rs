@@ -4,7 +4,7 @@
 //!
 //! | module | what it is |
 //! |---|---|
-//! | [`server`], [`monitor`], [`guard`], [`record`], [`replay`] | the processes' logic |
+//! | [`server`], [`monitor`], [`guard`], [`record`], [`replay`], [`bridge`] | the processes' logic |
 //! | [`plan`] | what a choreographer asks |
 //! | [`dragon`] | chain, boards, clearance, contact |
 //! | [`route`] | the curves that the handles follow |
@@ -13,6 +13,7 @@
 //! the processes say), [`table`] (answers in rows and columns), [`figure`] (answers for print), [`histogram`], [`clock`],
 //! [`processors`], [`stop`] and [`number`]. The bus is the crate `bench_dragon_ipc`.
 
+pub mod bridge;
 pub mod clock;
 pub mod config;
 pub mod doctor;

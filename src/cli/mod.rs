@@ -1,5 +1,6 @@
 //! The command line's types. What the commands do is in [`crate::command`].
 
+mod bridge;
 mod solve;
 mod value;
 
@@ -9,6 +10,7 @@ use bench_dragon::config::Priority;
 use bench_dragon_ipc::Instance;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+pub(crate) use bridge::{Bridge, BridgeArgs, PsnArgs};
 pub(crate) use solve::{
     ContactArgs, FigureArgs, FigureFile, PitchArgs, PosesArgs, Question, SaveConfigArgs, SensitivityArgs, SolveArgs,
     SpeedLimitArgs, TableFormat, TimesArgs, TurnArgs, TurnPlanArgs,
@@ -72,6 +74,8 @@ pub(crate) enum Command {
 Each recorded run gets a new run id; its ticks count from 0, its frames are due now. All else is as it was recorded. Of the
 commands, only `ctl stop` is taken.")]
     Replay(ReplayArgs),
+    /// Hand the poses on to desks, media servers and other machines.
+    Bridge(BridgeArgs),
     /// Send one command to the server and print its reply.
     #[command(after_help = "Examples:
   bench-dragon ctl pause

@@ -7,6 +7,7 @@ use bench_dragon::config::{Config, Overrides};
 
 use crate::cli::{Command, ConfigArgs};
 
+mod bridge;
 mod ctl;
 mod description;
 mod doctor;
@@ -53,6 +54,7 @@ pub(crate) fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Monitor(args) => monitor::run(&args),
         Command::Record(args) => record::run(&args),
         Command::Replay(args) => replay::run(&args),
+        Command::Bridge(args) => bridge::run(&args),
         Command::Ctl(args) => ctl::run(&args),
         Command::Echo(args) => echo::run(&args),
         Command::Hz(args) => hz::run(&args),

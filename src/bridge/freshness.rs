@@ -1,0 +1,39 @@
+//! Whether what a frame says may still be believed.
+
+use std::time::Duration;
+
+/// How old a frame may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Freshness {
+    /// Its source was there a moment ago.
+    Fresh,
+    /// Its source has been silent for too long.
+    Stale {
+        /// How long ago it was sent, in nanoseconds.
+        age_ns: u64,
+    },
+}
+
+impl Freshness {
+    /// Whether it is fresh.
+    pub fn is_fresh(self) -> bool {
+        self == Self::Fresh
+    }
+}
+
+/// Judges a frame by the instant at which it was sent, the present and the greatest age that is fresh. Both instants are of
+/// `CLOCK_MONOTONIC`, in nanoseconds.
+///
+/// ```
+/// use bench_dragon::bridge::{Freshness, freshness};
+/// use std::time::Duration;
+///
+/// let limit = Duration::from_nanos(100);
+/// assert_eq!(freshness(1_000, 1_100, limit), Freshness::Fresh);
+/// assert_eq!(freshness(1_000, 1_101, limit), Freshness::Stale { age_ns: 101 });
+/// assert_eq!(freshness(1_000, 900, limit), Freshness::Fresh);
+/// ```
+pub fn freshness(published_ns: u64, now_ns: u64, limit: Duration) -> Freshness {
+    let age_ns = now_ns.saturating_sub(published_ns);
+    if u128::from(age_ns) <= limit.as_nanos() { Freshness::Fresh } else { Freshness::Stale { age_ns } }
+}

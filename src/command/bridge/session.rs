@@ -1,0 +1,88 @@
+//! What every bridge does with its packets: send, count, and tell where they no longer get through.
+
+use std::fmt::Display;
+use std::process::ExitCode;
+
+use bench_dragon::bridge::{Outage, Outlet, Packets, Turn};
+use bench_dragon::report::{BridgeLine, BridgeSummary};
+
+use super::feed::Release;
+use crate::cli::Format;
+use crate::command::output::{complain, print_json, print_line};
+
+/// A bridge's life.
+pub(super) struct Session {
+    format: Format,
+    /// The receiver, as it is told.
+    to: String,
+    outlet: Box<dyn Outlet>,
+    outage: Outage,
+    summary: BridgeSummary,
+}
+
+impl Session {
+    pub(super) fn new(format: Format, to: impl Display, outlet: Box<dyn Outlet>) -> Self {
+        let (outage, summary) = (Outage::default(), BridgeSummary::default());
+        Self { format, to: to.to_string(), outlet, outage, summary }
+    }
+
+    /// Tells that there is a server.
+    pub(super) fn announce(&self, epoch_ns: u64, rate_hz: u32) -> anyhow::Result<()> {
+        let to = &self.to;
+        match self.format {
+            Format::Json => print_json(&BridgeLine::Started { to: to.clone(), epoch_ns })?,
+            Format::Text => complain(&format!("sending to {to} at {rate_hz} Hz; Ctrl-C ends it")),
+        }
+        Ok(())
+    }
+
+    /// Sends a frame of poses.
+    pub(super) fn send_frame(&mut self, packets: &Packets, release: &Release<'_>) -> anyhow::Result<()> {
+        let dropped = self.send(packets, release.now_ns)?;
+        self.summary.frames += u64::from(!dropped);
+        self.summary.stale += u64::from(!dropped && !release.snapshot.freshness.is_fresh());
+        self.summary.dropped += u64::from(dropped);
+        Ok(())
+    }
+
+    /// Sends packets. Returns whether they were dropped.
+    pub(super) fn send(&mut self, packets: &Packets, now_ns: u64) -> anyhow::Result<bool> {
+        let delivery = self.outlet.send(packets, now_ns);
+        self.summary.packets += delivery.packets;
+        self.summary.bytes += delivery.bytes;
+        self.summary.errors += delivery.errors;
+        let to = &self.to;
+        match (self.outage.note(delivery.trouble.is_some(), now_ns), delivery.trouble) {
+            (Some(Turn::Began), Some(error)) => self.tell(&format!("cannot send to {to}, still trying: {error}"))?,
+            (Some(Turn::Ended { failed_frames }), _) => {
+                self.tell(&format!("sending to {to} works again, after {failed_frames} frames with errors"))?;
+            }
+            _ => {}
+        }
+        Ok(delivery.dropped)
+    }
+
+    /// Tells what was sent. `missed` are the releases that passed meanwhile.
+    pub(super) fn finish(mut self, missed: u64) -> anyhow::Result<ExitCode> {
+        self.summary.missed = missed;
+        let BridgeSummary { frames, stale, packets, bytes, errors, dropped, missed } = self.summary;
+        match self.format {
+            Format::Json => print_json(&BridgeLine::Summary(self.summary))?,
+            Format::Text => print_line(format_args!(
+                "{frames} frames ({stale} stale) in {packets} packets of {bytes} bytes, {errors} errors, \
+                 {dropped} dropped, {missed} releases missed"
+            ))?,
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn tell(&self, message: &str) -> anyhow::Result<()> {
+        match self.format {
+            Format::Json => print_json(&BridgeLine::Notice { message: message.to_owned() }),
+            Format::Text => {
+                complain(message);
+                Ok(())
+            }
+        }
+    }
+}
