@@ -2,8 +2,9 @@
 
 use std::net::{Ipv4Addr, SocketAddrV4};
 
+use bench_dragon::bridge::osc::{AddressError, AddressPattern, ShowAddress};
 use bench_dragon::bridge::psn::{self, SystemName, SystemNameError};
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 
 use super::value::within;
 use super::{BusArgs, FormatArgs};
@@ -31,6 +32,15 @@ pub(crate) enum Bridge {
 A tracker is a bench's centre, its id the bench's number, the head's 0. Its x is our x, its y (up) our z, its z (depth) our y.
 Its status is 1, and 0 once the server has been silent for 1.5 seconds.")]
     Psn(PsnArgs),
+    /// Open Sound Control: a message a bench, for whatever speaks OSC.
+    #[command(after_help = "Examples:
+  bench-dragon bridge osc --to 10.0.0.30:7000
+  bench-dragon bridge osc --to 10.0.0.30:7000 --tcp --bundle
+  bench-dragon bridge osc --address /stage/{index}/pose --angle radians
+
+A frame is one message /dragon/show (show time in s, state, time scale, tick, fresh: 1, or 0 once the server has been silent
+for 1.5 seconds) and one a bench (x, y, z in metres, heading counter-clockwise from +x, speed in m/s of wall time).")]
+    Osc(OscArgs),
 }
 
 /// Arguments of `bridge psn`.
@@ -47,6 +57,44 @@ pub(crate) struct PsnArgs {
     /// The name under which desks list this sender [default: bench-dragon and the instance].
     #[arg(long, value_name = "NAME", value_parser = system_name)]
     pub(crate) name: Option<SystemName>,
+}
+
+/// Arguments of `bridge osc`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct OscArgs {
+    /// The receiver.
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:9000", value_parser = target)]
+    pub(crate) to: SocketAddrV4,
+    /// Connect to the receiver by TCP, and frame packets by SLIP.
+    #[arg(long, conflicts_with_all = ["interface", "ttl"])]
+    pub(crate) tcp: bool,
+    #[command(flatten)]
+    pub(crate) network: NetworkArgs,
+    /// Frames a second, 1 to 250.
+    #[arg(long, value_name = "HZ", default_value_t = 30, allow_negative_numbers = true, value_parser = bridge_rate)]
+    pub(crate) rate: u32,
+    /// The address of a bench's message; {index} is the bench's number.
+    #[arg(long, value_name = "PATTERN", default_value = "/dragon/bench/{index}", value_parser = address_pattern)]
+    pub(crate) address: AddressPattern,
+    /// The address of the show's message.
+    #[arg(long, value_name = "ADDRESS", default_value = "/dragon/show", value_parser = show_address)]
+    pub(crate) show_address: ShowAddress,
+    /// How headings are told.
+    #[arg(long, value_enum, value_name = "UNIT", default_value_t)]
+    pub(crate) angle: Angle,
+    /// Put the messages of a frame into bundles, each as large as a datagram holds.
+    #[arg(long)]
+    pub(crate) bundle: bool,
+}
+
+/// How headings are told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Angle {
+    /// -180 to 180.
+    #[default]
+    Degrees,
+    /// -pi to pi.
+    Radians,
 }
 
 /// How datagrams leave this machine.
@@ -79,5 +127,13 @@ fn ttl(text: &str) -> Result<u32, String> {
 }
 
 fn system_name(text: &str) -> Result<SystemName, SystemNameError> {
+    text.parse()
+}
+
+fn address_pattern(text: &str) -> Result<AddressPattern, AddressError> {
+    text.parse()
+}
+
+fn show_address(text: &str) -> Result<ShowAddress, AddressError> {
     text.parse()
 }

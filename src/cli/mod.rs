@@ -10,7 +10,7 @@ use bench_dragon::config::Priority;
 use bench_dragon_ipc::Instance;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-pub(crate) use bridge::{Bridge, BridgeArgs, PsnArgs};
+pub(crate) use bridge::{Angle, Bridge, BridgeArgs, NetworkArgs, OscArgs, PsnArgs};
 pub(crate) use solve::{
     ContactArgs, FigureArgs, FigureFile, PitchArgs, PosesArgs, Question, SaveConfigArgs, SensitivityArgs, SolveArgs,
     SpeedLimitArgs, TableFormat, TimesArgs, TurnArgs, TurnPlanArgs,

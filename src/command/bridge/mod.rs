@@ -1,15 +1,31 @@
 //! `bridge`: the poses in the words of show control.
 
+use std::net::SocketAddrV4;
 use std::process::ExitCode;
 
-use crate::cli::{Bridge, BridgeArgs};
+use anyhow::Context as _;
+use bench_dragon::bridge::{Outlet, UdpSender, UdpTarget};
+
+use crate::cli::{Bridge, BridgeArgs, NetworkArgs};
 
 mod feed;
+mod osc;
 mod psn;
 mod session;
 
 pub(crate) fn run(args: &BridgeArgs) -> anyhow::Result<ExitCode> {
     match &args.bridge {
         Bridge::Psn(psn) => psn::run(args, psn),
+        Bridge::Osc(osc) => osc::run(args, osc),
     }
+}
+
+/// Makes a sender of datagrams. An error says which interface there is none of.
+fn open_udp(to: SocketAddrV4, network: NetworkArgs) -> anyhow::Result<Box<dyn Outlet>> {
+    let target = UdpTarget { to, interface: network.interface, multicast_ttl: network.ttl };
+    let sender = UdpSender::open(target).with_context(|| match network.interface {
+        Some(interface) => format!("no interface can send from {interface}, `ip address` lists those that there are"),
+        None => format!("cannot send to {to}"),
+    })?;
+    Ok(Box::new(sender))
 }

@@ -1,15 +1,15 @@
-//! `bridge psn`: each bench as a `PosiStageNet` tracker.
+//! `bridge psn`: each bench as a PosiStageNet tracker.
 
 use std::process::ExitCode;
 
-use anyhow::Context as _;
+use bench_dragon::bridge::Packets;
 use bench_dragon::bridge::psn::{PsnEncoder, SystemName};
-use bench_dragon::bridge::{Packets, UdpSender, UdpTarget};
 use bench_dragon::server::schedule::Schedule;
 use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{Domain, Instance};
 
 use super::feed::Feed;
+use super::open_udp;
 use super::session::Session;
 use crate::cli::{BridgeArgs, PsnArgs};
 
@@ -20,20 +20,11 @@ pub(super) fn run(args: &BridgeArgs, psn: &PsnArgs) -> anyhow::Result<ExitCode> 
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
     let name = psn.name.clone().unwrap_or_else(|| default_name(&args.bus.instance));
-    let target = UdpTarget { to: psn.to, interface: psn.network.interface, multicast_ttl: psn.network.ttl };
-    let mut session = Session::new(args.format.format, psn.to, Box::new(open(target)?));
+    let mut session = Session::new(args.format.format, psn.to, open_udp(psn.to, psn.network)?);
     let Some(mut feed) = Feed::open(&domain, "bridge-psn", psn.rate, &stop)? else { return session.finish(0) };
     session.announce(feed.epoch_ns(), psn.rate)?;
     hand_on(&mut feed, name, &mut session)?;
     session.finish(feed.missed())
-}
-
-/// Makes a sender. An error says which interface there is none of.
-pub(super) fn open(target: UdpTarget) -> anyhow::Result<UdpSender> {
-    UdpSender::open(target).with_context(|| match target.interface {
-        Some(interface) => format!("no interface can send from {interface}: `ip address` lists those that there are"),
-        None => format!("cannot send to {}", target.to),
-    })
 }
 
 /// Sends frame after frame, until a signal comes.

@@ -1,0 +1,120 @@
+//! Packets over TCP, to a receiver that may come and go, or be slow.
+
+use std::io::{self, ErrorKind, Write as _};
+use std::net::{SocketAddrV4, TcpStream};
+use std::time::Duration;
+
+use super::slip;
+use crate::bridge::outlet::{Delivery, Outlet};
+use crate::bridge::packets::Packets;
+
+/// How long a receiver may take to accept; there is nobody else to be kept waiting meanwhile.
+const CONNECT_PATIENCE: Duration = Duration::from_millis(500);
+/// From a connection's end to the first attempt at another one; each further one waits twice as long.
+const FIRST_PAUSE_NS: u64 = 100_000_000;
+const LONGEST_PAUSE_NS: u64 = 5_000_000_000;
+/// How long the last packets may take at the end.
+const FAREWELL: Duration = Duration::from_millis(200);
+
+/// Connects to a receiver, again and again where it has to. A frame is left out where the one before has not been taken
+/// whole, so that a slow receiver gets whole packets and the newest poses.
+#[derive(Debug)]
+pub struct SlipSender {
+    to: SocketAddrV4,
+    link: Link,
+    pause_ns: u64,
+    /// What the receiver has not taken yet, from `taken` on.
+    pending: Vec<u8>,
+    taken: usize,
+}
+
+#[derive(Debug)]
+enum Link {
+    Up(TcpStream),
+    Down { retry_ns: u64 },
+}
+
+impl SlipSender {
+    /// A sender that connects with its first frame.
+    pub fn new(to: SocketAddrV4) -> Self {
+        let link = Link::Down { retry_ns: 0 };
+        Self { to, link, pause_ns: FIRST_PAUSE_NS, pending: Vec::new(), taken: 0 }
+    }
+
+    fn deliver(&mut self, packets: &Packets, now_ns: u64) -> io::Result<Delivery> {
+        self.connect(now_ns)?;
+        if !self.flush()? {
+            let trouble = io::Error::new(ErrorKind::TimedOut, "it is slower than the bridge, frames are left out");
+            return Ok(Delivery { dropped: true, trouble: Some(trouble), ..Delivery::default() });
+        }
+        let mut delivery = Delivery::default();
+        for packet in packets.iter() {
+            let before = self.pending.len();
+            slip::append(packet, &mut self.pending);
+            delivery.count(self.pending.len() - before, Ok(()));
+        }
+        self.flush()?;
+        self.pause_ns = FIRST_PAUSE_NS;
+        Ok(delivery)
+    }
+
+    fn connect(&mut self, now_ns: u64) -> io::Result<()> {
+        let Link::Down { retry_ns } = self.link else { return Ok(()) };
+        if now_ns < retry_ns {
+            return Err(ErrorKind::NotConnected.into());
+        }
+        let stream = TcpStream::connect_timeout(&self.to.into(), CONNECT_PATIENCE)?;
+        stream.set_nonblocking(true)?;
+        stream.set_nodelay(true)?;
+        self.link = Link::Up(stream);
+        Ok(())
+    }
+
+    /// Hands over what the receiver takes at once. Returns whether that was all.
+    fn flush(&mut self) -> io::Result<bool> {
+        let Link::Up(stream) = &mut self.link else { return Ok(false) };
+        while self.taken < self.pending.len() {
+            match stream.write(&self.pending[self.taken..]) {
+                Ok(0) => return Err(ErrorKind::WriteZero.into()),
+                Ok(len) => self.taken += len,
+                Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(false),
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+        self.pending.clear();
+        self.taken = 0;
+        Ok(true)
+    }
+
+    fn hang_up(&mut self, now_ns: u64) {
+        self.link = Link::Down { retry_ns: now_ns + self.pause_ns };
+        self.pause_ns = (2 * self.pause_ns).min(LONGEST_PAUSE_NS);
+        self.pending.clear();
+        self.taken = 0;
+    }
+}
+
+impl Outlet for SlipSender {
+    fn send(&mut self, packets: &Packets, now_ns: u64) -> Delivery {
+        self.deliver(packets, now_ns).unwrap_or_else(|error| {
+            if error.kind() != ErrorKind::NotConnected {
+                self.hang_up(now_ns);
+            }
+            let mut delivery = Delivery::default();
+            delivery.count(0, Err(error));
+            delivery
+        })
+    }
+}
+
+impl Drop for SlipSender {
+    fn drop(&mut self) {
+        if let Link::Up(stream) = &mut self.link {
+            // Whoever does not take the rest now is not waited for.
+            let _ = stream.set_nonblocking(false);
+            let _ = stream.set_write_timeout(Some(FAREWELL));
+            let _ = stream.write_all(&self.pending[self.taken..]);
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! `bridge osc`: a message a bench.
+
+use std::process::ExitCode;
+
+use bench_dragon::bridge::osc::{AngleUnit, OscEncoder, OscSettings, SlipSender};
+use bench_dragon::bridge::{Outlet, Packets};
+use bench_dragon::clock::unix_minus_monotonic_ns;
+use bench_dragon::stop::StopFlag;
+use bench_dragon_ipc::Domain;
+
+use super::feed::Feed;
+use super::open_udp;
+use super::session::Session;
+use crate::cli::{Angle, BridgeArgs, OscArgs};
+
+pub(super) fn run(args: &BridgeArgs, osc: &OscArgs) -> anyhow::Result<ExitCode> {
+    let domain = Domain::new(args.bus.instance.clone())?;
+    let stop = StopFlag::on_signals()?;
+    let outlet: Box<dyn Outlet> =
+        if osc.tcp { Box::new(SlipSender::new(osc.to)) } else { open_udp(osc.to, osc.network)? };
+    let mut session = Session::new(args.format.format, osc.to, outlet);
+    let Some(mut feed) = Feed::open(&domain, "bridge-osc", osc.rate, &stop)? else { return session.finish(0) };
+    session.announce(feed.epoch_ns(), osc.rate)?;
+    let mut encoder = OscEncoder::new(settings(osc));
+    let mut packets = Packets::default();
+    while let Some(release) = feed.next()? {
+        encoder.frame(release.snapshot, unix_minus_monotonic_ns(), &mut packets);
+        session.send_frame(&packets, &release)?;
+    }
+    session.finish(feed.missed())
+}
+
+fn settings(osc: &OscArgs) -> OscSettings {
+    OscSettings {
+        bench_address: osc.address.clone(),
+        show_address: osc.show_address.clone(),
+        angle: match osc.angle {
+            Angle::Degrees => AngleUnit::Degrees,
+            Angle::Radians => AngleUnit::Radians,
+        },
+        bundle: osc.bundle,
+    }
+}
