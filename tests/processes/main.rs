@@ -7,6 +7,9 @@
 #![allow(clippy::print_stdout, reason = "a test tells its seed, and why it is skipped")]
 
 mod bad_input;
+mod bridge_osc;
+mod bridge_psn;
+mod bridge_troubles;
 mod children;
 mod commands;
 mod directory;

@@ -9,16 +9,21 @@ use crate::stage::Stage;
 
 const PYTHON: &str = "BENCH_DRAGON_PYTHON";
 
-/// Runs the tests of a Python file.
-pub(crate) fn run(file: &str, variables: &[(&str, &OsStr)]) {
+/// The interpreter that has the packages of tests/requirements.txt, in the project's folder.
+pub(crate) fn python() -> Command {
     let python = env::var_os(PYTHON).unwrap_or_else(|| {
         panic!("{PYTHON} is not set: run the tests with tests/run, which installs tests/requirements.txt and sets it")
     });
-    let output = Command::new(python)
+    let mut command = Command::new(python);
+    command.current_dir(env!("CARGO_MANIFEST_DIR")).env("PYTHONDONTWRITEBYTECODE", "1");
+    command
+}
+
+/// Runs the tests of a Python file.
+pub(crate) fn run(file: &str, variables: &[(&str, &OsStr)]) {
+    let output = python()
         .args(["-m", "pytest", "-q", "-p", "no:cacheprovider"])
         .arg(format!("tests/python/{file}"))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .env("PYTHONDONTWRITEBYTECODE", "1")
         .envs(variables.iter().copied())
         .output()
         .expect("a Python interpreter");

@@ -34,25 +34,25 @@ pub(super) struct Release<'a> {
 }
 
 impl<'a> Feed<'a> {
-    /// Waits for a server, and counts releases from then. `None` where a signal came first.
+    /// Waits for a server, and counts releases from the moment at which there is one. `None` where a signal came first.
     pub(super) fn open(
         domain: &Domain,
         name: &str,
         rate_hz: u32,
         stop: &'a StopFlag,
     ) -> Result<Option<Self>, BusError> {
-        let opened = open_when_there(domain.instance(), stop, || FrameSubscriber::open(domain, name))?;
         let epoch_ns = monotonic_ns();
+        let opened = open_when_there(domain.instance(), stop, || FrameSubscriber::open(domain, name))?;
         Ok(opened.map(|frames| Self {
             stop,
             frames,
-            schedule: Schedule::new(epoch_ns, rate_hz),
+            schedule: Schedule::new(monotonic_ns(), rate_hz),
             epoch_ns,
             snapshot: None,
         }))
     }
 
-    /// When release 0 was due, in nanoseconds of `CLOCK_MONOTONIC`.
+    /// When the bridge started, in nanoseconds of `CLOCK_MONOTONIC`.
     pub(super) fn epoch_ns(&self) -> u64 {
         self.epoch_ns
     }

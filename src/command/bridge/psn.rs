@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use bench_dragon::bridge::Packets;
 use bench_dragon::bridge::psn::{PsnEncoder, SystemName};
+use bench_dragon::clock::monotonic_ns;
 use bench_dragon::server::schedule::Schedule;
 use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{Domain, Instance};
@@ -31,7 +32,7 @@ pub(super) fn run(args: &BridgeArgs, psn: &PsnArgs) -> anyhow::Result<ExitCode> 
 fn hand_on(feed: &mut Feed<'_>, name: SystemName, session: &mut Session) -> anyhow::Result<()> {
     let mut encoder = PsnEncoder::new(name, feed.epoch_ns());
     let mut packets = Packets::default();
-    let mut info = Schedule::new(feed.epoch_ns(), INFO_RATE_HZ);
+    let mut info = Schedule::new(monotonic_ns(), INFO_RATE_HZ);
     while let Some(release) = feed.next()? {
         if info.due_ns() <= release.now_ns {
             encoder.info(release.snapshot.benches.len(), release.now_ns, &mut packets)?;

@@ -1,0 +1,174 @@
+//! `PosiStageNet` as two receivers see it that were not written here: PyPI's pypsn and npm's @jwetzell/posistagenet.
+
+use std::env;
+use std::fs;
+use std::net::UdpSocket;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
+use bench_dragon_ipc::BenchState;
+use serde_json::Value;
+
+use crate::process::Process;
+use crate::python::python;
+use crate::reader::{Reader, Shot};
+use crate::stage::Stage;
+
+const BENCHES: usize = 223;
+/// Ten seconds of them.
+const FRAMES: usize = 600;
+const RATE_HZ: usize = 60;
+const PACKETS_IN_A_FRAME: usize = 12;
+
+/// What one receiver decoded.
+#[derive(Debug)]
+struct Received {
+    frames: Vec<Value>,
+    names: Value,
+}
+
+impl Received {
+    fn read(path: &Path) -> Self {
+        let text = fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        let mut lines: Vec<Value> =
+            text.lines().map(|line| serde_json::from_str(line).expect("the receiver writes JSON")).collect();
+        let names = lines.pop().expect("the last line has the names");
+        Self { frames: lines, names }
+    }
+}
+
+#[test]
+fn two_receivers_get_every_tracker_of_every_frame_for_ten_seconds() {
+    let stage = Stage::new();
+    let port = free_port();
+    let mut receivers = start_receivers(&stage, port);
+    let target = format!("236.10.10.10:{port}");
+    let rate = RATE_HZ.to_string();
+    let args = ["bridge", "psn", "--interface", "127.0.0.1", "--to", &target, "--rate", &rate, "--format", "json"];
+    let mut bridge = stage.start_waiting(&args);
+    let server = stage.serve(&["--rate", "50", "--time-scale", "5", "--readers", "2"]);
+    let is_over = AtomicBool::new(false);
+    let (shots, summary, epoch_ns) = thread::scope(|scope| {
+        let reader = scope.spawn(|| read_until(&stage, &is_over));
+        let started = bridge.json();
+        assert_eq!((&started["type"], &started["to"]), (&"started".into(), &target.as_str().into()), "{started}");
+        assert_eq!(receivers.next_line(), None, "it ends when it has enough");
+        receivers.end().expect_clean();
+        let summary = bridge.terminate().expect_clean().last_json();
+        is_over.store(true, Ordering::Relaxed);
+        let shots = reader.join().expect("a reader that does not fail");
+        (shots, summary, started["epoch_ns"].as_u64().expect("the bridge's clock has a beginning"))
+    });
+    server.stop();
+
+    let sent = summary["frames"].as_u64().expect("a count");
+    assert!(sent >= FRAMES as u64, "{summary}");
+    assert_eq!((&summary["errors"], &summary["stale"], &summary["dropped"]), (&0.into(), &0.into(), &0.into()));
+    for file in decoded(&stage) {
+        let received = Received::read(&file);
+        assert_eq!(received.frames.len(), FRAMES, "{}", file.display());
+        assert_names(&received.names, &stage);
+        for (index, frame) in received.frames.iter().enumerate() {
+            assert_whole(frame, index);
+            assert_is_of_the_bus(frame, &shots, epoch_ns);
+        }
+    }
+}
+
+/// The files that the receivers write.
+fn decoded(stage: &Stage) -> Vec<PathBuf> {
+    let by_npm = node_script().map(|_| stage.path("npm.jsonl"));
+    [stage.path("pypsn.jsonl")].into_iter().chain(by_npm).collect()
+}
+
+/// Both receivers, once they have joined the group.
+fn start_receivers(stage: &Stage, port: u16) -> Process {
+    let mut command = python();
+    command.args(["tests/python/psn_receivers.py", &port.to_string(), &FRAMES.to_string()]).arg(stage.path(""));
+    match node_script() {
+        Some(script) => command.arg(script),
+        None => {
+            println!("without npm's receiver: there is no node, or tests/run has not installed its packages");
+            &mut command
+        }
+    };
+    let mut receivers = Process::start(command);
+    assert_eq!(receivers.next_line().as_deref(), Some("ready"));
+    receivers
+}
+
+fn node_script() -> Option<&'static str> {
+    let folder = PathBuf::from(env::var_os("BENCH_DRAGON_NODE")?);
+    folder.join("node_modules").exists().then_some("tests/node/psn_receiver.cjs")
+}
+
+/// A port that nobody had a moment ago; the receivers bind it on the group's address.
+fn free_port() -> u16 {
+    let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
+    socket.local_addr().expect("a bound socket has an address").port()
+}
+
+/// Every frame of a server.
+fn read_until(stage: &Stage, is_over: &AtomicBool) -> Vec<Shot> {
+    let mut reader = Reader::join(stage);
+    let mut shots = Vec::new();
+    while !is_over.load(Ordering::Relaxed) {
+        shots.push(reader.next());
+    }
+    shots.extend(reader.read_unread());
+    assert_eq!(reader.lost(), 0);
+    shots
+}
+
+fn assert_names(names: &Value, stage: &Stage) {
+    assert_eq!(names["system_name"], format!("bench-dragon {}", stage.domain().instance()));
+    let longest = names["longest"].as_u64().expect("a length");
+    assert!(longest <= 1_472, "{longest} bytes");
+    let names = names["names"].as_object().expect("names by id");
+    assert_eq!(names.len(), BENCHES);
+    for (id, name) in names {
+        assert_eq!(*name, format!("Bench {id}"));
+    }
+}
+
+/// Frame ids count on, each packet knows how many there are, and no tracker is missing.
+fn assert_whole(frame: &Value, index: usize) {
+    assert_eq!(frame["frame_id"], index % 256, "frame {index}");
+    let headers = frame["headers"].as_array().expect("a list of packets");
+    assert_eq!(headers.len(), PACKETS_IN_A_FRAME, "frame {index}");
+    for header in headers {
+        let [timestamp_us, high, low, count] = header.as_array().expect("a list").as_slice() else {
+            panic!("{header}")
+        };
+        assert_eq!(*timestamp_us, headers[0][0]);
+        assert_eq!((high, low, count), (&2.into(), &3.into(), &PACKETS_IN_A_FRAME.into()));
+    }
+    let ids = frame["trackers"].as_array().expect("a list").iter().map(|tracker| tracker[0].as_u64());
+    assert!(ids.eq((0..BENCHES as u64).map(Some)), "frame {index}");
+}
+
+/// Every value is that of the frame of the bus which was sent at the trackers' time.
+fn assert_is_of_the_bus(frame: &Value, shots: &[Shot], epoch_ns: u64) {
+    let timestamp_us = frame["trackers"][0][11].as_u64().expect("a time");
+    let sent_us = |shot: &Shot| (shot.header.published_ns - epoch_ns) / 1_000;
+    let shot = shots.iter().find(|shot| sent_us(shot) == timestamp_us).expect("a frame of the bus");
+    assert!(frame["headers"][0][0].as_u64() >= Some(timestamp_us), "told before it was sent");
+    let trackers = frame["trackers"].as_array().expect("a list");
+    for (tracker, handles) in trackers.iter().zip(shot.handles.windows(2)) {
+        let expected = tracker_of(&BenchState::between(&handles[0], &handles[1]), shot.header.time_scale);
+        let told: Vec<f64> =
+            tracker.as_array().expect("a list")[1..].iter().map(|value| value.as_f64().expect("a number")).collect();
+        assert_eq!(told[10], timestamp_us as f64);
+        for (told, expected) in told.iter().zip(expected) {
+            let apart = (told - expected).abs();
+            assert!(apart <= f64::from(f32::EPSILON) * expected.abs().max(1e-30), "{tracker}, not {expected}");
+        }
+    }
+}
+
+/// Position, speed, orientation and status as the documentation has them: y and z change places, and turns their sign.
+fn tracker_of(bench: &BenchState, time_scale: f64) -> [f64; 10] {
+    let ([x, y, z], [vx, vy, vz]) = (bench.centre_m, bench.velocity_mps.map(|value| value * time_scale));
+    [x, z, y, vx, vz, vy, 0.0, -bench.heading_rad, 0.0, 1.0]
+}

@@ -1,0 +1,209 @@
+//! Bridges where something is missing: the server, the receiver, the interface.
+
+use std::io::Read as _;
+use std::net::{TcpListener, UdpSocket};
+use std::time::Duration;
+
+use rustix::process::Signal;
+
+use crate::process::Process;
+use crate::reader::Reader;
+use crate::stage::{Stage, program};
+
+/// A minute: longer than anything here takes on any machine.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// Where the first tracker's status lies in a DATA packet.
+const STATUS_AT: usize = 80;
+/// Where its speed lies.
+const SPEED_AT: usize = 48;
+/// An address of this machine on which nobody else chooses ports.
+const RECEIVER: &str = "127.34.56.78:0";
+
+fn receiver() -> (UdpSocket, String) {
+    let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
+    socket.set_read_timeout(Some(PATIENCE)).expect("a timeout");
+    let address = socket.local_addr().expect("a bound socket has an address").to_string();
+    (socket, address)
+}
+
+/// Reads DATA packets until one's first tracker has this status; returns its speed.
+fn wait_for_status(socket: &UdpSocket, status: f32) -> [f32; 3] {
+    let mut packet = [0; 1_500];
+    let value = |packet: &[u8], at: usize| f32::from_le_bytes(packet[at..at + 4].try_into().expect("four bytes"));
+    loop {
+        let len = socket.recv(&mut packet).expect("the bridge goes on sending");
+        if packet[..2] == [0x55, 0x67]
+            && len > STATUS_AT + 4
+            && packet[24..26] == [0, 0]
+            && value(&packet, STATUS_AT) == status
+        {
+            return [0, 4, 8].map(|offset| value(&packet, SPEED_AT + offset));
+        }
+    }
+}
+
+/// The next notice; other lines are passed over.
+fn notice(bridge: &mut Process) -> String {
+    let lines = bridge.json_until(|line| line["type"] == "notice");
+    lines.last().expect("a line")["message"].as_str().expect("a text").to_owned()
+}
+
+#[test]
+fn trackers_of_a_dead_server_turn_invalid_and_stand_until_another_one_is_there() {
+    let stage = Stage::new();
+    let (socket, target) = receiver();
+    let mut bridge = stage.start_waiting(&["bridge", "psn", "--to", &target, "--rate", "50", "--format", "json"]);
+    let server = stage.serve(&["--rate", "50"]);
+    assert_eq!(bridge.json()["type"], "started");
+    assert_ne!(wait_for_status(&socket, 1.0), [0.0; 3]);
+    server.process.kill();
+    assert_eq!(wait_for_status(&socket, 0.0), [0.0; 3]);
+    let server = stage.serve(&["--rate", "50"]);
+    assert_ne!(wait_for_status(&socket, 1.0), [0.0; 3]);
+    let summary = bridge.terminate().expect_clean().last_json();
+    assert!(summary["stale"].as_u64() > Some(0), "{summary}");
+    server.stop();
+}
+
+#[test]
+fn a_receiver_that_is_not_there_is_told_and_one_that_comes_gets_the_poses() {
+    let stage = Stage::new();
+    let address = {
+        let socket = UdpSocket::bind(RECEIVER).expect("a port");
+        socket.local_addr().expect("a bound socket has an address")
+    };
+    let server = stage.serve(&["--rate", "20"]);
+    let mut bridge = stage.start(&["bridge", "psn", "--to", &address.to_string(), "--format", "json"]);
+    let told = notice(&mut bridge);
+    assert!(told.starts_with(&format!("cannot send to {address}, still trying: Connection refused")), "{told}");
+    let socket = UdpSocket::bind(address).expect("nobody else binds here");
+    socket.set_read_timeout(Some(PATIENCE)).expect("a timeout");
+    wait_for_status(&socket, 1.0);
+    let told = notice(&mut bridge);
+    assert!(told.starts_with(&format!("sending to {address} works again, after ")), "{told}");
+    let summary = bridge.terminate().expect_clean().last_json();
+    assert!(summary["errors"].as_u64() > Some(0), "{summary}");
+    server.stop();
+}
+
+#[test]
+fn a_bridge_that_stands_still_or_is_killed_costs_the_server_nothing() {
+    let stage = Stage::new();
+    let (socket, target) = receiver();
+    let server = stage.serve(&["--rate", "500"]);
+    let mut bridge = stage.start(&["bridge", "osc", "--to", &target, "--format", "json"]);
+    assert_eq!(bridge.json()["type"], "started");
+    socket.recv(&mut [0; 1_500]).expect("the bridge sends");
+    bridge.signal(Signal::STOP);
+    let mut reader = Reader::join(&stage);
+    let first = reader.next().header.tick;
+    // More than the bus keeps for the bridge: the server has overwritten what it did not read.
+    let shots = reader.read_to_tick(first + 600);
+    assert!(shots.windows(2).all(|pair| pair[0].header.run_id == pair[1].header.run_id));
+    bridge.kill();
+    reader.read_to_tick(first + 700);
+    server.stop();
+}
+
+#[test]
+fn a_tcp_receiver_that_does_not_read_loses_whole_frames_and_is_told() {
+    let stage = Stage::new();
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let target = listener.local_addr().expect("a bound socket has an address").to_string();
+    let server = stage.serve(&["--rate", "50"]);
+    let args = ["bridge", "osc", "--tcp", "--to", &target, "--rate", "250", "--format", "json"];
+    let mut bridge = stage.start(&args);
+    let (mut stream, _) = listener.accept().expect("the bridge connects");
+    let told = notice(&mut bridge);
+    assert_eq!(
+        told,
+        format!("cannot send to {target}, still trying: it is slower than the bridge, frames are left out")
+    );
+    bridge.signal(Signal::TERM);
+    let mut bytes = Vec::new();
+    stream.read_to_end(&mut bytes).expect("the bridge closes it");
+    let summary = bridge.end().expect_clean().last_json();
+    assert!(summary["dropped"].as_u64() > Some(0), "{summary}");
+    let packets: Vec<&[u8]> = bytes.split(|byte| *byte == 0xC0).filter(|packet| !packet.is_empty()).collect();
+    assert_eq!(packets.len() % 224, 0, "only whole frames");
+    assert!(packets.chunks(224).all(|frame| frame[0].starts_with(b"/dragon/show\0")));
+    server.stop();
+}
+
+#[test]
+fn a_tcp_receiver_that_comes_late_or_again_is_found() {
+    let stage = Stage::new();
+    let address = {
+        let listener = TcpListener::bind(RECEIVER).expect("a port");
+        listener.local_addr().expect("a bound socket has an address")
+    };
+    let server = stage.serve(&["--rate", "20"]);
+    let mut bridge = stage.start(&["bridge", "osc", "--tcp", "--to", &address.to_string(), "--format", "json"]);
+    let told = notice(&mut bridge);
+    assert!(told.starts_with(&format!("cannot send to {address}, still trying: Connection refused")), "{told}");
+    let listener = TcpListener::bind(address).expect("nobody else binds here");
+    for _ in 0..2 {
+        let (mut stream, _) = listener.accept().expect("the bridge connects");
+        let mut beginning = [0; 13];
+        stream.read_exact(&mut beginning).expect("the bridge sends");
+        assert_eq!(&beginning, b"\xC0/dragon/show");
+    }
+    bridge.terminate().expect_clean();
+    server.stop();
+}
+
+#[test]
+fn what_cannot_be_sent_at_all_is_one_line() {
+    let stage = Stage::new();
+    let cases: [(&[&str], i32, &str); 9] = [
+        (
+            &["psn", "--interface", "192.0.2.77"],
+            1,
+            "error: no interface can send from 192.0.2.77, `ip address` lists those",
+        ),
+        (&["psn", "--to", "10.0.0.1"], 2, "must be an IPv4 address and a port, as 10.0.0.20:56565"),
+        (&["psn", "--to", "10.0.0.1:0"], 2, "must be an IPv4 address and a port"),
+        (&["psn", "--rate", "251"], 2, "must be from 1 to 250"),
+        (&["psn", "--ttl", "0"], 2, "must be from 1 to 255"),
+        (&["psn", "--name", "Drache \u{9f8d}"], 2, "must be 1 to 64 printable ASCII characters"),
+        (&["osc", "--address", "/dragon"], 2, "must have {index} in it"),
+        (
+            &["osc", "--address", "/a b/{index}"],
+            2,
+            "must begin with /, have no blank and none of #*,?[]{} in its parts",
+        ),
+        (&["osc", "--tcp", "--ttl", "3"], 2, "cannot be used with"),
+    ];
+    for (args, status, complaint) in cases {
+        let ended = stage.run(&[&["bridge"], args].concat());
+        assert_eq!(ended.code(), Some(status), "{args:?}: {}", ended.stderr);
+        assert!(ended.stderr.contains(complaint), "{args:?}: {}", ended.stderr);
+        assert_eq!(ended.stderr.lines().count(), 1, "{}", ended.stderr);
+    }
+}
+
+#[test]
+fn more_benches_than_packets_can_be_counted_for_are_refused_with_the_most() {
+    let stage = Stage::new();
+    let config = stage.path("long.toml");
+    std::fs::write(&config, "[dragon]\nbenches = 5101\n[route]\npitch_m = 1.7\nstart_turns = 60\n").expect("a file");
+    let config = config.to_str().expect("a path of text");
+    let server = stage.serve(&["--config", config, "--rate", "5", "--held"]);
+    let (_socket, target) = receiver();
+    let ended = stage.run(&["bridge", "psn", "--to", &target]);
+    assert_eq!(ended.code(), Some(1), "{}", ended.stderr);
+    assert!(
+        ended.stderr.ends_with("error: the dragon has 5101 benches: PosiStageNet has room for at most 5100\n"),
+        "{}",
+        ended.stderr
+    );
+    server.stop();
+}
+
+#[test]
+fn bridges_have_help_with_examples() {
+    for bridge in ["psn", "osc"] {
+        let ended = Process::start(program(&["bridge", bridge, "--help"])).end();
+        assert!(ended.stdout.contains(&format!("bench-dragon bridge {bridge}")), "{}", ended.stdout);
+    }
+}

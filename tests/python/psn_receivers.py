@@ -1,0 +1,85 @@
+"""Receives PosiStageNet with pypsn, and beside it with npm's @jwetzell/posistagenet, both from the multicast group.
+
+    psn_receivers.py PORT FRAMES FOLDER [NODE_SCRIPT]
+
+Says `ready` once both have joined, ends with that many DATA frames, and writes what was decoded into FOLDER/pypsn.jsonl and
+FOLDER/npm.jsonl: a line a frame, and one of names. Datagrams are kept as they come and decoded at the end, and the sockets
+have room for all of them, so that nothing is lost on a busy machine.
+"""
+
+import json
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pypsn
+
+INTERFACE = "127.0.0.1"
+SO_RCVBUFFORCE = 33
+ROOM = 32 << 20
+DATA_PACKET = pypsn.psn_v2_chunk.PSN_DATA_PACKET.to_bytes(2, "little")
+
+
+def joined(port):
+    sock = pypsn.get_socket(INTERFACE, port)
+    try:
+        sock.setsockopt(socket.SOL_SOCKET, SO_RCVBUFFORCE, ROOM)
+    except PermissionError:
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, ROOM)
+    return sock
+
+
+def receive(sock, frames):
+    """Datagrams up to the last one of that many DATA frames."""
+    datagrams, expected, data_packets = [], None, 0
+    while data_packets != expected:
+        datagrams.append(sock.recv(65536))
+        if datagrams[-1].startswith(DATA_PACKET):
+            data_packets += 1
+            expected = expected or frames * pypsn.parse_psn_packet(datagrams[-1]).info.packet_count
+    return datagrams
+
+
+def tracker_row(tracker):
+    return [tracker.id, *tracker.pos, *tracker.speed, *tracker.ori, tracker.status, tracker.timestamp]
+
+
+def frames_of(packets):
+    """Consecutive packets of one frame id, together."""
+    frames = []
+    for packet in packets:
+        info = packet.info
+        if not frames or frames[-1]["frame_id"] != info.frame_id:
+            frames.append({"frame_id": info.frame_id, "headers": [], "trackers": []})
+        header = [info.timestamp, info.version_high, info.version_low, info.packet_count]
+        frames[-1]["headers"].append(header)
+        frames[-1]["trackers"] += map(tracker_row, packet.trackers)
+    return frames
+
+
+def write(path, datagrams):
+    packets = [pypsn.parse_psn_packet(datagram) for datagram in datagrams]
+    infos = [packet for packet in packets if isinstance(packet, pypsn.psn_info_packet)]
+    names = {tracker.tracker_id: tracker.tracker_name.decode() for info in infos for tracker in info.trackers}
+    with open(path, "w", encoding="utf-8") as lines:
+        for frame in frames_of(packet for packet in packets if isinstance(packet, pypsn.psn_data_packet)):
+            print(json.dumps(frame), file=lines)
+        longest = max(map(len, datagrams))
+        print(json.dumps({"system_name": infos[0].name.decode(), "names": names, "longest": longest}), file=lines)
+
+
+def main():
+    port, frames, folder = int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3])
+    sock, others = joined(port), []
+    if len(sys.argv) > 4:
+        theirs = joined(port)
+        arguments = ["node", sys.argv[4], str(theirs.fileno()), str(frames), str(folder / "npm.jsonl")]
+        others.append(subprocess.Popen(arguments, pass_fds=[theirs.fileno()]))
+        theirs.close()
+    print("ready", flush=True)
+    write(folder / "pypsn.jsonl", receive(sock, frames))
+    sys.exit(any(other.wait() for other in others))
+
+
+main()
