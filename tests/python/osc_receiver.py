@@ -13,8 +13,8 @@ import threading
 
 from pythonosc import osc_packet
 from pythonosc.dispatcher import Dispatcher
+from pythonosc.osc_server import BlockingOSCUDPServer
 from pythonosc.osc_tcp_server import MODE_1_1, BlockingOSCTCPServer
-from pythonosc.osc_udp_server import BlockingOSCUDPServer
 
 SO_RCVBUFFORCE = 33
 ROOM = 32 << 20
