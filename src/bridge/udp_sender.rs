@@ -2,11 +2,15 @@
 
 use std::io::{self, ErrorKind};
 use std::net::{Ipv4Addr, SocketAddrV4, UdpSocket};
+use std::time::Duration;
 
 use rustix::net::sockopt::set_ip_multicast_if;
 
 use super::outlet::{Delivery, Outlet};
 use super::packets::Packets;
+
+/// How long a datagram may wait for the network to take those before it.
+const PATIENCE: Duration = Duration::from_millis(20);
 
 /// Where datagrams go, and how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,6 +83,7 @@ fn send_one(socket: &UdpSocket, packet: &[u8]) -> io::Result<()> {
 
 fn bind(target: UdpTarget) -> io::Result<UdpSocket> {
     let socket = UdpSocket::bind((target.interface.unwrap_or(Ipv4Addr::UNSPECIFIED), 0))?;
+    socket.set_write_timeout(Some(PATIENCE))?;
     socket.set_multicast_ttl_v4(target.multicast_ttl)?;
     socket.set_broadcast(true)?;
     if let Some(interface) = target.interface {

@@ -1,4 +1,4 @@
-//! Open Sound Control as PyPI's python-osc receives it.
+//! Open Sound Control as `python-osc` of PyPI receives it.
 
 use std::f64::consts::PI;
 

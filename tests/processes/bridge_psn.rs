@@ -1,4 +1,4 @@
-//! `PosiStageNet` as two receivers see it that were not written here: PyPI's pypsn and npm's @jwetzell/posistagenet.
+//! PosiStageNet as two receivers see it that were not written here: `pypsn` of PyPI and `@jwetzell/posistagenet` of npm.
 
 use std::env;
 use std::fs;
@@ -86,13 +86,11 @@ fn decoded(stage: &Stage) -> Vec<PathBuf> {
 fn start_receivers(stage: &Stage, port: u16) -> Process {
     let mut command = python();
     command.args(["tests/python/psn_receivers.py", &port.to_string(), &FRAMES.to_string()]).arg(stage.path(""));
-    match node_script() {
-        Some(script) => command.arg(script),
-        None => {
-            println!("without npm's receiver: there is no node, or tests/run has not installed its packages");
-            &mut command
-        }
-    };
+    if let Some(script) = node_script() {
+        command.arg(script);
+    } else {
+        println!("without npm's receiver: there is no node, or tests/run has not installed its packages");
+    }
     let mut receivers = Process::start(command);
     assert_eq!(receivers.next_line().as_deref(), Some("ready"));
     receivers

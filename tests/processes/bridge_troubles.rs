@@ -11,7 +11,7 @@ use crate::reader::Reader;
 use crate::stage::{Stage, program};
 
 /// A minute: longer than anything here takes on any machine.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_mins(1);
 /// Where the first tracker's status lies in a DATA packet.
 const STATUS_AT: usize = 80;
 /// Where its speed lies.

@@ -99,3 +99,81 @@ fn write(addr: String, args: Vec<OscType>, messages: &mut Packets) {
         encoder::encode_into(&message, bytes).expect("a vector takes every byte");
     });
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use bench_dragon_ipc::FrameHeader;
+    use rosc::{OscTime, decoder};
+
+    use super::*;
+    use crate::bridge::freshness::Freshness;
+    use crate::bridge::packets::MAX_PACKET_LEN;
+
+    fn snapshot(benches: usize, freshness: Freshness) -> Snapshot {
+        let header = FrameHeader {
+            tick: (1 << 31) + 7,
+            sim_time_ns: 12_500_000_000,
+            published_ns: 1_000_000_000,
+            time_scale: 2.0,
+            state: ShowState::Held.to_wire(),
+            ..FrameHeader::default()
+        };
+        let bench = BenchState {
+            centre_m: [1.0, 2.0, 0.5],
+            heading_rad: -FRAC_PI_2,
+            velocity_mps: [3.0, 4.0, 0.0],
+            ..BenchState::default()
+        };
+        Snapshot { header, benches: vec![bench; benches], freshness }
+    }
+
+    fn packets(benches: usize, angle: AngleUnit, bundle: bool, freshness: Freshness) -> Vec<OscPacket> {
+        let mut encoder = OscEncoder::new(OscSettings {
+            bench_address: "/b/{index}".parse().expect("an address"),
+            show_address: "/s".parse().expect("an address"),
+            angle,
+            bundle,
+        });
+        let mut packets = Packets::default();
+        encoder.frame(&snapshot(benches, freshness), 500_000_000, &mut packets);
+        assert!(packets.iter().all(|packet| packet.len() <= MAX_PACKET_LEN));
+        packets.iter().map(|packet| decoder::decode_udp(packet).expect("rosc wrote it").1).collect()
+    }
+
+    fn message(addr: &str, args: Vec<OscType>) -> OscPacket {
+        OscPacket::Message(OscMessage { addr: addr.to_owned(), args })
+    }
+
+    #[test]
+    fn a_frame_is_the_show_and_then_its_benches() {
+        let told = packets(2, AngleUnit::Degrees, false, Freshness::Fresh);
+        let state = OscType::String("held".to_owned());
+        let show = vec![OscType::Float(12.5), state, OscType::Float(2.0), OscType::Int(7), OscType::Int(1)];
+        let bench = [1.0, 2.0, 0.5, -90.0, 10.0].map(OscType::Float).to_vec();
+        assert_eq!(told, [message("/s", show), message("/b/0", bench.clone()), message("/b/1", bench)]);
+    }
+
+    #[test]
+    fn a_stale_frame_says_so_and_stands() {
+        let told = packets(1, AngleUnit::Radians, false, Freshness::Stale { age_ns: 1 });
+        let [OscPacket::Message(show), OscPacket::Message(bench)] = told.as_slice() else { panic!("{told:?}") };
+        assert_eq!(show.args[4], OscType::Int(0));
+        assert_eq!(bench.args[3..], [OscType::Float(-FRAC_PI_2 as f32), OscType::Float(0.0)]);
+    }
+
+    #[test]
+    fn bundles_hold_the_same_messages_under_the_time_of_the_frame() {
+        let alone = packets(223, AngleUnit::Degrees, false, Freshness::Fresh);
+        let bundles = packets(223, AngleUnit::Degrees, true, Freshness::Fresh);
+        let mut bundled = Vec::new();
+        for bundle in bundles {
+            let OscPacket::Bundle(bundle) = bundle else { panic!("{bundle:?}") };
+            assert_eq!(bundle.timetag, OscTime { seconds: 2_208_988_801, fractional: 1 << 31 });
+            assert!(bundle.content.len() > 1);
+            bundled.extend(bundle.content);
+        }
+        assert_eq!(bundled, alone);
+    }
+}
