@@ -10,6 +10,8 @@ mod bad_input;
 mod bridge_osc;
 mod bridge_psn;
 mod bridge_troubles;
+mod c_compiler;
+mod c_library;
 mod children;
 mod commands;
 mod directory;

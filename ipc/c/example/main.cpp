@@ -1,0 +1,54 @@
+// Prints centre and heading of every bench of one frame, in C++17: benches [INSTANCE].
+
+#include <bench_dragon.h>
+
+#include <cstdio>
+#include <memory>
+#include <stdexcept>
+
+namespace {
+
+struct Release {
+  void operator()(bd_dragon_t *dragon) const { bd_dragon_close(dragon); }
+  void operator()(bd_frame_t *frame) const { bd_frame_release(frame); }
+};
+using Dragon = std::unique_ptr<bd_dragon_t, Release>;
+using Frame = std::unique_ptr<bd_frame_t, Release>;
+
+// True where there is something, false where there is nothing.
+bool check(bd_result_t result) {
+  if (result != BD_OK && result != BD_NOTHING) {
+    throw std::runtime_error(bd_last_error());
+  }
+  return result == BD_OK;
+}
+
+Dragon open(const char *instance) {
+  bd_dragon_t *dragon;
+  check(bd_dragon_open(instance, "bench-printer", 0, &dragon));
+  return Dragon(dragon);
+}
+
+Frame next(const Dragon &dragon) {
+  constexpr std::uint64_t second_ns = 1'000'000'000;
+  bd_frame_t *frame;
+  while (!check(bd_dragon_wait(dragon.get(), second_ns, &frame))) {
+  }
+  return Frame(frame);
+}
+
+}  // namespace
+
+int main(int argc, char **argv) try {
+  const Dragon dragon = open(argc > 1 ? argv[1] : nullptr);
+  const Frame frame = next(dragon);
+  for (std::uint32_t index = 0; index < bd_frame_header(frame.get())->bench_count; ++index) {
+    bd_bench_state_t bench;
+    check(bd_frame_bench(frame.get(), index, &bench));
+    std::printf("%u: centre %.3f, %.3f, heading %.3f\n", index, bench.centre_m[0], bench.centre_m[1], bench.heading_rad);
+  }
+  return 0;
+} catch (const std::exception &error) {
+  std::fprintf(stderr, "%s\n", error.what());
+  return 1;
+}

@@ -1,0 +1,42 @@
+#!/usr/bin/env bash
+# Installs the C library: header, shared and static library, pkg-config file, CMake package.
+#
+#   ipc/c/install.sh [--libraries FOLDER] [PREFIX]
+#
+# PREFIX is /usr/local where it is not given; DESTDIR is put before it. The libraries are built first, in a target folder of
+# their own, unless --libraries tells where they lie.
+set -euo pipefail
+cd "$(dirname "$0")"
+
+libraries=
+if [ "${1:-}" = --libraries ]; then
+    libraries=$2
+    shift 2
+fi
+prefix=${1:-/usr/local}
+case $prefix in
+    /*) ;;
+    *) echo "PREFIX is $prefix, must be an absolute path" >&2; exit 2 ;;
+esac
+
+if [ -z "$libraries" ]; then
+    target=${CARGO_TARGET_DIR:-../../target}/c
+    cargo build --release --locked --package bench-dragon-c --target-dir "$target"
+    libraries=$target/release
+fi
+
+version=$(sed -n 's/^version = "\(.*\)"$/\1/p' ../../Cargo.toml | head -1)
+root=${DESTDIR:-}$prefix
+lib=$root/lib
+
+install -D --mode 0644 include/bench_dragon.h "$root/include/bench_dragon.h"
+install -D --mode 0644 "$libraries/libbench_dragon_c.a" "$lib/libbench_dragon_c.a"
+install -D --mode 0755 "$libraries/libbench_dragon_c.so" "$lib/libbench_dragon_c.so.$version"
+# Nine tenths of them tell lines of sources that are not installed.
+strip --strip-debug "$lib/libbench_dragon_c.a" "$lib/libbench_dragon_c.so.$version"
+ln --symbolic --force "libbench_dragon_c.so.$version" "$lib/libbench_dragon_c.so.0"
+ln --symbolic --force libbench_dragon_c.so.0 "$lib/libbench_dragon_c.so"
+
+install -D --mode 0644 bench_dragon-config.cmake "$lib/cmake/bench_dragon/bench_dragon-config.cmake"
+mkdir -p "$lib/pkgconfig"
+sed -e "s|@PREFIX@|$prefix|" -e "s|@VERSION@|$version|" bench-dragon.pc.in > "$lib/pkgconfig/bench-dragon.pc"

@@ -1,0 +1,217 @@
+//! A frame: the dragon at one tick, in place in shared memory.
+
+use core::mem::MaybeUninit;
+use core::ptr::NonNull;
+use std::sync::Arc;
+
+use bench_dragon_ipc::{BenchState, Continuity, Frame, FrameHeader, HandleState};
+
+use crate::frames::FrameReader;
+use crate::layout::same_layout;
+use crate::result::{Failure, answer, bd_result_t, release};
+
+/// What a frame says about the whole dragon. 72 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct bd_frame_header_t {
+    /// Random number under 2^53 of the run; another value means that the source has been started again.
+    pub run_id: u64,
+    /// Number of the frame in its run, from 0, without a hole: a jump means that this reader lost frames.
+    pub tick: u64,
+    /// Show time in nanoseconds.
+    pub sim_time_ns: i64,
+    /// `CLOCK_MONOTONIC` instant at which the tick was due, in nanoseconds.
+    pub scheduled_ns: u64,
+    /// `CLOCK_MONOTONIC` instant at which the frame was sent, in nanoseconds.
+    pub published_ns: u64,
+    /// Signed arc length that the head has walked since t = 0, in metres.
+    pub head_travel_m: f64,
+    /// Speed of the head in metres per show second; 0 while paused, held or finished.
+    pub head_speed_mps: f64,
+    /// Show seconds per wall-clock second.
+    pub time_scale: f64,
+    /// Number of benches; the frame has one handle more.
+    pub bench_count: u32,
+    /// A `bd_show_state_t`.
+    pub state: u32,
+}
+
+same_layout!(
+    bd_frame_header_t,
+    FrameHeader {
+        run_id,
+        tick,
+        sim_time_ns,
+        scheduled_ns,
+        published_ns,
+        head_travel_m,
+        head_speed_mps,
+        time_scale,
+        bench_count,
+        state,
+    }
+);
+
+/// Where one handle is and how it moves. 48 bytes. x right, y away, z up.
+///
+/// A dragon of N benches has N + 1 handles: handle i is the front hinge of bench i, handle N the rear hinge of the last bench.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct bd_handle_state_t {
+    /// Position x, y, z in metres.
+    pub position_m: [f64; 3],
+    /// Velocity in metres per show second; 0 while paused, held or finished.
+    pub velocity_mps: [f64; 3],
+}
+
+same_layout!(bd_handle_state_t, HandleState { position_m, velocity_mps });
+
+/// Where one bench is and how it moves.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct bd_bench_state_t {
+    /// Centre of the board in metres.
+    pub centre_m: [f64; 3],
+    /// Direction from the rear handle to the front one, in radians counter-clockwise from +x, -pi to pi.
+    pub heading_rad: f64,
+    /// Velocity of the centre in metres per show second; 0 while paused, held or finished.
+    pub velocity_mps: [f64; 3],
+    /// How fast the heading turns, in radians per show second, counter-clockwise.
+    pub turn_rate_radps: f64,
+}
+
+/// What the show is doing.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum bd_show_state_t {
+    /// The head walks.
+    BD_RUNNING = 0,
+    /// The operator's pause: `BD_COMMAND_RESUME` goes on.
+    BD_PAUSED = 1,
+    /// A safety stop: only `BD_COMMAND_RELEASE` lifts it.
+    BD_HELD = 2,
+    /// The end of the route, of the run, or of the time asked for is reached.
+    BD_FINISHED = 3,
+}
+
+/// How a frame stands to the one that the same reader received before it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum bd_continuity_t {
+    /// The first frame that this reader has received.
+    BD_FIRST = 0,
+    /// The next tick of the same run.
+    BD_NEXT = 1,
+    /// The same run, but frames between the two never reached the reader.
+    BD_LOST = 2,
+    /// Another run: the source was started again. What was lost of either run is not known.
+    BD_RESTARTED = 3,
+}
+
+/// A frame. Nothing is copied, and nothing in it changes while it is held.
+#[derive(Debug)]
+pub struct bd_frame_t {
+    header: NonNull<bd_frame_header_t>,
+    handles: NonNull<[HandleState]>,
+    continuity: Continuity,
+    /// Where the reader keeps the sample for as long as this is here.
+    slot: usize,
+    reader: Arc<FrameReader>,
+}
+
+impl bd_frame_t {
+    /// Lends a frame that the reader keeps in a slot.
+    pub(crate) fn lend(frame: &Frame, slot: usize, reader: Arc<FrameReader>) -> Self {
+        let (header, handles) = (NonNull::from(frame.header()).cast(), NonNull::from(frame.handles()));
+        Self { header, handles, continuity: frame.continuity(), slot, reader }
+    }
+
+    fn header(&self) -> &bd_frame_header_t {
+        // SAFETY: it points into the sample, which the reader keeps until `self` is dropped; the wire type is the same memory.
+        unsafe { self.header.as_ref() }
+    }
+
+    fn handles(&self) -> &[HandleState] {
+        // SAFETY: as in `header`.
+        unsafe { self.handles.as_ref() }
+    }
+}
+
+impl Drop for bd_frame_t {
+    fn drop(&mut self) {
+        self.reader.take_back(self.slot);
+    }
+}
+
+/// What the frame says about the whole dragon; NULL for NULL. Valid until the frame is released.
+#[unsafe(no_mangle)]
+pub extern "C" fn bd_frame_header(frame: Option<&bd_frame_t>) -> Option<&bd_frame_header_t> {
+    frame.map(bd_frame_t::header)
+}
+
+/// The handles, head first, and where `count` is not NULL how many there are, one more than benches; NULL and 0 for NULL.
+/// Valid until the frame is released.
+#[unsafe(no_mangle)]
+pub extern "C" fn bd_frame_handles(
+    frame: Option<&bd_frame_t>,
+    count: Option<&mut MaybeUninit<usize>>,
+) -> *const bd_handle_state_t {
+    let handles = frame.map_or(&[][..], bd_frame_t::handles);
+    if let Some(count) = count {
+        count.write(handles.len());
+    }
+    if handles.is_empty() { core::ptr::null() } else { handles.as_ptr().cast() }
+}
+
+/// Works out bench `index`, 0 being the head, from its two handles.
+///
+/// `BD_INVALID_ARGUMENT` where there is no such bench.
+#[unsafe(no_mangle)]
+pub extern "C" fn bd_frame_bench(
+    frame: Option<&bd_frame_t>,
+    index: usize,
+    bench: Option<&mut MaybeUninit<bd_bench_state_t>>,
+) -> bd_result_t {
+    answer(|| {
+        let handles = frame.ok_or_else(|| Failure::missing("frame"))?.handles();
+        let bench = bench.ok_or_else(|| Failure::missing("bench"))?;
+        let (Some(front), Some(rear)) = (handles.get(index), handles.get(index.saturating_add(1))) else {
+            let benches = handles.len() - 1;
+            let text = format!("index is {index}, must be under the number of benches, {benches}");
+            return Err(Failure::new(bd_result_t::BD_INVALID_ARGUMENT, text));
+        };
+        let BenchState { centre_m, heading_rad, velocity_mps, turn_rate_radps } = BenchState::between(front, rear);
+        bench.write(bd_bench_state_t { centre_m, heading_rad, velocity_mps, turn_rate_radps });
+        Ok(Some(()))
+    })
+}
+
+/// How the frame stands to the one received before it, and where `lost` is not NULL how many frames were lost between the two.
+#[unsafe(no_mangle)]
+pub extern "C" fn bd_frame_continuity(
+    frame: Option<&bd_frame_t>,
+    continuity: Option<&mut MaybeUninit<bd_continuity_t>>,
+    lost: Option<&mut MaybeUninit<u64>>,
+) -> bd_result_t {
+    answer(|| {
+        let frame = frame.ok_or_else(|| Failure::missing("frame"))?;
+        let continuity = continuity.ok_or_else(|| Failure::missing("continuity"))?;
+        let (kind, frames) = match frame.continuity {
+            Continuity::First => (bd_continuity_t::BD_FIRST, 0),
+            Continuity::Next => (bd_continuity_t::BD_NEXT, 0),
+            Continuity::Lost(frames) => (bd_continuity_t::BD_LOST, frames),
+            Continuity::Restarted => (bd_continuity_t::BD_RESTARTED, 0),
+        };
+        continuity.write(kind);
+        if let Some(lost) = lost {
+            lost.write(frames);
+        }
+        Ok(Some(()))
+    })
+}
+
+/// Gives a frame back. What its header and its handles pointed to must not be read any more. NULL is nothing.
+#[unsafe(no_mangle)]
+pub extern "C" fn bd_frame_release(frame: Option<Box<bd_frame_t>>) {
+    release(frame);
+}

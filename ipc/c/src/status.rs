@@ -1,0 +1,95 @@
+//! The server's account of itself.
+
+use core::mem::MaybeUninit;
+
+use bench_dragon_ipc::{Status, StatusReader};
+
+use crate::dragon::{Origin, bd_dragon_t};
+use crate::patience::look;
+use crate::result::{Failure, answer, bd_result_t};
+
+/// How the server keeps its schedule. Published ten times a second and once more at the end.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct bd_status_t {
+    /// Run that this is about.
+    pub run_id: u64,
+    /// Last tick published.
+    pub tick: u64,
+    /// Show time of that tick in nanoseconds.
+    pub sim_time_ns: i64,
+    /// Releases that were missed since the start of the run, each a whole period by which the show is late.
+    pub overruns: u64,
+    /// Lateness of the ticks since the start of the run: median, in nanoseconds.
+    pub lateness_p50_ns: u64,
+    /// 99th percentile of the lateness, in nanoseconds.
+    pub lateness_p99_ns: u64,
+    /// 99.9th percentile of the lateness, in nanoseconds.
+    pub lateness_p999_ns: u64,
+    /// Greatest lateness, in nanoseconds.
+    pub lateness_max_ns: u64,
+    /// Travel up to which a guarded server may move the head, in metres; not a number for one that is not guarded.
+    pub granted_to_m: f64,
+    /// Ticks a second of wall time.
+    pub rate_hz: u32,
+    /// A `bd_show_state_t`.
+    pub state: u32,
+    /// Process id of the server.
+    pub pid: u32,
+    /// Always 0.
+    pub reserved: u32,
+}
+
+/// The reader, and the latest status that it has had.
+#[derive(Debug, Default)]
+pub(crate) struct StatusPort {
+    reader: Option<StatusReader>,
+    latest: Option<bd_status_t>,
+}
+
+impl StatusPort {
+    fn latest(&mut self, origin: &Origin) -> Result<Option<bd_status_t>, Failure> {
+        if let Some(status) = origin.open(&mut self.reader, StatusReader::open)?.poll()? {
+            self.latest = Some((&status).into());
+        }
+        Ok(self.latest)
+    }
+}
+
+impl From<&Status> for bd_status_t {
+    fn from(status: &Status) -> Self {
+        Self {
+            run_id: status.run_id,
+            tick: status.tick,
+            sim_time_ns: status.sim_time_ns,
+            overruns: status.overruns,
+            lateness_p50_ns: status.lateness_p50_ns,
+            lateness_p99_ns: status.lateness_p99_ns,
+            lateness_p999_ns: status.lateness_p999_ns,
+            lateness_max_ns: status.lateness_max_ns,
+            granted_to_m: status.granted_to_m,
+            rate_hz: status.rate_hz,
+            state: status.state,
+            pid: status.pid,
+            reserved: 0,
+        }
+    }
+}
+
+/// The latest status, waiting for the first one at most `timeout_ns`. The last one of a server that has ended stays the
+/// latest.
+#[unsafe(no_mangle)]
+pub extern "C" fn bd_dragon_status(
+    dragon: Option<&bd_dragon_t>,
+    timeout_ns: u64,
+    status: Option<&mut MaybeUninit<bd_status_t>>,
+) -> bd_result_t {
+    answer(|| {
+        let status = status.ok_or_else(|| Failure::missing("status"))?;
+        let dragon = dragon.ok_or_else(|| Failure::missing("dragon"))?;
+        let latest = look(timeout_ns, || dragon.status.lock().latest(&dragon.origin))?;
+        Ok(latest.map(|latest| {
+            status.write(latest);
+        }))
+    })
+}

@@ -1,0 +1,81 @@
+/* What is not there or out of range is told, and breaks nothing: arguments INSTANCE, on which no server runs. */
+
+#include "client.h"
+
+static const char *const MISSING = "dragon is NULL, must not be";
+
+static void nothing_is_taken_for_a_dragon(void) {
+  bd_dragon_t *const none = NULL;
+  bd_frame_t *frame = (bd_frame_t *)&frame;
+  bd_description_t *description = (bd_description_t *)&description;
+  bd_status_t status;
+  bd_alert_t alert;
+
+  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_dragon_next(none, &frame));
+  REQUIRE(frame == NULL);
+  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_dragon_latest(none, &frame));
+  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_dragon_wait(none, 0, &frame));
+  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_dragon_description(none, 0, &description));
+  REQUIRE(description == NULL);
+  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_dragon_status(none, 0, &status));
+  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_dragon_alert(none, 0, &alert));
+  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_dragon_command(none, BD_COMMAND_PAUSE, 0.0, 0, NULL));
+  REQUIRE(bd_dragon_lost(none) == 0);
+  bd_dragon_close(none);
+}
+
+static void nothing_is_taken_for_a_frame(void) {
+  bd_frame_t *const none = NULL;
+  bd_bench_state_t bench;
+  bd_continuity_t continuity;
+  size_t count = 1;
+
+  REQUIRE(bd_frame_header(none) == NULL);
+  REQUIRE(bd_frame_handles(none, &count) == NULL && count == 0);
+  COMPLAINS(BD_INVALID_ARGUMENT, "frame is NULL, must not be", bd_frame_bench(none, 0, &bench));
+  COMPLAINS(BD_INVALID_ARGUMENT, "frame is NULL, must not be", bd_frame_continuity(none, &continuity, NULL));
+  bd_frame_release(none);
+}
+
+static void nothing_is_taken_for_a_description(void) {
+  REQUIRE(bd_description_run_id(NULL) == 0);
+  REQUIRE(bd_description_toml(NULL) == NULL);
+  bd_description_release(NULL);
+}
+
+static void names_are_looked_at(const char *instance) {
+  bd_dragon_t *dragon = (bd_dragon_t *)&dragon;
+  char long_name[130];
+
+  COMPLAINS(BD_INVALID_ARGUMENT, "instance is \"No Dragon\", must be 1 to 24 of a-z, 0-9 and -",
+            bd_dragon_open("No Dragon", "c-test", 0, &dragon));
+  REQUIRE(dragon == NULL);
+  COMPLAINS(BD_INVALID_ARGUMENT, "instance is \"\\xff\", must be UTF-8", bd_dragon_open("\xff", "c-test", 0, &dragon));
+  COMPLAINS(BD_INVALID_ARGUMENT, "name is NULL, must not be", bd_dragon_open(instance, NULL, 0, &dragon));
+  COMPLAINS(BD_INVALID_ARGUMENT, "name is \"\", must be 1 to 128 bytes", bd_dragon_open(instance, "", 0, &dragon));
+  memset(long_name, 'a', sizeof long_name - 1);
+  long_name[sizeof long_name - 1] = '\0';
+  EXPECT(BD_INVALID_ARGUMENT, bd_dragon_open(instance, long_name, 0, &dragon));
+  COMPLAINS(BD_INVALID_ARGUMENT, "dragon is NULL, must not be", bd_dragon_open(instance, "c-test", 0, NULL));
+}
+
+static void a_missing_server_is_told(const char *instance) {
+  bd_dragon_t *dragon;
+  char text[200];
+  sprintf(text, "no server runs on instance \"%.24s\": start one with `bench-dragon serve`", instance);
+  COMPLAINS(BD_NO_SERVER, text, bd_dragon_open(instance, "c-test", 0, &dragon));
+  REQUIRE(dragon == NULL);
+  COMPLAINS(BD_NO_SERVER, text, bd_dragon_open(instance, "c-test", 30 * 1000 * 1000, &dragon));
+}
+
+int main(int argc, char **argv) {
+  const char *instance = argc > 1 ? argv[1] : "dragon";
+  REQUIRE(strcmp(bd_last_error(), "") == 0);
+  nothing_is_taken_for_a_dragon();
+  nothing_is_taken_for_a_frame();
+  nothing_is_taken_for_a_description();
+  names_are_looked_at(instance);
+  a_missing_server_is_told(instance);
+  printf("%s\n", bd_version());
+  return 0;
+}

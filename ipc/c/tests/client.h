@@ -1,0 +1,81 @@
+/* What the test clients share. Each is compiled as C99 and as C++17; one that fails says where, and ends with 1. */
+
+#ifndef CLIENT_H
+#define CLIENT_H
+
+#include <bench_dragon.h>
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define SECOND_NS 1000000000u
+#define PATIENCE_NS (60ull * SECOND_NS)
+
+#define REQUIRE(condition) require((condition) ? 1 : 0, #condition, __FILE__, __LINE__)
+#define EXPECT(expected, call) expect(expected, call, #call, __FILE__, __LINE__)
+/* A call that fails, with this text. */
+#define COMPLAINS(expected, text, call) (EXPECT(expected, call), complains(text, #call, __FILE__, __LINE__))
+
+static inline void require(int holds, const char *condition, const char *file, int line) {
+  if (!holds) {
+    fprintf(stderr, "%s:%d: not so: %s; last error: %s\n", file, line, condition, bd_last_error());
+    exit(1);
+  }
+}
+
+static inline void expect(bd_result_t expected, bd_result_t got, const char *call, const char *file, int line) {
+  if (got != expected) {
+    fprintf(stderr, "%s:%d: %s is %d, not %d: %s\n", file, line, call, (int)got, (int)expected, bd_last_error());
+    exit(1);
+  }
+}
+
+static inline void complains(const char *text, const char *call, const char *file, int line) {
+  if (strcmp(bd_last_error(), text) != 0) {
+    fprintf(stderr, "%s:%d: %s says \"%s\", not \"%s\"\n", file, line, call, bd_last_error(), text);
+    exit(1);
+  }
+}
+
+static inline bd_dragon_t *join(const char *instance) {
+  bd_dragon_t *dragon;
+  EXPECT(BD_OK, bd_dragon_open(instance, "c-test", PATIENCE_NS, &dragon));
+  REQUIRE(dragon != NULL);
+  return dragon;
+}
+
+/* The next frame, however long it takes. */
+static inline bd_frame_t *next_frame(const bd_dragon_t *dragon) {
+  bd_frame_t *frame;
+  bd_result_t result;
+  do {
+    result = bd_dragon_wait(dragon, SECOND_NS, &frame);
+    REQUIRE((result == BD_OK) == (frame != NULL));
+  } while (result == BD_NOTHING);
+  EXPECT(BD_OK, result);
+  return frame;
+}
+
+/* What the frames say at a tick, which the reader has not read yet. */
+static inline bd_frame_header_t header_at(const bd_dragon_t *dragon, uint64_t tick) {
+  bd_frame_header_t header;
+  do {
+    bd_frame_t *frame = next_frame(dragon);
+    header = *bd_frame_header(frame);
+    bd_frame_release(frame);
+  } while (header.tick < tick);
+  REQUIRE(header.tick == tick);
+  return header;
+}
+
+/* The bits of a number, so that it arrives as it is. */
+static inline uint64_t bits(double number) {
+  uint64_t word;
+  memcpy(&word, &number, sizeof word);
+  return word;
+}
+
+#endif

@@ -1,0 +1,105 @@
+/* What is lent stays as it was for as long as it is held: lifetimes INSTANCE. Ends the server. */
+
+#include "client.h"
+
+#define HELD 4
+
+typedef struct {
+  bd_frame_t *frame;
+  uint64_t tick;
+  bd_handle_state_t head;
+} note_t;
+
+static note_t take(const bd_dragon_t *dragon) {
+  note_t note;
+  bd_result_t result;
+  do {
+    result = bd_dragon_wait(dragon, UINT64_MAX, &note.frame);
+  } while (result == BD_NOTHING);
+  EXPECT(BD_OK, result);
+  note.tick = bd_frame_header(note.frame)->tick;
+  note.head = *bd_frame_handles(note.frame, NULL);
+  return note;
+}
+
+static void require_unchanged(const note_t *note) {
+  REQUIRE(bd_frame_header(note->frame)->tick == note->tick);
+  REQUIRE(memcmp(bd_frame_handles(note->frame, NULL), &note->head, sizeof note->head) == 0);
+}
+
+static void four_frames_are_lent(const bd_dragon_t *dragon, note_t *notes) {
+  bd_frame_t *frame;
+  int index;
+  for (index = 0; index < HELD; ++index) {
+    notes[index] = take(dragon);
+  }
+  COMPLAINS(BD_TOO_MANY_FRAMES, "4 frames are held, must be under 4 to read: release one",
+            bd_dragon_wait(dragon, PATIENCE_NS, &frame));
+  REQUIRE(frame == NULL);
+  bd_frame_release(notes[0].frame);
+  COMPLAINS(BD_TOO_MANY_FRAMES, "3 frames are held, must be under 3 to read: release one", bd_dragon_latest(dragon, &frame));
+  notes[0] = take(dragon);
+  REQUIRE(notes[0].tick == notes[HELD - 1].tick + 1);
+}
+
+static void the_latest_frame_is_newer_than_any_other(const bd_dragon_t *dragon, const note_t *notes) {
+  bd_frame_t *frame;
+  bd_result_t result;
+  do {
+    result = bd_dragon_latest(dragon, &frame);
+  } while (result == BD_NOTHING);
+  EXPECT(BD_OK, result);
+  REQUIRE(bd_frame_header(frame)->tick > notes[0].tick);
+  bd_frame_release(frame);
+}
+
+static void benches_end_where_handles_do(const bd_frame_t *frame) {
+  const uint32_t count = bd_frame_header(frame)->bench_count;
+  bd_bench_state_t bench;
+  char text[100];
+  EXPECT(BD_OK, bd_frame_bench(frame, count - 1, &bench));
+  sprintf(text, "index is %u, must be under the number of benches, %u", (unsigned)count, (unsigned)count);
+  COMPLAINS(BD_INVALID_ARGUMENT, text, bd_frame_bench(frame, count, &bench));
+  EXPECT(BD_INVALID_ARGUMENT, bd_frame_bench(frame, SIZE_MAX, &bench));
+  COMPLAINS(BD_INVALID_ARGUMENT, "bench is NULL, must not be", bd_frame_bench(frame, 0, NULL));
+}
+
+static void the_description_is_the_callers(const bd_dragon_t *dragon, uint64_t run_id) {
+  bd_description_t *first, *second;
+  bd_status_t status;
+  EXPECT(BD_OK, bd_dragon_description(dragon, PATIENCE_NS, &first));
+  EXPECT(BD_OK, bd_dragon_description(dragon, 0, &second));
+  bd_description_release(second);
+  REQUIRE(bd_description_run_id(first) == run_id);
+  EXPECT(BD_OK, bd_dragon_status(dragon, PATIENCE_NS, &status));
+  REQUIRE(status.run_id == run_id);
+  printf("%" PRIu32 "\n%" PRIu32 "\n%s", status.pid, status.rate_hz, bd_description_toml(first));
+  bd_description_release(first);
+}
+
+int main(int argc, char **argv) {
+  bd_dragon_t *dragon = join(argc > 1 ? argv[1] : NULL);
+  note_t notes[HELD];
+  bd_frame_t *frame;
+  int index;
+
+  four_frames_are_lent(dragon, notes);
+  benches_end_where_handles_do(notes[0].frame);
+  for (index = 1; index < HELD - 1; ++index) {
+    bd_frame_release(notes[index].frame);
+  }
+  the_latest_frame_is_newer_than_any_other(dragon, notes);
+  the_description_is_the_callers(dragon, bd_frame_header(notes[0].frame)->run_id);
+
+  EXPECT(BD_OK, bd_dragon_command(dragon, BD_COMMAND_STOP, 0.0, PATIENCE_NS, NULL));
+  while (bd_dragon_latest(dragon, &frame) == BD_OK) {
+    bd_frame_release(frame);
+  }
+  require_unchanged(&notes[0]);
+  require_unchanged(&notes[HELD - 1]);
+  bd_frame_release(notes[HELD - 1].frame);
+  bd_dragon_close(dragon);
+  require_unchanged(&notes[0]);
+  bd_frame_release(notes[0].frame);
+  return 0;
+}

@@ -1,0 +1,100 @@
+// One dragon in the hands of several threads: threads INSTANCE. Ends the server.
+
+#include "client.h"
+
+#include <atomic>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+namespace {
+
+struct Release {
+  void operator()(bd_dragon_t *dragon) const { bd_dragon_close(dragon); }
+  void operator()(bd_frame_t *frame) const { bd_frame_release(frame); }
+};
+using Dragon = std::unique_ptr<bd_dragon_t, Release>;
+using Frame = std::unique_ptr<bd_frame_t, Release>;
+
+// Frames on their way from the thread that reads them to the one that looks at them. Holds at most one, so that with those in
+// the threads' hands at most three are held.
+class Passage {
+ public:
+  void put(Frame frame) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return !frame_; });
+    frame_ = std::move(frame);
+    changed_.notify_all();
+  }
+
+  Frame take() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return frame_ != nullptr; });
+    changed_.notify_all();
+    return std::move(frame_);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  Frame frame_;
+};
+
+constexpr std::uint64_t FRAMES = 60;
+
+void read(const bd_dragon_t *dragon, Passage &passage) {
+  for (std::uint64_t count = 0; count < FRAMES; ++count) {
+    passage.put(Frame(next_frame(dragon)));
+  }
+  // Nothing has failed here, whatever has failed elsewhere.
+  REQUIRE(strcmp(bd_last_error(), "") == 0);
+}
+
+void look(Passage &passage) {
+  std::uint64_t expected = 0;
+  for (std::uint64_t count = 0; count < FRAMES; ++count) {
+    const Frame frame = passage.take();
+    const std::uint64_t tick = bd_frame_header(frame.get())->tick;
+    REQUIRE(count == 0 || tick == expected);
+    expected = tick + 1;
+  }
+}
+
+void command(const bd_dragon_t *dragon, const std::atomic<bool> &done) {
+  while (!done) {
+    EXPECT(BD_OK, bd_dragon_command(dragon, BD_COMMAND_PAUSE, 0.0, PATIENCE_NS, nullptr));
+    EXPECT(BD_OK, bd_dragon_command(dragon, BD_COMMAND_RESUME, 0.0, PATIENCE_NS, nullptr));
+    COMPLAINS(BD_INVALID_ARGUMENT, "command is 99, must be 0 to 6", bd_dragon_command(dragon, 99, 0.0, 0, nullptr));
+    bd_status_t status;
+    EXPECT(BD_OK, bd_dragon_status(dragon, PATIENCE_NS, &status));
+  }
+}
+
+}  // namespace
+
+int main(int argc, char **argv) {
+  Dragon dragon(join(argc > 1 ? argv[1] : nullptr));
+  Passage passage;
+  std::atomic<bool> done{false};
+  std::thread reader(read, dragon.get(), std::ref(passage));
+  std::thread looker(look, std::ref(passage));
+  std::thread commander(command, dragon.get(), std::cref(done));
+  std::thread second_commander(command, dragon.get(), std::cref(done));
+  reader.join();
+  looker.join();
+  done = true;
+  commander.join();
+  second_commander.join();
+  REQUIRE(bd_dragon_lost(dragon.get()) == 0);
+
+  Frame last(next_frame(dragon.get()));
+  const std::uint64_t tick = bd_frame_header(last.get())->tick;
+  EXPECT(BD_OK, bd_dragon_command(dragon.get(), BD_COMMAND_STOP, 0.0, PATIENCE_NS, nullptr));
+  std::thread([&dragon] { dragon.reset(); }).join();
+  std::thread([&last, tick] {
+    REQUIRE(bd_frame_header(last.get())->tick == tick);
+    last.reset();
+  }).join();
+  return 0;
+}

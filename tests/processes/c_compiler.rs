@@ -1,0 +1,117 @@
+//! The C library as a program of somebody else finds it: installed, compiled and linked against by the machine's own tools.
+
+use std::env;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+use crate::stage::Stage;
+
+const SOURCES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/ipc/c");
+
+/// Whatever a compiler finds is an error.
+const STRICT: [&str; 5] = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-pthread"];
+
+/// As what a client is compiled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Language {
+    C99,
+    Cpp17,
+}
+
+/// How a client is linked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Linkage {
+    Shared,
+    Static,
+}
+
+/// The library's installation for the tests of this process: from the libraries that cargo has built beside the test.
+pub(crate) fn prefix() -> &'static Path {
+    static PREFIX: OnceLock<PathBuf> = OnceLock::new();
+    PREFIX.get_or_init(|| {
+        let program = env::current_exe().expect("a process knows its program");
+        let libraries = program.parent().expect("a program is in a folder");
+        let prefix = Path::new(env!("CARGO_TARGET_TMPDIR")).join("c-library");
+        let mut install = Command::new(format!("{SOURCES}/install.sh"));
+        succeed(install.arg("--libraries").arg(libraries).arg(&prefix));
+        prefix
+    })
+}
+
+/// Whether the machine has all of these tools; says which one is missing.
+pub(crate) fn has_tools(tools: &[&str]) -> bool {
+    let is_there =
+        |tool: &&str| Command::new(tool).arg("--version").output().is_ok_and(|output| output.status.success());
+    let missing = tools.iter().find(|tool| !is_there(tool));
+    if let Some(tool) = missing {
+        println!("skipped: {tool} is not installed (tests/run installs it on Debian as root)");
+    }
+    missing.is_none()
+}
+
+/// Compiles a client of `ipc/c/tests` into a test's folder.
+pub(crate) fn compile(stage: &Stage, source: &str, language: Language, linkage: Linkage) -> PathBuf {
+    let program = stage.path(&format!("{source}-{language:?}-{linkage:?}"));
+    let mut compiler = match language {
+        Language::C99 => with(Command::new("gcc"), &["-std=c99"]),
+        Language::Cpp17 => with(Command::new("g++"), &["-std=c++17", "-x", "c++"]),
+    };
+    compiler.args(STRICT).args(pkg_config(&["--cflags"])).arg(format!("{SOURCES}/tests/{source}"));
+    compiler.args(["-x", "none", "-o"]).arg(&program);
+    match linkage {
+        Linkage::Shared => {
+            compiler.args(pkg_config(&["--libs"])).arg(format!("-Wl,-rpath,{}", library_folder().display()))
+        }
+        Linkage::Static => compiler.args(pkg_config(&["--variable=static_library"])).args(private_libraries()),
+    };
+    succeed(&mut compiler);
+    program
+}
+
+/// Runs a tool that has to succeed, and returns what it prints.
+pub(crate) fn succeed(command: &mut Command) -> String {
+    let Output { status, stdout, stderr } = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    let (stdout, stderr) = (String::from_utf8_lossy(&stdout), String::from_utf8_lossy(&stderr));
+    assert!(status.success(), "{command:?}\n{stdout}{stderr}");
+    stdout.into_owned()
+}
+
+fn with(mut command: Command, args: &[&str]) -> Command {
+    command.args(args);
+    command
+}
+
+fn library_folder() -> PathBuf {
+    prefix().join("lib")
+}
+
+/// What pkg-config says of the installed library.
+fn pkg_config(args: &[&str]) -> Vec<String> {
+    let path = library_folder().join("pkgconfig");
+    let told = succeed(Command::new("pkg-config").args(args).arg("bench-dragon").env("PKG_CONFIG_PATH", path));
+    told.split_whitespace().map(str::to_owned).collect()
+}
+
+/// The system's libraries that the static library needs.
+fn private_libraries() -> Vec<String> {
+    let mut libraries = pkg_config(&["--static", "--libs-only-l"]);
+    libraries.retain(|library| library != "-lbench_dragon_c");
+    assert!(!libraries.is_empty(), "the library stands on the system's");
+    libraries
+}
+
+/// A program under valgrind, for which any error and any leak is a failure.
+pub(crate) fn under_valgrind(program: &Path) -> Command {
+    let mut command = Command::new("valgrind");
+    command.args([
+        "--quiet",
+        "--error-exitcode=99",
+        "--leak-check=full",
+        "--show-leak-kinds=definite,indirect,possible",
+    ]);
+    command.args(["--errors-for-leak-kinds=definite,indirect,possible", "--track-fds=no"]);
+    command.arg(AsRef::<OsStr>::as_ref(program));
+    command
+}

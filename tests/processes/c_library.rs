@@ -1,0 +1,275 @@
+//! The C library, in the hands of C and C++ programs: what they read, to the last bit, is what Rust reads; what they are told is
+//! what happens. The programs are in `ipc/c/tests`, and hold what they can judge by themselves.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+
+use bench_dragon_ipc::service::frame_buffer;
+use bench_dragon_ipc::{
+    Alert, AlertSubscriber, BenchState, CommandClient, Continuity, DescriptionReader, FrameHeader, HandleState, Request,
+};
+
+use crate::c_compiler::Language::{C99, Cpp17};
+use crate::c_compiler::Linkage::{Shared, Static};
+use crate::c_compiler::{Language, Linkage, compile, has_tools, prefix, succeed, under_valgrind};
+use crate::eventually::eventually;
+use crate::process::Process;
+use crate::reader::{Reader, Shot};
+use crate::stage::Stage;
+
+const COMPILERS: [&str; 3] = ["gcc", "g++", "pkg-config"];
+/// Benches of the paper's dragon.
+const BENCHES: usize = 223;
+const PATIENCE: Duration = Duration::from_mins(1);
+
+/// Every way to compile and link a client.
+const WAYS: [(Language, Linkage); 4] =
+    [(C99, Shared), (C99, Static), (Cpp17, Shared), (Cpp17, Static)];
+
+/// A client's program, under valgrind where the machine has it.
+fn watched(program: &Path) -> Command {
+    if has_tools(&["valgrind"]) { under_valgrind(program) } else { Command::new(program) }
+}
+
+/// Starts a client on a stage's instance.
+fn start(stage: &Stage, mut client: Command, args: &[&str]) -> Process {
+    client.arg(stage.domain().instance().as_str()).args(args);
+    Process::start(client)
+}
+
+/// Compiles a client of `ipc/c/tests`, runs it, watched, to its end and returns what it prints.
+fn run(stage: &Stage, source: &str, args: &[&str]) -> String {
+    let program = compile(stage, source, language_of(source), Shared);
+    start(stage, watched(&program), args).end().expect_clean().stdout
+}
+
+/// As what a client was written.
+fn language_of(source: &str) -> Language {
+    if Path::new(source).extension().is_some_and(|extension| extension == "cpp") { Cpp17 } else { C99 }
+}
+
+#[test]
+fn every_value_that_c_and_cpp_read_is_what_rust_reads() {
+    if !has_tools(&COMPILERS) {
+        return;
+    }
+    let stage = Stage::new();
+    let programs: Vec<PathBuf> =
+        WAYS.iter().map(|&(language, linkage)| compile(&stage, "frames.c", language, linkage)).collect();
+    let server = stage.serve(&["--held", "--rate", "20", "--until", "2"]);
+    let clients = programs.iter().map(Command::new).chain([watched(&programs[0])]);
+    let clients: Vec<(PathBuf, Process)> = clients
+        .enumerate()
+        .map(|(number, command)| {
+            let file = stage.path(&number.to_string());
+            let mut process = start(&stage, command, &[&file.to_string_lossy()]);
+            assert_eq!(process.next_line().as_deref(), Some("reading"), "{:?}", process.complaint());
+            (file, process)
+        })
+        .collect();
+
+    let mut reader = Reader::join(&stage);
+    let mut shots = vec![reader.next()];
+    let commands = CommandClient::open(stage.domain(), "test").expect("a server has made the services");
+    commands.call(Request::Release, PATIENCE).expect("the server answers").outcome().expect("the show is held");
+    shots.extend(reader.read_to_end());
+    assert_eq!(reader.lost(), 0);
+    // To its reader, the first one follows on nothing.
+    let expected: Vec<String> = shots[1..].iter().map(line_of).collect();
+    assert!(expected.len() >= 40, "two seconds at 20 Hz: {}", expected.len());
+    for (file, process) in clients {
+        process.end().expect_clean();
+        let lines = fs::read_to_string(file).expect("the client has written it");
+        let lines: Vec<&str> = lines.lines().collect();
+        assert!(
+            lines.ends_with(&expected.iter().map(String::as_str).collect::<Vec<_>>()),
+            "another frame, or another value"
+        );
+        assert!(lines[0].ends_with(" 0 0"), "the first frame is its reader's first");
+    }
+    server.summary();
+}
+
+#[test]
+fn a_c_client_is_told_of_every_argument_that_is_missing_or_out_of_range() {
+    if !has_tools(&COMPILERS) {
+        return;
+    }
+    let stage = Stage::new();
+    assert_eq!(run(&stage, "arguments.c", &[]).trim_end(), env!("CARGO_PKG_VERSION"));
+}
+
+#[test]
+fn a_c_client_commands_the_server_and_is_told_why_it_refuses() {
+    if !has_tools(&COMPILERS) {
+        return;
+    }
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "20"]);
+    run(&stage, "commands.c", &[]);
+    server.summary();
+}
+
+#[test]
+fn what_a_c_client_holds_stays_as_it_was_after_server_and_dragon_are_gone() {
+    if !has_tools(&COMPILERS) {
+        return;
+    }
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "20"]);
+    let reader = DescriptionReader::open(stage.domain(), "test").expect("a server has made the services");
+    let description = eventually(|| reader.poll().expect("the bus is readable"));
+    let expected = format!("{}\n20\n{}", server.process.pid(), description.toml);
+    assert_eq!(run(&stage, "lifetimes.c", &[]), expected);
+    server.summary();
+}
+
+#[test]
+fn a_c_client_reads_on_from_one_server_to_the_next() {
+    if !has_tools(&COMPILERS) {
+        return;
+    }
+    let stage = Stage::new();
+    let program = compile(&stage, "restart.c", C99, Shared);
+    let server = stage.serve(&["--rate", "20"]);
+    let mut client = start(&stage, watched(&program), &[]);
+    assert_eq!(client.next_line(), Some(server.run_id.to_string()));
+    server.stop();
+    let server = stage.serve(&["--rate", "20"]);
+    assert_eq!(client.end().expect_clean().stdout, format!("{}\n", server.run_id));
+    server.stop();
+}
+
+#[test]
+fn a_c_client_that_stops_reading_counts_what_it_lost() {
+    if !has_tools(&COMPILERS) {
+        return;
+    }
+    let beyond = 100;
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "500"]);
+    let ticks = frame_buffer(BENCHES) + beyond;
+    let lost: usize = run(&stage, "gaps.c", &[&ticks.to_string()]).trim_end().parse().expect("a number");
+    assert!(lost >= beyond, "{lost} lost");
+    server.stop();
+}
+
+#[test]
+fn a_c_client_hears_the_alerts_that_rust_hears() {
+    if !has_tools(&COMPILERS) {
+        return;
+    }
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100", "--held", "--time-scale", "5"]);
+    let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has made the services");
+    let mut monitor = stage.start(&["monitor", "--format", "json"]);
+    // It is held, and says so: the monitor reads.
+    monitor.json_until(|line| line["kind"] == "held");
+
+    let printed = run(&stage, "alerts.c", &["410"]);
+    let printed: Vec<&str> = printed.lines().collect();
+    let heard: Vec<String> = std::iter::from_fn(|| alerts.receive().expect("the bus is readable"))
+        .map(|alert| line_of_alert(&alert))
+        .collect();
+    let until =
+        heard.iter().position(|line| Some(line.as_str()) == printed.last().copied()).expect("the contact is heard");
+    let heard: Vec<&str> = heard[..=until].iter().map(String::as_str).collect();
+    assert!(printed.len() > 1, "near before they touch");
+    assert!(heard.ends_with(&printed), "{printed:#?}\n{heard:#?}");
+    monitor.terminate().expect_clean();
+    server.stop();
+}
+
+#[test]
+fn threads_share_a_dragon_and_each_has_its_own_last_error() {
+    if !has_tools(&COMPILERS) {
+        return;
+    }
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "50"]);
+    run(&stage, "threads.cpp", &[]);
+    server.summary();
+}
+
+#[test]
+fn the_examples_are_built_by_cmake_and_tell_where_the_dragon_is() {
+    if !has_tools(&["cmake", "gcc", "g++"]) {
+        return;
+    }
+    let stage = Stage::new();
+    let build = stage.path("build");
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/ipc/c/example");
+    let installed = format!("-DCMAKE_PREFIX_PATH={}", prefix().display());
+    succeed(
+        Command::new("cmake")
+            .args(["-S", example, "-B"])
+            .arg(&build)
+            .arg(installed)
+            .arg("-DCMAKE_C_FLAGS=-Wall -Wextra -Werror"),
+    );
+    succeed(Command::new("cmake").arg("--build").arg(&build));
+
+    let server = stage.serve(&["--rate", "20", "--until", "1", "--readers", "2"]);
+    let heads = start(&stage, Command::new(build.join("head")), &[]);
+    let benches = start(&stage, Command::new(build.join("benches")), &[]).end().expect_clean().stdout;
+    let heads = heads.end().expect_clean().stdout;
+    assert_eq!(heads.lines().count(), 21, "a second at 20 Hz: {heads}");
+    assert!(heads.starts_with("0.000 s: head at 8.800, "), "{heads}");
+    assert_eq!(benches.lines().count(), 223, "{benches}");
+    assert!(benches.starts_with("0: centre "), "{benches}");
+    server.summary();
+}
+
+/// A frame as the client `frames` writes it.
+fn line_of(shot: &Shot) -> String {
+    let numbers =
+        shot.handles.iter().flat_map(|HandleState { position_m, velocity_mps }| [*position_m, *velocity_mps]).flatten();
+    let benches = BenchState::all(&shot.handles).flat_map(|bench| {
+        let [x, y, z] = bench.centre_m;
+        let [vx, vy, vz] = bench.velocity_mps;
+        [x, y, z, bench.heading_rad, vx, vy, vz, bench.turn_rate_radps]
+    });
+    let words = header_words(&shot.header).into_iter().chain(numbers.chain(benches).map(f64::to_bits));
+    let continuity = match shot.continuity {
+        Continuity::First => "0 0".to_owned(),
+        Continuity::Next => "1 0".to_owned(),
+        Continuity::Lost(frames) => format!("2 {frames}"),
+        Continuity::Restarted => "3 0".to_owned(),
+    };
+    words.map(|word| format!("{word:x}")).chain([continuity]).collect::<Vec<_>>().join(" ")
+}
+
+fn header_words(header: &FrameHeader) -> [u64; 10] {
+    [
+        header.run_id,
+        header.tick,
+        header.sim_time_ns as u64,
+        header.scheduled_ns,
+        header.published_ns,
+        header.head_travel_m.to_bits(),
+        header.head_speed_mps.to_bits(),
+        header.time_scale.to_bits(),
+        header.bench_count.into(),
+        header.state.into(),
+    ]
+}
+
+/// An alert as the client `alerts` prints it.
+fn line_of_alert(alert: &Alert) -> String {
+    let [x, y] = alert.point_m.map(f64::to_bits);
+    let words = [
+        alert.run_id,
+        alert.tick,
+        alert.sim_time_ns as u64,
+        alert.forecast_ns as u64,
+        alert.clearance_m.to_bits(),
+        x,
+        y,
+        alert.kind.into(),
+        alert.bench_a.into(),
+        alert.bench_b.into(),
+    ];
+    words.map(|word| format!("{word:x}")).join(" ")
+}
