@@ -25,8 +25,7 @@ const BENCHES: usize = 223;
 const PATIENCE: Duration = Duration::from_mins(1);
 
 /// Every way to compile and link a client.
-const WAYS: [(Language, Linkage); 4] =
-    [(C99, Shared), (C99, Static), (Cpp17, Shared), (Cpp17, Static)];
+const WAYS: [(Language, Linkage); 4] = [(C99, Shared), (C99, Static), (Cpp17, Shared), (Cpp17, Static)];
 
 /// A client's program, under valgrind where the machine has it.
 fn watched(program: &Path) -> Command {
