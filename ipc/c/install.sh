@@ -6,13 +6,13 @@
 # PREFIX is /usr/local where it is not given; DESTDIR is put before it. The libraries are built first, in a target folder of
 # their own, unless --libraries tells where they lie.
 set -euo pipefail
-cd "$(dirname "$0")"
 
 libraries=
 if [ "${1:-}" = --libraries ]; then
-    libraries=$2
+    libraries=$(realpath "$2")
     shift 2
 fi
+cd "$(dirname "$0")"
 prefix=${1:-/usr/local}
 case $prefix in
     /*) ;;

@@ -557,9 +557,9 @@ bd_result_t bd_dragon_latest(const bd_dragon_t *dragon,
 /**
  * The oldest frame that has not been read yet, waiting for it at most `timeout_ns`; `BD_NOTHING` where none came.
  *
- * A signal ends the wait early, and so may the wake-up of a frame that has been read already: where nothing came, look at
- * what else there is to do, and call again. The first call makes the server wake this reader at each frame, which costs the
- * server a system call; a reader that only polls costs it nothing.
+ * The wait may end early: by a signal, by the wake-up of a frame that has been read already, and while no server runs. Where
+ * nothing came, look at what else there is to do, and call again. The first call makes the server wake this reader at each
+ * frame, which costs the server a system call; a reader that only polls costs it nothing.
  */
 bd_result_t bd_dragon_wait(const bd_dragon_t *dragon,
                            uint64_t timeout_ns,
