@@ -1,0 +1,109 @@
+"""An alert: what the monitor has seen."""
+
+import ctypes
+
+from bench_dragon.deadline import Deadline
+from bench_dragon.member import ALERTS, Member
+from bench_dragon.waking import Waking
+from bench_dragon.wire import WireCode, WireType, decoded
+
+_NO_FORECAST = -(2**63)
+_NO_BENCH = 2**32 - 1
+
+
+class AlertKind(WireCode):
+    """What happened."""
+
+    NEAR = 0
+    """Two benches came nearer than the configured `near_m`."""
+    CONTACT = 1
+    """Two benches touched."""
+    PARTED = 2
+    """Two benches that touched are apart again."""
+    HELD = 3
+    """The show is held."""
+    FAULT = 4
+    """The frames do not agree with the published description."""
+    RESTARTED = 5
+    """The source of the frames was started again."""
+
+
+class Alert(WireType):
+    """One event. Use `alert_kind`, `pair` and `forecast_s` to read the coded fields."""
+
+    TYPE_NAME = "bench_dragon.Alert.v1"
+
+    run_id: int
+    """Run in which it happened."""
+    tick: int
+    """First tick at which it was so."""
+    sim_time_ns: int
+    """Show time of the event in nanoseconds: exact for contact and parted, that of the frame for the others."""
+    forecast_ns: int
+    """Show time of the forecast contact in nanoseconds, coded. Read it with `forecast_s`."""
+    clearance_m: float
+    """Clearance of the two benches in metres, negative where they overlap; 0 for an alert without benches."""
+    point_m: ctypes.Array[ctypes.c_double]
+    """Point midway between the nearest points of the two boards, in metres; 0 for an alert without benches."""
+    kind: int
+    """An `AlertKind` as its number. Read it with `alert_kind`."""
+    bench_a: int
+    """The lower bench index, coded. Read it with `pair`."""
+    bench_b: int
+    """The higher bench index, coded. Read it with `pair`."""
+    reserved: int
+    """Always 0."""
+
+    _fields_ = [
+        ("run_id", ctypes.c_uint64),
+        ("tick", ctypes.c_uint64),
+        ("sim_time_ns", ctypes.c_int64),
+        ("forecast_ns", ctypes.c_int64),
+        ("clearance_m", ctypes.c_double),
+        ("point_m", ctypes.c_double * 2),
+        ("kind", ctypes.c_uint32),
+        ("bench_a", ctypes.c_uint32),
+        ("bench_b", ctypes.c_uint32),
+        ("reserved", ctypes.c_uint32),
+    ]
+
+    @property
+    def alert_kind(self) -> AlertKind | None:
+        """The kind; `None` for a number that this version does not know."""
+        return decoded(AlertKind, self.kind)
+
+    @property
+    def pair(self) -> tuple[int, int] | None:
+        """The two benches, the lower index first; `None` for an alert without benches."""
+        return None if self.bench_a == _NO_BENCH else (self.bench_a, self.bench_b)
+
+    @property
+    def sim_time_s(self) -> float:
+        """Show time of the event in seconds."""
+        return self.sim_time_ns * 1e-9
+
+    @property
+    def forecast_s(self) -> float | None:
+        """Show time of the forecast contact in seconds; `None` where no contact lies ahead, or none is known yet."""
+        return None if self.forecast_ns == _NO_FORECAST else self.forecast_ns * 1e-9
+
+
+class AlertReader:
+    """Reads the alerts of an instance from now on, oldest first."""
+
+    def __init__(self, member: Member) -> None:
+        self._subscriber = member.subscriber(ALERTS, Alert)
+        self._waking = Waking(member, ALERTS)
+
+    def read(self, deadline: Deadline) -> list[Alert]:
+        """The alerts that have not been read yet, waiting for one where there are none."""
+        alerts = self._unread()
+        while not alerts and self._waking.wait(deadline):
+            alerts = self._unread()
+        return alerts
+
+    def _unread(self) -> list[Alert]:
+        alerts = []
+        while (sample := self._subscriber.receive()) is not None:
+            alerts.append(Alert.copy_from(sample.payload_ptr))
+        return alerts

@@ -1,0 +1,52 @@
+"""The benches of a frame: their boards' centres, headings and velocities.
+
+A bench lies between its two handles, the hinges at its front and rear, which sit equally far from the board's ends. So
+the board's centre is the midpoint of the two, and since the board is rigid, the centre's velocity is the mean of theirs.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, eq=False)
+class Benches:
+    """Where the benches are and how they move, head first."""
+
+    centres: NDArray[np.float64]
+    """Centres of the boards in metres: shape (N, 3)."""
+    headings: NDArray[np.float64]
+    """Directions from the rear handles to the front ones, in radians counter-clockwise from +x, −π to π: shape (N,)."""
+    velocities: NDArray[np.float64]
+    """Velocities of the centres in metres per show second: shape (N, 3)."""
+    turn_rates: NDArray[np.float64]
+    """How fast the headings turn, in radians per show second, counter-clockwise: shape (N,)."""
+
+    @classmethod
+    def between(cls, positions: NDArray[np.float64], velocities: NDArray[np.float64]) -> "Benches":
+        """The benches between these handles, given in metres and metres per show second: one fewer than handles.
+
+        >>> benches = Benches.between(np.array([[1.0, 3.0, 0.0], [1.0, 1.0, 0.0]]), np.array([[-0.5, 0, 0], [0, 0, 0]]))
+        >>> benches.centres.tolist(), benches.velocities.tolist(), benches.turn_rates.tolist()
+        ([[1.0, 2.0, 0.0]], [[-0.25, 0.0, 0.0]], [0.25])
+        """
+        along = positions[:-1, :2] - positions[1:, :2]
+        against = velocities[:-1, :2] - velocities[1:, :2]
+        squared = along[:, 0] * along[:, 0] + along[:, 1] * along[:, 1]
+        turn = along[:, 0] * against[:, 1] - along[:, 1] * against[:, 0]
+        return cls(
+            centres=(positions[:-1] + positions[1:]) / 2,
+            headings=np.arctan2(along[:, 1], along[:, 0]),
+            velocities=(velocities[:-1] + velocities[1:]) / 2,
+            turn_rates=np.divide(turn, squared, out=np.zeros_like(turn), where=squared > 0),
+        )
+
+    @property
+    def speeds(self) -> NDArray[np.float64]:
+        """Speeds of the centres in metres per show second: shape (N,)."""
+        speeds: NDArray[np.float64] = np.linalg.norm(self.velocities, axis=1)
+        return speeds
+
+    def __len__(self) -> int:
+        return len(self.centres)

@@ -1,0 +1,181 @@
+"""Commands to the server, each answered once."""
+
+import ctypes
+from typing import Any
+
+import iceoryx2 as iox2
+import numpy as np
+
+from bench_dragon.deadline import Deadline
+from bench_dragon.errors import BusError, NoServer
+from bench_dragon.member import COMMANDS, Member
+from bench_dragon.wire import WireCode, WireType, decoded
+
+_POLL_PERIOD_S = 0.0002
+
+
+class CommandKind(WireCode):
+    """What a client asks of the server."""
+
+    PAUSE = 0
+    """Stop walking until `RESUME`."""
+    RESUME = 1
+    """Go on after `PAUSE`."""
+    SPEED = 2
+    """Walk at this speed of the head, in metres per show second, 0 to 10."""
+    SEEK = 3
+    """Go to this show time, in seconds."""
+    HOLD = 4
+    """Stop for safety; only `RELEASE` lifts it."""
+    RELEASE = 5
+    """Lift a `HOLD`."""
+    STOP = 6
+    """End the server."""
+
+
+class Command(WireType):
+    """A command as it lies in shared memory."""
+
+    TYPE_NAME = "bench_dragon.Command.v2"
+
+    kind: int
+    """A `CommandKind` as its number."""
+    reserved: int
+    """Always 0."""
+    run_id: int
+    """The run that it is for; 0 where it is for any."""
+    values: ctypes.Array[ctypes.c_double]
+    """The command's values, the first ones first; 0 where it has fewer."""
+
+    _fields_ = [
+        ("kind", ctypes.c_uint32),
+        ("reserved", ctypes.c_uint32),
+        ("run_id", ctypes.c_uint64),
+        ("values", ctypes.c_double * 2),
+    ]
+
+
+class CommandReply(WireType):
+    """The server's answer as it lies in shared memory."""
+
+    TYPE_NAME = "bench_dragon.CommandReply.v1"
+
+    run_id: int
+    """Run of the server that answers."""
+    tick: int
+    """Tick from which an accepted command holds; the tick at which it was refused otherwise."""
+    lowest: float
+    """Least value that a refused value may have."""
+    highest: float
+    """Greatest value that a refused value may have."""
+    refusal: int
+    """0 where the command was accepted, else a `Refusal` as its number."""
+    reserved: int
+    """Always 0."""
+
+    _fields_ = [
+        ("run_id", ctypes.c_uint64),
+        ("tick", ctypes.c_uint64),
+        ("lowest", ctypes.c_double),
+        ("highest", ctypes.c_double),
+        ("refusal", ctypes.c_uint32),
+        ("reserved", ctypes.c_uint32),
+    ]
+
+
+class Refusal(WireCode):
+    """Why a command was refused."""
+
+    UNKNOWN = 1
+    """The server does not know this kind of command, or this version does not know the reason."""
+    OUT_OF_RANGE = 2
+    """The value is not a number between the two that `Refused` names."""
+    HELD = 3
+    """The show is held, and only `release` lifts that."""
+    NOT_HELD = 4
+    """There is no hold to release."""
+    FINISHED = 5
+    """The show is over; a `seek` starts it again."""
+    NOT_GUARDED = 6
+    """The server takes no grants: it was not started with `--guarded`."""
+    NOT_PROVED = 7
+    """The server is guarded, and its guard has not proved that the benches are apart where the seek goes."""
+    OTHER_RUN = 8
+    """The grant is for another run."""
+    HELD_BY_GUARD = 9
+    """The guard holds the dragon, and only its next grant moves it on."""
+    REPLAYED = 10
+    """The source replays a recording, which is as it is."""
+
+
+_REASONS = {
+    Refusal.UNKNOWN: "the server does not know this command",
+    Refusal.HELD: "the show is held: release it first",
+    Refusal.NOT_HELD: "the show is not held",
+    Refusal.FINISHED: "the show is finished: seek to start it again",
+    Refusal.NOT_GUARDED: "the server is not guarded: start it with --guarded",
+    Refusal.NOT_PROVED: "no guard has proved that the benches are apart there",
+    Refusal.OTHER_RUN: "the grant is for another run",
+    Refusal.HELD_BY_GUARD: "the guard holds the dragon: it walks on when the guard has proved the way ahead",
+    Refusal.REPLAYED: "a recording is replayed: all that it can be told is to stop",
+}
+
+
+class Refused(BusError):
+    """The server has refused a command. The text is its reason."""
+
+    def __init__(self, reply: CommandReply) -> None:
+        self.refusal = decoded(Refusal, reply.refusal) or Refusal.UNKNOWN
+        """The reason."""
+        self.tick = reply.tick
+        """The tick at which it was refused."""
+        self.run_id = reply.run_id
+        """The run of the server that refused it."""
+        self.lowest, self.highest = reply.lowest, reply.highest
+        """What the value must be from and to, where it was out of range; else 0."""
+        if self.refusal is Refusal.OUT_OF_RANGE:
+            super().__init__(f"the value must be from {_plain(self.lowest)} to {_plain(self.highest)}")
+        else:
+            super().__init__(_REASONS[self.refusal])
+
+
+class CommandClient:
+    """Sends commands to the server of an instance."""
+
+    def __init__(self, member: Member) -> None:
+        self._instance = member.instance
+        self._client = member.client(COMMANDS, Command, CommandReply)
+
+    def call(self, kind: CommandKind, value: float, deadline: Deadline) -> int:
+        """Sends one command and waits for its reply. Returns the tick from which it holds.
+
+        Raises `Refused`, and `NoServer` where no server took the command or none answered in time.
+        """
+        reply = self._reply(Command(kind, 0, 0, (ctypes.c_double * 2)(value)), deadline)
+        if reply.refusal:
+            raise Refused(reply)
+        return reply.tick
+
+    def _reply(self, command: Command, deadline: Deadline) -> CommandReply:
+        pending = self._send(command)
+        while pending.number_of_server_connections > 0:
+            # Asked before the reply is looked for: a server lets go of a command as soon as it has answered.
+            is_over = not pending.is_connected or not deadline.left_s()
+            response = pending.receive()
+            if response is not None:
+                return CommandReply.copy_from(response.payload_ptr)
+            if is_over:
+                break
+            deadline.sleep(_POLL_PERIOD_S)
+        raise NoServer(self._instance)
+
+    def _send(self, command: Command) -> Any:
+        try:
+            return self._client.send_copy(command)
+        except (iox2.RequestSendError, iox2.LoanError) as error:
+            raise BusError(f"{COMMANDS}: {error}") from error
+
+
+def _plain(number: float) -> str:
+    """The shortest form that reads back the same, never with an exponent."""
+    return np.format_float_positional(number, trim="-")

@@ -1,0 +1,57 @@
+"""Reading frames."""
+
+import iceoryx2 as iox2
+
+from bench_dragon.continuity import ContinuityTracker
+from bench_dragon.deadline import Deadline
+from bench_dragon.errors import BusError, TooManyFramesHeld, VersionMismatch
+from bench_dragon.frame import Frame, FrameHeader, HandleState, SharedMemory
+from bench_dragon.member import FRAMES, Member
+from bench_dragon.waking import Waking
+
+MAX_BORROWED_FRAMES = 4
+"""Frames that a reader may hold on to at a time."""
+
+
+class FrameSubscriber:
+    """Reads the frames of an instance, oldest first."""
+
+    def __init__(self, member: Member, tracker: ContinuityTracker) -> None:
+        self._member = member
+        self._tracker = tracker
+        self._subscriber = member.subscriber(FRAMES, iox2.Slice[HandleState], FrameHeader)
+        self._waking = Waking(member, FRAMES)
+
+    def receive(self) -> Frame | None:
+        """The oldest frame that has not been read yet. Never waits."""
+        try:
+            sample = self._subscriber.receive()
+        except iox2.ReceiveError as error:
+            if str(error) == "ExceedsMaxBorrows":
+                raise TooManyFramesHeld(MAX_BORROWED_FRAMES) from error
+            raise BusError(f"{FRAMES}: {error}") from error
+        if sample is None:
+            return None
+        header = FrameHeader.copy_from(sample.user_header_ptr)
+        handle_count = header.bench_count + 1
+        # Not by the length of the package's own slice: it counts bytes where it means elements.
+        if sample.header.number_of_elements != handle_count:
+            raise VersionMismatch(FRAMES)
+        continuity, lost = self._tracker.track(header.run_id, header.tick)
+        return Frame(header, SharedMemory(sample, self._member, handle_count), continuity, lost)
+
+    def latest(self) -> Frame | None:
+        """The newest frame. Never waits."""
+        frame = self.receive()
+        while frame is not None and self._subscriber.has_samples():
+            # Let go of it before the next one is received.
+            frame = None
+            frame = self.receive()
+        return frame
+
+    def wait(self, deadline: Deadline) -> Frame | None:
+        """The oldest frame that has not been read yet, waiting for it."""
+        frame = self.receive()
+        while frame is None and self._waking.wait(deadline):
+            frame = self.receive()
+        return frame

@@ -1,0 +1,173 @@
+"""A process's membership in a domain, and the ports that it opens there."""
+
+import ctypes
+import weakref
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import iceoryx2 as iox2
+
+from bench_dragon.domain import Domain
+from bench_dragon.errors import (
+    BusError,
+    HalfMade,
+    MissingDirectory,
+    NoServer,
+    PermissionDenied,
+    TooManyClients,
+    VersionMismatch,
+)
+from bench_dragon.membership import Membership
+from bench_dragon.resources import require_open_files, require_shared_memory
+
+FRAMES = "bench-dragon/frames"
+"""Name of the frames: a publish-subscribe service, and an event service of the same name for the wake-up."""
+DESCRIPTION = "bench-dragon/description"
+"""Name of the description."""
+STATUS = "bench-dragon/status"
+"""Name of the status."""
+ALERTS = "bench-dragon/alerts"
+"""Name of the alerts: a publish-subscribe service, and an event service of the same name for the wake-up."""
+COMMANDS = "bench-dragon/commands"
+"""Name of the commands."""
+
+Opened = TypeVar("Opened")
+
+
+class Member:
+    """A process's membership in a domain. It lasts for as long as it is referred to, at most as the process.
+
+    Only the server creates services; a member opens what is there.
+    """
+
+    def __init__(self, domain: Domain, name: str) -> None:
+        """Joins under a name that `iox2 node list` shows.
+
+        Raises `NoServer` where the domain is empty, `DomainError`, `PermissionDenied` and `OutOfResources`.
+        """
+        self.instance = domain.instance
+        """The instance's name."""
+        require_open_files()
+        try:
+            domain.check_directory()
+            _require_services(domain)
+            membership = Membership(domain)
+        except MissingDirectory as error:
+            raise NoServer(domain.instance) from error
+        try:
+            require_shared_memory()
+            domain.set_fallback_configuration()
+            node = _create_node(domain, name)
+        except BaseException:
+            membership.leave()
+            raise
+        self._nodes = [node]
+        self._ports: list[Any] = []
+        # Called at the end of the process as well, which does not tell iceoryx2 by itself.
+        weakref.finalize(self, _leave, self._nodes, membership)
+
+    def subscriber(self, service: str, payload: Any, user_header: Any = None) -> Any:
+        """Reads a publish-subscribe service.
+
+        Raises, as every port: `NoServer`, `HalfMade`, `VersionMismatch`, `PermissionDenied`, `TooManyClients`,
+        `BusError`.
+        """
+
+        def create() -> Any:
+            builder = self._service(service).publish_subscribe(payload)
+            if user_header is not None:
+                builder = builder.user_header(user_header)
+            return builder.open().subscriber_builder().create()
+
+        return self._open(service, create)
+
+    def listener(self, service: str) -> Any:
+        """Is woken by an event service."""
+        return self._open(service, lambda: self._service(service).event().open().listener_builder().create())
+
+    def client(self, service: str, request: type[ctypes.Structure], response: type[ctypes.Structure]) -> Any:
+        """Sends requests to a service."""
+        return self._open(
+            service,
+            lambda: self._service(service).request_response(request, response).open().client_builder().create(),
+        )
+
+    def close_ports(self) -> None:
+        """Closes all ports. What was received stays as it is."""
+        while self._ports:
+            self._ports.pop().delete()
+
+    def _service(self, name: str) -> Any:
+        return self._nodes[0].service_builder(iox2.ServiceName.new(name))
+
+    def _open(self, service: str, create: Callable[[], Opened]) -> Opened:
+        try:
+            port = create()
+        except _OPEN_ERRORS as error:
+            raise self._sorted(service, error) from error
+        self._ports.append(port)
+        return port
+
+    def _sorted(self, service: str, error: Exception) -> BusError:
+        """What an error of iceoryx2, which is the name of a variant, comes down to."""
+        match str(error):
+            # Another process is making it or taking it away at this moment.
+            case "DoesNotExist" | "IsMarkedForDestruction":
+                return NoServer(self.instance)
+            case "HangsInCreation":
+                return HalfMade(self.instance)
+            case (
+                "IncompatibleTypes"
+                | "IncompatibleRequestOrResponseType"
+                | "IncompatibleMessagingPattern"
+                | "VersionMismatch"
+            ):
+                return VersionMismatch(service)
+            case "InsufficientPermissions":
+                return PermissionDenied(service)
+            case (
+                "ExceedsMaxNumberOfNodes"
+                | "ExceedsMaxSupportedSubscribers"
+                | "ExceedsMaxSupportedListeners"
+                | "ExceedsMaxSupportedClients"
+            ):
+                return TooManyClients(service)
+            case reason:
+                return BusError(f"{service}: {reason}")
+
+
+_OPEN_ERRORS = (
+    iox2.PublishSubscribeOpenError,
+    iox2.EventOpenError,
+    iox2.RequestResponseOpenError,
+    iox2.SubscriberCreateError,
+    iox2.ListenerCreateError,
+    iox2.ClientCreateError,
+)
+
+
+def _require_services(domain: Domain) -> None:
+    """Whether there is anything to open, without the cost of joining: a client that waits asks often."""
+    path = domain.root / "services"
+    try:
+        if any(path.iterdir()):
+            return
+    except FileNotFoundError:
+        pass
+    raise MissingDirectory(f"{path} is empty")
+
+
+def _create_node(domain: Domain, name: str) -> Any:
+    builder = iox2.NodeBuilder.new().name(iox2.NodeName.new(name)).config(domain.iceoryx2_config())
+    try:
+        return builder.signal_handling_mode(iox2.SignalHandlingMode.Disabled).create(iox2.ServiceType.Ipc)
+    except iox2.NodeCreationFailure as error:
+        if str(error) == "InsufficientPermissions":
+            raise PermissionDenied("the domain") from error
+        raise BusError(f"the domain: {error}") from error
+
+
+def _leave(nodes: list[Any], membership: Membership) -> None:
+    # Where a frame is held at the end of the process, the node outlives this.
+    own = nodes.pop().id.value
+    membership.leave(own)

@@ -1,0 +1,45 @@
+"""What a client needs of the machine. iceoryx2 finds out by a SIGBUS, or in the middle of a service."""
+
+import errno
+import os
+
+from bench_dragon.errors import OutOfResources
+from bench_dragon.membership import SHARED_MEMORY
+
+_SHARED_MEMORY_BYTES = 256 << 10
+_OPEN_FILES = 32
+
+
+def require_shared_memory() -> None:
+    """Checks that shared memory has room for a client, by taking as much for a moment: what a quota or a control group
+    allows counts too."""
+    try:
+        file = os.open(SHARED_MEMORY, os.O_TMPFILE | os.O_RDWR | os.O_CLOEXEC, 0o600)
+        try:
+            os.posix_fallocate(file, 0, _SHARED_MEMORY_BYTES)
+        finally:
+            os.close(file)
+    except OSError as error:
+        if error.errno in (errno.ENOSPC, errno.EDQUOT):
+            needed_mb = _SHARED_MEMORY_BYTES * 1e-6
+            text = f"has less than the {needed_mb:.1f} MB free that this needs: free some or mount it larger"
+        else:
+            text = f"cannot be written ({error.strerror}): mount it, `mount -t tmpfs -o mode=1777 tmpfs /dev/shm`"
+        raise OutOfResources(f"{SHARED_MEMORY} {text}") from error
+
+
+def require_open_files() -> None:
+    """Checks that this process may open as many files as a client does, by opening as many for a moment."""
+    files: list[int] = []
+    try:
+        while len(files) < _OPEN_FILES:
+            files.append(os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC))
+    except OSError as error:
+        if error.errno not in (errno.EMFILE, errno.ENFILE):
+            raise
+        raise OutOfResources(
+            f"this process may not open the {_OPEN_FILES} more files that it needs: raise the limit, `ulimit -n 1024`"
+        ) from error
+    finally:
+        for file in files:
+            os.close(file)
