@@ -1,5 +1,5 @@
-//! What the stock Python packages read, live and from a recording, with no code of ours. What they must find is in
-//! `tests/python`.
+//! What the stock Python packages read, live and from a recording, with no code of ours; what they must find is in
+//! `tests/python`. And our own package, whose tests are beside it.
 
 use std::env;
 use std::ffi::OsStr;
@@ -19,11 +19,15 @@ pub(crate) fn python() -> Command {
     command
 }
 
-/// Runs the tests of a Python file.
+/// Runs the tests of a file in `tests/python`.
 pub(crate) fn run(file: &str, variables: &[(&str, &OsStr)]) {
+    run_at(&format!("tests/python/{file}"), variables);
+}
+
+/// Runs the tests of a Python file or folder.
+fn run_at(path: &str, variables: &[(&str, &OsStr)]) {
     let output = python()
-        .args(["-m", "pytest", "-q", "-p", "no:cacheprovider"])
-        .arg(format!("tests/python/{file}"))
+        .args(["-m", "pytest", "-q", "-p", "no:cacheprovider", path])
         .envs(variables.iter().copied())
         .output()
         .expect("a Python interpreter");
@@ -45,4 +49,9 @@ fn the_stock_iceoryx2_package_reads_the_bus_live() {
     ];
     run("test_live.py", &variables);
     server.stop();
+}
+
+#[test]
+fn the_python_package_reads_and_commands_live_servers() {
+    run_at("ipc/python/tests", &[("BENCH_DRAGON", OsStr::new(env!("CARGO_BIN_EXE_bench-dragon")))]);
 }

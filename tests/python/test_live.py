@@ -12,7 +12,9 @@ import tomllib
 
 import iceoryx2 as iox2
 import pytest
-from bus import Command, CommandReply, FrameHeader, HandleState, Status, frame_bytes
+from bench_dragon import FrameHeader, HandleState, Status
+from bench_dragon.command import Command, CommandReply
+from bus import frame_bytes
 
 PROGRAM = os.environ["BENCH_DRAGON"]
 INSTANCE = os.environ["BENCH_DRAGON_INSTANCE"]

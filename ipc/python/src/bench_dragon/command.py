@@ -108,7 +108,7 @@ class Refusal(WireCode):
     """The source replays a recording, which is as it is."""
 
 
-_REASONS = {
+REASONS = {
     Refusal.UNKNOWN: "the server does not know this command",
     Refusal.HELD: "the show is held: release it first",
     Refusal.NOT_HELD: "the show is not held",
@@ -136,7 +136,7 @@ class Refused(BusError):
         if self.refusal is Refusal.OUT_OF_RANGE:
             super().__init__(f"the value must be from {_plain(self.lowest)} to {_plain(self.highest)}")
         else:
-            super().__init__(_REASONS[self.refusal])
+            super().__init__(REASONS[self.refusal])
 
 
 class CommandClient:

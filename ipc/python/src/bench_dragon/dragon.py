@@ -57,8 +57,8 @@ class Dragon:
     def frames(self, timeout_s: float | None = None) -> Iterator[Frame]:
         """Frame after frame, oldest first, waiting for each at most `timeout_s` seconds: `None` for as long as it takes.
 
-        A frame is let go of before the next one is received, unless it is kept. Raises `NoServer` where none has come
-        in time; the others as `receive`.
+        A frame that is not kept is let go of when the loop has the next one. Raises `NoServer` where none has come in
+        time; the others as `receive`.
         """
         while True:
             # Not by a variable: the frame is the caller's alone.

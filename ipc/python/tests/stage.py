@@ -1,0 +1,103 @@
+"""An instance of the test's own, and the program's processes on it."""
+
+import itertools
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+PROGRAM = os.environ["BENCH_DRAGON"]
+EXAMPLES = Path(__file__).parents[1] / "examples"
+PATIENCE_S = 60.0
+"""How long a test waits for what must come. It fails where that does not."""
+
+_NUMBERS = itertools.count()
+
+
+class Stage:
+    """An instance. What belongs to it on the machine is known from the program, not from the package under test."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.instance = f"py-{os.getpid()}-{next(_NUMBERS)}"
+        self.root, self.prefix = self.printed_domain()
+        self._processes = []
+
+    def printed_domain(self):
+        """Root path and prefix, as the program prints them."""
+        [_, root, prefix] = self.run("iox2-config").stdout.splitlines()
+        return Path(json.loads(root.partition(" = ")[2])), json.loads(prefix.partition(" = ")[2])
+
+    def run(self, *args):
+        """Runs a command to its end."""
+        return subprocess.run(self._command(args), capture_output=True, text=True, check=False)
+
+    def start(self, *args):
+        """Starts a command."""
+        return self._start(self._command(args))
+
+    def start_python(self, *args):
+        """Starts a Python program, which Ctrl-C can end even where the tests run in the background."""
+        return self._start([sys.executable, *args], preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+
+    def serve(self, *args):
+        """Starts a server and waits until its services are there."""
+        return Server(self.start("serve", "--format", "json", *args))
+
+    def remains(self):
+        """Everything of this instance that is on the machine."""
+        shared = [path for path in Path("/dev/shm").iterdir() if path.name.startswith(self.prefix)]
+        return shared + ([self.root, *self.root.iterdir()] if self.root.exists() else [])
+
+    def close(self):
+        """Ends what still runs."""
+        for process in self._processes:
+            process.kill()
+            process.wait()
+            process.stdout.close()
+
+    def _command(self, args):
+        return [PROGRAM, *args, "--instance", self.instance]
+
+    def _start(self, command, **options):
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, **options)
+        self._processes.append(process)
+        return process
+
+
+class Server:
+    """A running server."""
+
+    def __init__(self, process):
+        self.process = process
+        started = json.loads(process.stdout.readline())
+        assert started["type"] == "started"
+        self.run_id = started["run_id"]
+
+    def stop(self):
+        """Ends it by a signal and returns its summary."""
+        self.process.terminate()
+        return self.summary()
+
+    def summary(self):
+        """Waits for its own end and returns its summary."""
+        last = self.process.stdout.read().splitlines()[-1]
+        assert self.process.wait() == 0
+        return json.loads(last)
+
+
+def read_until(dragon, is_wanted):
+    """Frames' headers up to the first one that is wanted, which comes last."""
+    headers = []
+    for frame in dragon.frames(PATIENCE_S):
+        headers.append(frame.header)
+        if is_wanted(frame.header):
+            return headers
+
+
+def wait_for_tick(dragon, tick):
+    """Waits until the server has published a tick, without reading frames."""
+    while dragon.status(PATIENCE_S).tick < tick:
+        pass

@@ -1,0 +1,234 @@
+"""Frames as they lie in shared memory: every value, every gap, and for as long as they are held."""
+
+import gc
+import json
+import math
+import threading
+
+import numpy as np
+import pytest
+from bench_dragon import Continuity, Dragon, NoServer, ShowState, TooManyFramesHeld
+from stage import PATIENCE_S, read_until, wait_for_tick
+
+
+def printed_frames(stage, count):
+    lines = stage.run("echo", "--count", str(count), "--format", "json").stdout.splitlines()
+    assert len(lines) == count
+    return [json.loads(line) for line in lines]
+
+
+def test_every_value_of_every_frame_is_the_one_that_echo_prints(stage):
+    server = stage.serve("--rate", "20", "--time-scale", "10")
+    with Dragon(stage.instance) as dragon:
+        printed = {line["tick"]: line for line in printed_frames(stage, 10)}
+        for frame in dragon.frames(PATIENCE_S):
+            header = frame.header.fields()
+            if line := printed.pop(header["tick"], None):
+                handles = line.pop("handles")
+                assert header == line
+                assert frame.positions.tolist() == [handle["position_m"] for handle in handles]
+                assert frame.velocities.tolist() == [handle["velocity_mps"] for handle in handles]
+            if not printed:
+                break
+        assert frame.header.run_id == server.run_id
+        del frame
+    server.stop()
+
+
+def test_a_reader_from_the_start_gets_every_frame_of_the_run(stage):
+    server = stage.serve("--readers", "1", "--rate", "100", "--until", "1")
+    with Dragon(stage.instance) as dragon:
+        headers = read_until(dragon, lambda header: header.show_state is ShowState.FINISHED)
+        server.summary()
+        assert [header.tick for header in headers] == list(range(101))
+        assert [header.sim_time_ns for header in headers] == [tick * 10_000_000 for tick in range(101)]
+        assert (headers[0].sim_time_s, headers[-1].sim_time_s) == (0.0, 1.0)
+        assert str(headers[0].show_state) == "running"
+        assert dragon.lost == 0
+
+
+def test_the_first_positions_are_the_papers(stage):
+    server = stage.serve("--readers", "1", "--start-at", "300", "--rate", "10")
+    with Dragon(stage.instance) as dragon:
+        positions = dragon.wait(PATIENCE_S).positions
+        assert positions.shape == (224, 3)
+        expected = {0: (4.420274, 2.320429), 1: (2.459489, 4.402476), 223: (1.785033, 9.301164)}
+        for handle, (x, y) in expected.items():
+            assert positions[handle].tolist() == pytest.approx([x, y, 0.0], abs=1e-6)
+        del positions
+    server.stop()
+
+
+def test_benches_lie_between_their_handles(stage):
+    server = stage.serve("--rate", "20", "--start-at", "100")
+    with Dragon(stage.instance) as dragon:
+        frame = dragon.wait(PATIENCE_S)
+        benches = frame.benches
+        assert len(benches) == 223
+        handles = list(zip(frame.positions.tolist(), frame.velocities.tolist(), strict=True))
+        for bench in range(223):
+            (front, front_velocity), (rear, rear_velocity) = handles[bench : bench + 2]
+            assert benches.centres[bench].tolist() == [(a + b) / 2 for a, b in zip(front, rear, strict=True)]
+            velocity = [(a + b) / 2 for a, b in zip(front_velocity, rear_velocity, strict=True)]
+            assert benches.velocities[bench].tolist() == velocity
+            assert benches.speeds[bench] == pytest.approx(math.hypot(*velocity), rel=1e-15)
+            x, y, _ = (a - b for a, b in zip(front, rear, strict=True))
+            u, v, _ = (a - b for a, b in zip(front_velocity, rear_velocity, strict=True))
+            # numpy's arctangent may differ from the C library's in the last place.
+            assert benches.headings[bench] == pytest.approx(math.atan2(y, x), rel=1e-15)
+            assert benches.turn_rates[bench] == (x * v - y * u) / (x * x + y * y)
+        del frame
+        assert not np.shares_memory(benches.centres, dragon.wait(PATIENCE_S).positions)
+    server.stop()
+
+
+def test_headings_turn_as_fast_as_they_say(stage):
+    server = stage.serve("--readers", "1", "--rate", "100", "--start-at", "50", "--until", "50.5")
+    with Dragon(stage.instance) as dragon:
+        headings, turn_rates = [], []
+        for frame in dragon.frames(PATIENCE_S):
+            if frame.header.show_state is ShowState.FINISHED:
+                break
+            headings.append(frame.benches.headings)
+            turn_rates.append(frame.benches.turn_rates)
+        del frame
+        assert dragon.lost == 0
+        turned = (np.array(headings[2:]) - np.array(headings[:-2]) + np.pi) % (2 * np.pi) - np.pi
+        np.testing.assert_allclose(turned / 0.02, np.array(turn_rates[1:-1]), atol=1e-5)
+    server.summary()
+
+
+def test_what_a_slow_reader_loses_is_counted(stage):
+    server = stage.serve("--rate", "1000")
+    with Dragon(stage.instance) as dragon:
+        first = dragon.wait(PATIENCE_S)
+        assert (first.continuity, first.lost) == (Continuity.FIRST, 0)
+        wait_for_tick(dragon, first.header.tick + 600)
+        server.stop()
+        first_tick, last, count = first.header.tick, first.header, 1
+        del first
+        while (frame := dragon.receive()) is not None:
+            gap = frame.header.tick - last.tick - 1
+            assert frame.lost == gap
+            assert frame.continuity is (Continuity.LOST if gap else Continuity.NEXT)
+            last, count = frame.header, count + 1
+        assert count + dragon.lost == last.tick - first_tick + 1
+        assert dragon.lost >= 600 - 256
+
+
+def test_a_restart_is_told_from_a_gap_and_reading_goes_on(stage):
+    first = stage.serve("--rate", "50")
+    with Dragon(stage.instance) as dragon:
+        assert dragon.wait(PATIENCE_S).header.run_id == first.run_id
+        assert dragon.description(PATIENCE_S).run_id == first.run_id
+        first.stop()
+        second = stage.serve("--rate", "40")
+        for frame in dragon.frames(PATIENCE_S):
+            if frame.header.run_id == second.run_id:
+                break
+            assert frame.continuity is Continuity.NEXT
+        assert (frame.continuity, frame.lost, dragon.lost) == (Continuity.RESTARTED, 0, 0)
+        assert next(iter(dragon)).continuity is Continuity.NEXT
+        while dragon.description(PATIENCE_S).run_id != second.run_id:
+            dragon.wait(PATIENCE_S)
+        assert dragon.description().config["serve"]["rate_hz"] == 40
+        assert dragon.pause(PATIENCE_S) > 0
+        del frame
+    second.stop()
+
+
+def test_arrays_are_views_on_the_servers_shared_memory_that_nobody_can_write(stage):
+    server = stage.serve("--rate", "20")
+    with Dragon(stage.instance) as dragon:
+        frame = dragon.wait(PATIENCE_S)
+        for array in (frame.positions, frame.velocities):
+            assert any(array.ctypes.data in mapped for mapped in segments(stage.prefix))
+            with pytest.raises(ValueError, match="read-only"):
+                array[0, 0] = 1.0
+            with pytest.raises(ValueError, match="WRITEABLE"):
+                array.flags.writeable = True
+        del array, frame
+    server.stop()
+
+
+def segments(prefix):
+    """The addresses at which an instance's shared memory is mapped into this process."""
+    with open("/proc/self/maps") as maps:
+        lines = [line.split() for line in maps if f"/dev/shm/{prefix}" in line]
+    bounds = [[int(bound, 16) for bound in line[0].split("-")] for line in lines]
+    return [range(start, end) for start, end in bounds]
+
+
+def test_an_array_stays_as_it_is_when_its_frame_the_dragon_and_the_server_are_gone(stage):
+    server = stage.serve("--rate", "1000", "--start-at", "100")
+    dragon = Dragon(stage.instance)
+    frame = dragon.wait(PATIENCE_S)
+    head, tick = frame.positions[0], frame.header.tick
+    before = head.tolist()
+    assert math.hypot(*before) > 1
+    del frame
+    gc.collect()
+    # The server uses each place of its memory several times meanwhile.
+    read_until(dragon, lambda header: header.tick > tick + 1000)
+    assert head.tolist() == before
+    server.stop()
+    dragon.close()
+    del dragon
+    gc.collect()
+    assert head.tolist() == before
+    assert stage.remains() != [], "this process is still there"
+    del head
+    assert stage.remains() == []
+
+
+def test_four_frames_may_be_held(stage):
+    server = stage.serve("--rate", "20")
+    with Dragon(stage.instance) as dragon:
+        held = [dragon.wait(PATIENCE_S).positions for _ in range(4)]
+        with pytest.raises(TooManyFramesHeld, match="4 frames are held, the most that a reader may hold"):
+            dragon.wait(PATIENCE_S)
+        del held[2:]
+        # A loop lets go of a frame when it has the next one.
+        assert len(read_until(dragon, lambda header: header.tick > 20)) > 4
+        assert dragon.lost == 0
+        held.clear()
+    server.stop()
+
+
+def test_the_latest_frame_is_the_newest_and_what_it_passes_over_is_not_lost(stage):
+    server = stage.serve("--rate", "20")
+    with Dragon(stage.instance) as dragon:
+        held = [dragon.wait(PATIENCE_S).positions for _ in range(3)]
+        tick = dragon.status(PATIENCE_S).tick + 5
+        wait_for_tick(dragon, tick)
+        assert dragon.latest().header.tick >= tick
+        assert dragon.lost == 0
+        held.clear()
+        server.stop()
+        dragon.latest()
+        assert dragon.latest() is None and dragon.receive() is None
+
+
+def test_a_wait_ends_with_its_timeout(stage):
+    server = stage.serve("--rate", "20")
+    with Dragon(stage.instance) as dragon:
+        server.stop()
+        dragon.latest()
+        assert dragon.wait(0) is None
+        assert dragon.wait(0.01) is None
+        with pytest.raises(NoServer, match="no server runs on instance"):
+            next(dragon.frames(timeout_s=0.01))
+
+
+def test_other_threads_run_while_one_waits(stage):
+    first = stage.serve("--rate", "50")
+    with Dragon(stage.instance) as dragon:
+        first.stop()
+        dragon.latest()
+        servers = []
+        thread = threading.Thread(target=lambda: servers.append(stage.serve("--rate", "50")))
+        thread.start()
+        run_id = dragon.wait(PATIENCE_S).header.run_id
+        thread.join()
+        assert run_id == servers[0].run_id
+    servers[0].stop()

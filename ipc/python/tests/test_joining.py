@@ -1,0 +1,170 @@
+"""Joining and leaving: where there is no server, where the directory is wrong, and whoever goes first."""
+
+import os
+import signal
+import threading
+
+import pytest
+from bench_dragon import BusError, Domain, DomainError, Dragon, NoServer
+from stage import EXAMPLES, PATIENCE_S
+
+LOOP = """
+import sys
+from bench_dragon import Dragon
+dragon = Dragon(sys.argv[1])
+for frame in dragon:
+    positions = frame.positions
+    print(frame.header.tick, flush=True)
+"""
+
+
+def test_an_instance_lives_where_the_program_says(stage):
+    domain = Domain(stage.instance)
+    assert (domain.root, domain.prefix) == (stage.root, stage.prefix)
+
+
+@pytest.mark.parametrize("name", ["", "Dragon", "a b", "a/b", "..", "dragön", "a\n", "a" * 25])
+def test_a_bad_name_is_refused(name):
+    with pytest.raises(DomainError, match="must be 1 to 24 of a-z, 0-9 and -"):
+        Dragon(name)
+
+
+def test_without_a_server_it_says_so_and_leaves_nothing(stage):
+    for timeout_s in (0, 0.1):
+        with pytest.raises(NoServer, match=f"no server runs on instance '{stage.instance}'"):
+            Dragon(stage.instance, timeout_s=timeout_s)
+    assert stage.remains() == []
+
+
+def test_it_waits_for_a_server_that_is_not_there_yet(stage):
+    run_ids = []
+
+    def read():
+        with Dragon(stage.instance) as dragon:
+            run_ids.append(dragon.wait(PATIENCE_S).header.run_id)
+
+    reader = threading.Thread(target=read)
+    reader.start()
+    server = stage.serve("--rate", "50")
+    reader.join()
+    assert run_ids == [server.run_id]
+    server.stop()
+
+
+def test_a_closed_dragon_reads_no_more(stage):
+    server = stage.serve("--rate", "50")
+    with Dragon(stage.instance) as dragon:
+        assert dragon.wait(PATIENCE_S) is not None
+    dragon.close()
+    with pytest.raises(ValueError, match=f"the dragon of instance '{stage.instance}' is closed"):
+        dragon.receive()
+    assert dragon.lost == 0
+    server.stop()
+
+
+def test_others_may_not_write_into_the_directory(stage):
+    server = stage.serve("--rate", "50")
+    stage.root.chmod(0o777)
+    with pytest.raises(DomainError, match="has mode 0777, must not be writable by others: chmod 0700 it"):
+        Dragon(stage.instance)
+    stage.root.chmod(0o700)
+    server.stop()
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give a directory away")
+def test_the_directory_must_be_the_users_own(stage):
+    server = stage.serve("--rate", "50")
+    os.chown(stage.root, 12345, -1)
+    with pytest.raises(DomainError, match=r"belongs to user 12345, must belong to user 0"):
+        Dragon(stage.instance)
+    os.chown(stage.root, 0, -1)
+    server.stop()
+
+
+def test_the_runtime_directory_must_be_there_and_short(stage, monkeypatch):
+    monkeypatch.setenv("XDG_RUNTIME_DIR", "/nowhere")
+    with pytest.raises(DomainError, match="XDG_RUNTIME_DIR is /nowhere, must be a directory that is there"):
+        Dragon(stage.instance, timeout_s=0)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", "/" + "a" * 60)
+    with pytest.raises(DomainError, match="under 60 bytes"):
+        Dragon(stage.instance)
+
+
+def test_a_server_of_another_layout_is_told_of(stage, monkeypatch):
+    server = stage.serve("--rate", "50")
+    monkeypatch.setattr("bench_dragon.frame.HandleState.TYPE_NAME", "bench_dragon.HandleState.v0")
+    with pytest.raises(BusError, match="bench-dragon/frames has another layout than this package's"):
+        Dragon(stage.instance)
+    server.stop()
+
+
+def test_ctrl_c_ends_the_example(stage):
+    server = stage.serve("--rate", "50")
+    example = stage.start_python(str(EXAMPLES / "head.py"), stage.instance)
+    assert example.stdout.readline().partition(" s: head at ")[2] != ""
+    example.send_signal(signal.SIGINT)
+    assert example.wait() == 0
+    server.stop()
+
+
+def test_ctrl_c_ends_a_wait_for_a_server(stage):
+    script = "import sys; from bench_dragon import Dragon; print(flush=True); Dragon(sys.argv[1])"
+    waiting = stage.start_python("-c", script, stage.instance)
+    waiting.stdout.readline()
+    waiting.send_signal(signal.SIGINT)
+    assert waiting.wait() == -signal.SIGINT
+
+
+def test_whoever_leaves_last_leaves_nothing_even_with_a_frame_in_hand(stage):
+    server = stage.serve("--rate", "50")
+    reader = stage.start_python("-c", LOOP, stage.instance)
+    reader.stdout.readline()
+    server.stop()
+    assert stage.remains() != [], "the reader is still there"
+    reader.send_signal(signal.SIGINT)
+    assert reader.wait() == -signal.SIGINT
+    assert stage.remains() == []
+
+
+def test_two_dragons_of_one_process_leave_one_by_one(stage):
+    server = stage.serve("--rate", "50")
+    first, second = Dragon(stage.instance), Dragon(stage.instance)
+    server.stop()
+    first.close()
+    assert stage.remains() != []
+    second.latest()
+    second.close()
+    assert stage.remains() == []
+
+
+def test_a_killed_reader_is_swept_away_by_the_server(stage):
+    server = stage.serve("--rate", "50")
+    reader = stage.start_python("-c", LOOP, stage.instance)
+    reader.stdout.readline()
+    reader.kill()
+    reader.wait()
+    with Dragon(stage.instance) as dragon:
+        assert dragon.wait(PATIENCE_S) is not None
+    server.stop()
+    assert stage.remains() == []
+
+
+def test_a_reader_that_is_killed_after_the_server_left_is_swept_away_by_the_next_one(stage):
+    server = stage.serve("--rate", "50")
+    reader = stage.start_python("-c", LOOP, stage.instance)
+    reader.stdout.readline()
+    server.stop()
+    reader.kill()
+    reader.wait()
+    with pytest.raises(NoServer):
+        Dragon(stage.instance, timeout_s=0)
+    assert stage.remains() == []
+
+
+def test_what_a_killed_server_left_is_swept_away(stage):
+    server = stage.serve("--rate", "50")
+    server.process.kill()
+    server.process.wait()
+    with pytest.raises(NoServer):
+        Dragon(stage.instance, timeout_s=0)
+    assert stage.remains() == []

@@ -1,0 +1,74 @@
+"""What the server and the monitor tell of the show."""
+
+import json
+import math
+
+from bench_dragon import AlertKind, Dragon, ShowState
+from stage import PATIENCE_S
+
+
+def test_the_description_is_the_configuration(stage):
+    config = "[dragon]\nbenches = 12\n\n[serve]\nrate_hz = 20\n"
+    path = stage.folder / "small.toml"
+    path.write_text(config)
+    server = stage.serve("--config", str(path))
+    with Dragon(stage.instance) as dragon:
+        description = dragon.description(PATIENCE_S)
+        assert description.run_id == server.run_id
+        assert description.config["dragon"]["benches"] == 12
+        assert description.config["serve"]["rate_hz"] == 20
+        assert description.config["route"] == {"kind": "spiral", "pitch_m": 0.55, "start_turns": 16.0}
+        assert dragon.description() == description
+        assert dragon.wait(PATIENCE_S).positions.shape == (13, 3)
+    server.stop()
+
+
+def test_the_status_is_the_servers(stage):
+    server = stage.serve("--rate", "20")
+    with Dragon(stage.instance) as dragon:
+        before, status = dragon.status(PATIENCE_S), dragon.status(PATIENCE_S)
+        assert (status.run_id, status.pid, status.rate_hz) == (server.run_id, server.process.pid, 20)
+        assert status.tick >= before.tick and status.show_state is ShowState.RUNNING
+        assert status.sim_time_ns == status.tick * 50_000_000
+        assert math.isnan(status.granted_to_m) and math.isnan(status.asked_m)
+        for histogram, median_ns, max_ns in (
+            (status.lateness, status.lateness_p50_ns, status.lateness_max_ns),
+            (status.tick_time, status.tick_p50_ns, status.tick_max_ns),
+        ):
+            assert median_ns <= max_ns == histogram.max_ns
+            assert sum(histogram.counts) >= status.tick
+    summary = server.stop()
+    assert summary["frames"] > status.tick
+
+
+def test_the_alerts_are_those_that_the_monitor_prints(stage):
+    server = stage.serve("--readers", "2", "--rate", "50", "--time-scale", "4", "--start-at", "412", "--until", "413")
+    with Dragon(stage.instance) as dragon:
+        assert dragon.alerts() == []
+        monitor = stage.start("monitor", "--format", "json")
+        heard = []
+        while AlertKind.CONTACT not in [alert.alert_kind for alert in heard]:
+            heard += dragon.alerts(PATIENCE_S)
+        server.summary()
+        monitor.terminate()
+        lines = map(json.loads, monitor.stdout.read().splitlines())
+        heard += dragon.alerts()
+        assert [line_of(alert) for alert in heard] == [line for line in lines if line["type"] == "alert"]
+        [contact] = [alert for alert in heard if alert.alert_kind is AlertKind.CONTACT]
+        assert abs(contact.sim_time_s - 412.473838) < 1e-6
+        assert (contact.pair, contact.clearance_m, str(contact.alert_kind)) == ((0, 8), 0.0, "contact")
+
+
+def line_of(alert):
+    """An alert as the line that a monitor prints."""
+    return {
+        "type": "alert",
+        "kind": str(alert.alert_kind),
+        "time_s": alert.sim_time_s,
+        "tick": alert.tick,
+        "run_id": alert.run_id,
+        "benches": alert.pair and list(alert.pair),
+        "clearance_m": alert.pair and alert.clearance_m,
+        "point_m": alert.pair and list(alert.point_m),
+        "forecast_s": alert.forecast_s,
+    }
