@@ -38,9 +38,13 @@ class Stage:
         """Starts a command."""
         return self._start(self._command(args))
 
-    def start_python(self, *args):
+    def start_python(self, *args, **options):
         """Starts a Python program, which Ctrl-C can end even where the tests run in the background."""
-        return self._start([sys.executable, *args], preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+
+        def restore_ctrl_c():
+            signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+        return self._start([sys.executable, *args], preexec_fn=restore_ctrl_c, **options)
 
     def serve(self, *args):
         """Starts a server and waits until its services are there."""
@@ -55,8 +59,7 @@ class Stage:
         """Ends what still runs."""
         for process in self._processes:
             process.kill()
-            process.wait()
-            process.stdout.close()
+            process.communicate()
 
     def _command(self, args):
         return [PROGRAM, *args, "--instance", self.instance]

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import subprocess
 import threading
 
 import pytest
@@ -117,12 +118,13 @@ def test_ctrl_c_ends_a_wait_for_a_server(stage):
 
 def test_whoever_leaves_last_leaves_nothing_even_with_a_frame_in_hand(stage):
     server = stage.serve("--rate", "50")
-    reader = stage.start_python("-c", LOOP, stage.instance)
+    reader = stage.start_python("-c", LOOP, stage.instance, stderr=subprocess.PIPE)
     reader.stdout.readline()
     server.stop()
     assert stage.remains() != [], "the reader is still there"
     reader.send_signal(signal.SIGINT)
     assert reader.wait() == -signal.SIGINT
+    assert reader.stderr.read().splitlines()[-1] == "KeyboardInterrupt", "it has nothing else to say"
     assert stage.remains() == []
 
 

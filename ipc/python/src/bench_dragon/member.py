@@ -1,5 +1,6 @@
 """A process's membership in a domain, and the ports that it opens there."""
 
+import atexit
 import ctypes
 import weakref
 from collections.abc import Callable
@@ -32,6 +33,10 @@ COMMANDS = "bench-dragon/commands"
 """Name of the commands."""
 
 Opened = TypeVar("Opened")
+
+# Where a frame is held at the end of the process, its node finds that the last to leave has cleared the domain away.
+# That is as it should be, and not to be warned of.
+atexit.register(iox2.set_log_level, iox2.LogLevel.Fatal)
 
 
 class Member:
