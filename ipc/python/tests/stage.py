@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 PROGRAM = os.environ["BENCH_DRAGON"]
@@ -94,10 +95,12 @@ class Server:
 def read_until(dragon, is_wanted):
     """Frames' headers up to the first one that is wanted, which comes last."""
     headers = []
+    deadline_s = time.monotonic() + PATIENCE_S
     for frame in dragon.frames(PATIENCE_S):
         headers.append(frame.header)
         if is_wanted(frame.header):
             return headers
+        assert time.monotonic() < deadline_s, "it does not come"
 
 
 def wait_for_tick(dragon, tick):

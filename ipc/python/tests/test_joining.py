@@ -1,13 +1,24 @@
 """Joining and leaving: where there is no server, where the directory is wrong, and whoever goes first."""
 
+import contextlib
 import os
 import signal
 import subprocess
 import threading
 
+import iceoryx2 as iox2
 import pytest
-from bench_dragon import BusError, Domain, DomainError, Dragon, NoServer
-from stage import EXAMPLES, PATIENCE_S
+from bench_dragon import (
+    Domain,
+    DomainError,
+    Dragon,
+    FrameHeader,
+    HandleState,
+    NoServer,
+    TooManyClients,
+    VersionMismatch,
+)
+from stage import EXAMPLES, PATIENCE_S, read_until
 
 LOOP = """
 import sys
@@ -94,8 +105,41 @@ def test_the_runtime_directory_must_be_there_and_short(stage, monkeypatch):
 def test_a_server_of_another_layout_is_told_of(stage, monkeypatch):
     server = stage.serve("--rate", "50")
     monkeypatch.setattr("bench_dragon.frame.HandleState.TYPE_NAME", "bench_dragon.HandleState.v0")
-    with pytest.raises(BusError, match="bench-dragon/frames has another layout than this package's"):
+    with pytest.raises(VersionMismatch, match="bench-dragon/frames has another layout than this package's"):
         Dragon(stage.instance)
+    server.stop()
+
+
+def test_a_frame_that_is_shorter_than_its_header_says_is_not_read(stage):
+    server = stage.serve("--rate", "10")
+    with Dragon(stage.instance) as dragon:
+        publisher = publish_lie(Domain(stage.instance), bench_count=10**9, handle_count=3)
+        with pytest.raises(VersionMismatch, match="bench-dragon/frames has another layout"):
+            read_until(dragon, lambda header: header.bench_count != 223)
+        publisher.delete()
+    server.stop()
+
+
+def publish_lie(domain, bench_count, handle_count):
+    """Publishes a frame of so many handles, whose header says something else. Returns the port, without which readers do
+    not find it."""
+    node = iox2.NodeBuilder.new().config(domain.iceoryx2_config()).create(iox2.ServiceType.Ipc)
+    frames = node.service_builder(iox2.ServiceName.new("bench-dragon/frames"))
+    service = frames.publish_subscribe(iox2.Slice[HandleState]).user_header(FrameHeader).open()
+    publisher = service.publisher_builder().initial_max_slice_len(handle_count).create()
+    sample = publisher.loan_slice_uninit(handle_count)
+    sample.user_header().contents.bench_count = bench_count
+    sample.assume_init().send()
+    return publisher
+
+
+def test_as_many_readers_as_there_are_places_for(stage):
+    server = stage.serve("--rate", "10")
+    with contextlib.ExitStack() as crowd:
+        for _ in range(24):
+            crowd.enter_context(Dragon(stage.instance))
+        with pytest.raises(TooManyClients, match="has as many clients as it allows: stop one of them"):
+            Dragon(stage.instance)
     server.stop()
 
 

@@ -48,7 +48,9 @@ def test_the_alerts_are_those_that_the_monitor_prints(stage):
         monitor = stage.start("monitor", "--format", "json")
         heard = []
         while AlertKind.CONTACT not in [alert.alert_kind for alert in heard]:
-            heard += dragon.alerts(PATIENCE_S)
+            news = dragon.alerts(PATIENCE_S)
+            assert news != [], "there is a contact ahead"
+            heard += news
         server.summary()
         monitor.terminate()
         lines = map(json.loads, monitor.stdout.read().splitlines())

@@ -1,7 +1,8 @@
 """The benches of a frame: their boards' centres, headings and velocities.
 
 A bench lies between its two handles, the hinges at its front and rear, which sit equally far from the board's ends. So
-the board's centre is the midpoint of the two, and since the board is rigid, the centre's velocity is the mean of theirs.
+the board's centre is the midpoint of the two, and since the board is rigid, the centre's velocity is the mean of
+theirs.
 """
 
 from dataclasses import dataclass

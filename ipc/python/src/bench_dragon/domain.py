@@ -58,7 +58,9 @@ class Domain:
         if not self.iceoryx2_toml_path.exists():
             # By the prefix, so that one that a killed process leaves is swept away.
             draft = self.root / f"{self.prefix}{os.getpid()}.draft"
-            draft.write_text(f"[global]\nroot-path = {json.dumps(str(self.root))}\nprefix = {json.dumps(self.prefix)}\n")
+            draft.write_text(
+                f"[global]\nroot-path = {json.dumps(str(self.root))}\nprefix = {json.dumps(self.prefix)}\n"
+            )
             draft.rename(self.iceoryx2_toml_path)
         # Another domain's of this process may be there already.
         with contextlib.suppress(Exception):
@@ -85,9 +87,7 @@ def _check_runtime_directory(path: Path) -> None:
     try:
         mode = path.stat().st_mode
     except OSError as error:
-        raise DomainError(
-            f"XDG_RUNTIME_DIR is {path}, must be a directory that is there: {error.strerror}"
-        ) from error
+        raise DomainError(f"XDG_RUNTIME_DIR is {path}, must be a directory that is there: {error.strerror}") from error
     if not stat.S_ISDIR(mode):
         raise DomainError(f"{path} is not a directory: remove it")
     if mode & 0o022 and not mode & stat.S_ISVTX:

@@ -28,7 +28,8 @@ class Dragon:
     No reader ever delays the server: one that falls behind loses its own oldest frames, and counts them in `lost`. A
     dragon outlives a server; the frames of the next one follow as `Continuity.RESTARTED`.
 
-    Use it in a `with` block, or call `close`. One thread uses a dragon at a time.
+    Use it in a `with` block, or call `close`. One thread uses a dragon at a time, in the process that made it: a forked
+    child makes one of its own.
 
     Every method raises `BusError`, or what is made of it, where the bus cannot be used.
 
@@ -55,7 +56,8 @@ class Dragon:
         return self.frames()
 
     def frames(self, timeout_s: float | None = None) -> Iterator[Frame]:
-        """Frame after frame, oldest first, waiting for each at most `timeout_s` seconds: `None` for as long as it takes.
+        """Frame after frame, oldest first, waiting for each at most `timeout_s` seconds: `None` for as long as it
+        takes.
 
         A frame that is not kept is let go of when the loop has the next one. Raises `NoServer` where none has come in
         time; the others as `receive`.
@@ -77,10 +79,11 @@ class Dragon:
         return self._ports.frames.latest()
 
     def wait(self, timeout_s: float | None = None) -> Frame | None:
-        """The oldest frame that has not been read yet, waiting for it at most `timeout_s` seconds: `None` for as long as
-        it takes. Other threads run meanwhile. `None` where none has come in time. Raises as `receive`.
+        """The oldest frame that has not been read yet, waiting for it at most `timeout_s` seconds: `None` for as long
+        as it takes. Other threads run meanwhile. `None` where none has come in time. Raises as `receive`.
 
-        From the first wait on, each frame costs the server a system call for this reader; one that only polls costs none.
+        From the first wait on, each frame costs the server a system call for this reader; one that only polls costs
+        none.
         """
         return self._ports.frames.wait(Deadline(timeout_s))
 

@@ -1,4 +1,4 @@
-"""What can go wrong between a process and the bus. Each text is one line: what, the value, what is allowed or to be done."""
+"""What can go wrong between a process and the bus. Each text is one line: what, the value, what is to be done."""
 
 
 class BusError(Exception):

@@ -100,8 +100,8 @@ class HandleState(WireType):
 class Frame:
     """One frame. Nothing of it is copied but its header, and nobody writes to it while it is held.
 
-    It is held for as long as the frame, or an array that came from it, is referred to. A reader may hold four, of which a
-    loop takes two: the frame in hand, and the next one.
+    It is held for as long as the frame, or an array that came from it, is referred to. A reader may hold four, of which
+    a loop takes two: the frame in hand, and the next one.
     """
 
     header: FrameHeader

@@ -8,7 +8,6 @@ import enum
 from typing import Any, ClassVar, Self, TypeVar
 
 
-
 class WireType(ctypes.Structure):
     """A structure of the bus."""
 
