@@ -7,5 +7,4 @@ def stage(tmp_path):
     """An instance of the test's own, of which nothing may be left."""
     stage = Stage(tmp_path)
     yield stage
-    stage.close()
-    assert stage.remains() == []
+    assert stage.close() == []

@@ -3,6 +3,7 @@
 import itertools
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -57,10 +58,16 @@ class Stage:
         return shared + ([self.root, *self.root.iterdir()] if self.root.exists() else [])
 
     def close(self):
-        """Ends what still runs."""
+        """Ends what a failing test has left running. Returns what is left on the machine, and removes it."""
         for process in self._processes:
             process.kill()
             process.communicate()
+        remains = self.remains()
+        shutil.rmtree(self.root, ignore_errors=True)
+        for path in remains:
+            if path.is_file():
+                path.unlink()
+        return remains
 
     def _command(self, args):
         return [PROGRAM, *args, "--instance", self.instance]
