@@ -9,6 +9,7 @@ import threading
 import iceoryx2 as iox2
 import pytest
 from bench_dragon import (
+    BusError,
     Domain,
     DomainError,
     Dragon,
@@ -107,6 +108,29 @@ def test_a_server_of_another_layout_is_told_of(stage, monkeypatch):
     monkeypatch.setattr("bench_dragon.frame.HandleState.TYPE_NAME", "bench_dragon.HandleState.v0")
     with pytest.raises(VersionMismatch, match="bench-dragon/frames has another layout than this package's"):
         Dragon(stage.instance)
+    server.stop()
+
+
+def test_a_name_that_iceoryx2_does_not_take_is_refused(stage):
+    server = stage.serve("--rate", "50")
+    with pytest.raises(BusError, match="the node's name is 'xxx.*', must be at most 128 bytes"):
+        Dragon(stage.instance, name="x" * 200)
+    server.stop()
+
+
+def test_too_few_open_files_are_told_of(stage):
+    server = stage.serve("--rate", "50")
+    script = f"""
+import resource
+from bench_dragon import Dragon, OutOfResources
+resource.setrlimit(resource.RLIMIT_NOFILE, (16, 16))
+try:
+    Dragon("{stage.instance}")
+except OutOfResources as error:
+    print(error)
+"""
+    told = stage.start_python("-c", script).stdout.read()
+    assert told.startswith("this process may not open the 32 more files that it needs: raise the limit")
     server.stop()
 
 

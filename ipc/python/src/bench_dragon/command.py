@@ -161,7 +161,7 @@ class CommandClient:
         while pending.number_of_server_connections > 0:
             # Asked before the reply is looked for: a server lets go of a command as soon as it has answered.
             is_over = not pending.is_connected or not deadline.left_s()
-            response = pending.receive()
+            response = _received(pending)
             if response is not None:
                 return CommandReply.copy_from(response.payload_ptr)
             if is_over:
@@ -174,6 +174,13 @@ class CommandClient:
             return self._client.send_copy(command)
         except (iox2.RequestSendError, iox2.LoanError) as error:
             raise BusError(f"{COMMANDS}: {error}") from error
+
+
+def _received(pending: Any) -> Any | None:
+    try:
+        return pending.receive()
+    except iox2.ReceiveError as error:
+        raise BusError(f"{COMMANDS}: {error}") from error
 
 
 def _plain(number: float) -> str:

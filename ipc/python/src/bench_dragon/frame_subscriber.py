@@ -4,13 +4,10 @@ import iceoryx2 as iox2
 
 from bench_dragon.continuity import ContinuityTracker
 from bench_dragon.deadline import Deadline
-from bench_dragon.errors import BusError, TooManyFramesHeld, VersionMismatch
+from bench_dragon.errors import VersionMismatch
 from bench_dragon.frame import Frame, FrameHeader, HandleState, SharedMemory
 from bench_dragon.member import FRAMES, Member
 from bench_dragon.waking import Waking
-
-MAX_BORROWED_FRAMES = 4
-"""Frames that a reader may hold on to at a time."""
 
 
 class FrameSubscriber:
@@ -24,12 +21,7 @@ class FrameSubscriber:
 
     def receive(self) -> Frame | None:
         """The oldest frame that has not been read yet. Never waits."""
-        try:
-            sample = self._subscriber.receive()
-        except iox2.ReceiveError as error:
-            if str(error) == "ExceedsMaxBorrows":
-                raise TooManyFramesHeld(MAX_BORROWED_FRAMES) from error
-            raise BusError(f"{FRAMES}: {error}") from error
+        sample = self._subscriber.receive()
         if sample is None:
             return None
         header = FrameHeader.copy_from(sample.user_header_ptr)
@@ -43,7 +35,7 @@ class FrameSubscriber:
     def latest(self) -> Frame | None:
         """The newest frame. Never waits."""
         frame = self.receive()
-        while frame is not None and self._subscriber.has_samples():
+        while frame is not None and self._subscriber.has_unread():
             # Let go of it before the next one is received.
             frame = None
             frame = self.receive()

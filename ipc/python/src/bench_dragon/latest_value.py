@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
 from bench_dragon.deadline import Deadline
+from bench_dragon.subscriber import Subscriber
 
 # The server tells late joiners ten times a second.
 _LOOK_PERIOD_S = 0.01
@@ -14,7 +15,7 @@ Value = TypeVar("Value")
 class LatestValue(Generic[Value]):
     """Reads such a service."""
 
-    def __init__(self, subscriber: Any, copied: Callable[[Any], Value]) -> None:
+    def __init__(self, subscriber: Subscriber, copied: Callable[[Any], Value]) -> None:
         """Takes the port, and what makes a copy of its samples."""
         self._subscriber = subscriber
         self._copied = copied

@@ -11,6 +11,7 @@ import iceoryx2 as iox2
 from bench_dragon.domain import Domain
 from bench_dragon.errors import (
     BusError,
+    DomainError,
     HalfMade,
     MissingDirectory,
     NoServer,
@@ -20,6 +21,7 @@ from bench_dragon.errors import (
 )
 from bench_dragon.membership import Membership
 from bench_dragon.resources import require_open_files, require_shared_memory
+from bench_dragon.subscriber import Subscriber
 
 FRAMES = "bench-dragon/frames"
 """Name of the frames: a publish-subscribe service, and an event service of the same name for the wake-up."""
@@ -56,12 +58,11 @@ class Member:
         try:
             domain.check_directory()
             _require_services(domain)
+            require_shared_memory()
             membership = Membership(domain)
         except MissingDirectory as error:
             raise NoServer(domain.instance) from error
         try:
-            require_shared_memory()
-            domain.set_fallback_configuration()
             node = _create_node(domain, name)
         except BaseException:
             membership.leave()
@@ -71,7 +72,7 @@ class Member:
         # Called at the end of the process as well, which does not tell iceoryx2 by itself.
         weakref.finalize(self, _leave, self._nodes, membership)
 
-    def subscriber(self, service: str, payload: Any, user_header: Any = None) -> Any:
+    def subscriber(self, service: str, payload: Any, user_header: Any = None) -> Subscriber:
         """Reads a publish-subscribe service.
 
         Raises, as every port: `NoServer`, `HalfMade`, `VersionMismatch`, `PermissionDenied`, `TooManyClients`,
@@ -84,7 +85,7 @@ class Member:
                 builder = builder.user_header(user_header)
             return builder.open().subscriber_builder().create()
 
-        return self._open(service, create)
+        return Subscriber(service, self._open(service, create))
 
     def listener(self, service: str) -> Any:
         """Is woken by an event service."""
@@ -163,13 +164,18 @@ def _require_services(domain: Domain) -> None:
 
 
 def _create_node(domain: Domain, name: str) -> Any:
-    builder = iox2.NodeBuilder.new().name(iox2.NodeName.new(name)).config(domain.iceoryx2_config())
     try:
+        domain.set_fallback_configuration()
+        builder = iox2.NodeBuilder.new().name(iox2.NodeName.new(name)).config(domain.iceoryx2_config())
         return builder.signal_handling_mode(iox2.SignalHandlingMode.Disabled).create(iox2.ServiceType.Ipc)
     except iox2.NodeCreationFailure as error:
         if str(error) == "InsufficientPermissions":
             raise PermissionDenied("the domain") from error
         raise BusError(f"the domain: {error}") from error
+    except iox2.SemanticStringError as error:
+        raise BusError(f"the node's name is {name!r}, must be at most 128 bytes") from error
+    except OSError as error:
+        raise DomainError(f"{error.filename}: {error.strerror}") from error
 
 
 def _leave(nodes: list[Any], membership: Membership) -> None:
