@@ -92,6 +92,11 @@ class Server:
         self.process.terminate()
         return self.summary()
 
+    def kill(self):
+        """Ends it as a crash does."""
+        self.process.kill()
+        self.process.wait()
+
     def summary(self):
         """Waits for its own end and returns its summary."""
         last = self.process.stdout.read().splitlines()[-1]

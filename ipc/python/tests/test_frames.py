@@ -116,12 +116,13 @@ def test_what_a_slow_reader_loses_is_counted(stage):
         assert dragon.lost >= 600 - 256
 
 
-def test_a_restart_is_told_from_a_gap_and_reading_goes_on(stage):
+@pytest.mark.parametrize("end", ["stop", "kill"])
+def test_a_restart_is_told_from_a_gap_and_reading_goes_on(stage, end):
     first = stage.serve("--rate", "50")
     with Dragon(stage.instance) as dragon:
         assert dragon.wait(PATIENCE_S).header.run_id == first.run_id
         assert dragon.description(PATIENCE_S).run_id == first.run_id
-        first.stop()
+        getattr(first, end)()
         second = stage.serve("--rate", "40")
         for frame in dragon.frames(PATIENCE_S):
             if frame.header.run_id == second.run_id:

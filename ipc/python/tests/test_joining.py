@@ -233,8 +233,7 @@ def test_a_reader_that_is_killed_after_the_server_left_is_swept_away_by_the_next
 
 def test_what_a_killed_server_left_is_swept_away(stage):
     server = stage.serve("--rate", "50")
-    server.process.kill()
-    server.process.wait()
+    server.kill()
     with pytest.raises(NoServer):
         Dragon(stage.instance, timeout_s=0)
     assert stage.remains() == []
