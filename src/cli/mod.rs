@@ -75,6 +75,11 @@ Each recorded run gets a new run id; its ticks count from 0, its frames are due 
 commands, only `ctl stop` is taken.")]
     Replay(ReplayArgs),
     /// Hand the poses on to desks, media servers and other machines.
+    #[command(after_help = "Examples:
+  bench-dragon bridge psn --interface 10.0.0.5
+  bench-dragon bridge osc --to 10.0.0.30:7000 --bundle
+
+A bridge is a reader like any other: it polls, and the server never waits for it.")]
     Bridge(BridgeArgs),
     /// Send one command to the server and print its reply.
     #[command(after_help = "Examples:

@@ -2,6 +2,7 @@
 
 use std::io::Read as _;
 use std::net::{TcpListener, UdpSocket};
+use std::process::Command;
 use std::time::Duration;
 
 use rustix::process::Signal;
@@ -149,6 +150,42 @@ fn a_tcp_receiver_that_comes_late_or_again_is_found() {
         assert_eq!(&beginning, b"\xC0/dragon/show");
     }
     bridge.terminate().expect_clean();
+    server.stop();
+}
+
+#[test]
+fn a_network_that_comes_is_used_and_one_that_goes_is_told() {
+    let stage = Stage::new();
+    let pair = "link add stage type veth peer name desk";
+    let trial = Command::new("unshare").args(["--net", "ip"]).args(pair.split(' ')).output();
+    if !trial.is_ok_and(|ended| ended.status.success()) {
+        println!("skipped: no network can be made here in a namespace of its own");
+        return;
+    }
+    let server = stage.serve(&["--rate", "50"]);
+    let in_a_namespace = stage.command(&["bridge", "psn", "--format", "json"]);
+    let mut command = Command::new("unshare");
+    command.arg("--net").arg(in_a_namespace.get_program()).args(in_a_namespace.get_args());
+    let mut bridge = Process::start(command);
+    let told = notice(&mut bridge);
+    assert!(told.starts_with("cannot send to 236.10.10.10:56565, still trying: Network is unreachable"), "{told}");
+    let namespace = format!("--net=/proc/{}/ns/net", bridge.pid());
+    let ip = |args: &str| {
+        let ended = Command::new("nsenter").arg(&namespace).arg("ip").args(args.split(' ')).output().expect("nsenter");
+        assert!(ended.status.success(), "ip {args}: {}", String::from_utf8_lossy(&ended.stderr));
+    };
+    ip(pair);
+    ip("link set desk up");
+    ip("link set stage up");
+    ip("address add 10.0.0.5/24 dev stage");
+    ip("route add default dev stage");
+    let told = notice(&mut bridge);
+    assert!(told.starts_with("sending to 236.10.10.10:56565 works again, after "), "{told}");
+    ip("link delete stage");
+    let told = notice(&mut bridge);
+    assert!(told.starts_with("cannot send to 236.10.10.10:56565, still trying: "), "{told}");
+    let summary = bridge.terminate().expect_clean().last_json();
+    assert!(summary["packets"].as_u64() > Some(0) && summary["errors"].as_u64() > Some(0), "{summary}");
     server.stop();
 }
 

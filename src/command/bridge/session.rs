@@ -38,19 +38,19 @@ impl Session {
 
     /// Sends a frame of poses.
     pub(super) fn send_frame(&mut self, packets: &Packets, release: &Release<'_>) -> anyhow::Result<()> {
-        let dropped = self.send(packets, release.now_ns)?;
-        self.summary.frames += u64::from(!dropped);
-        self.summary.stale += u64::from(!dropped && !release.snapshot.freshness.is_fresh());
-        self.summary.dropped += u64::from(dropped);
+        let is_sent = self.send(packets, release.now_ns)?;
+        self.summary.frames += u64::from(is_sent);
+        self.summary.stale += u64::from(is_sent && !release.snapshot.freshness.is_fresh());
         Ok(())
     }
 
-    /// Sends packets. Returns whether they were dropped.
+    /// Sends packets. Returns whether any of them has left.
     pub(super) fn send(&mut self, packets: &Packets, now_ns: u64) -> anyhow::Result<bool> {
         let delivery = self.outlet.send(packets, now_ns);
         self.summary.packets += delivery.packets;
         self.summary.bytes += delivery.bytes;
         self.summary.errors += delivery.errors;
+        self.summary.dropped += u64::from(delivery.dropped);
         let to = &self.to;
         match (self.outage.note(delivery.trouble.is_some(), now_ns), delivery.trouble) {
             (Some(Turn::Began), Some(error)) => self.tell(&format!("cannot send to {to}, still trying: {error}"))?,
@@ -59,7 +59,7 @@ impl Session {
             }
             _ => {}
         }
-        Ok(delivery.dropped)
+        Ok(delivery.packets > 0)
     }
 
     /// Tells what was sent. `missed` are the releases that passed meanwhile.
