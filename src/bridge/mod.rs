@@ -5,7 +5,7 @@
 //! clocks nor sockets. An [`Outlet`] takes their packets to a receiver; it sends and never reads.
 //!
 //! What is told is in wall time: a frame's speeds, which are per show second, times its time scale. A frame that is too old
-//! to be believed ([`freshness`]) is told again with every speed 0, so that nobody walks on where the server is gone.
+//! to be believed ([`freshness()`]) is told again with every speed 0, so that nobody walks on where the server is gone.
 
 pub mod osc;
 pub mod psn;

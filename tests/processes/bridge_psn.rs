@@ -28,6 +28,16 @@ struct Received {
     names: Value,
 }
 
+/// Ends the reading when it is dropped, so also where an assertion fails.
+#[derive(Debug)]
+struct Over<'a>(&'a AtomicBool);
+
+impl Drop for Over<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
 impl Received {
     fn read(path: &Path) -> Self {
         let text = fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
@@ -51,12 +61,13 @@ fn two_receivers_get_every_tracker_of_every_frame_for_ten_seconds() {
     let is_over = AtomicBool::new(false);
     let (shots, summary, epoch_ns) = thread::scope(|scope| {
         let reader = scope.spawn(|| read_until(&stage, &is_over));
+        let over = Over(&is_over);
         let started = bridge.json();
         assert_eq!((&started["type"], &started["to"]), (&"started".into(), &target.as_str().into()), "{started}");
         assert_eq!(receivers.next_line(), None, "it ends when it has enough");
         receivers.end().expect_clean();
         let summary = bridge.terminate().expect_clean().last_json();
-        is_over.store(true, Ordering::Relaxed);
+        drop(over);
         let shots = reader.join().expect("a reader that does not fail");
         (shots, summary, started["epoch_ns"].as_u64().expect("the bridge's clock has a beginning"))
     });

@@ -18,6 +18,8 @@ from pythonosc.osc_tcp_server import MODE_1_1, BlockingOSCTCPServer
 
 SO_RCVBUFFORCE = 33
 ROOM = 32 << 20
+# In seconds: longer than the frames take to come on any machine.
+PATIENCE = 60
 
 
 class Frames:
@@ -66,7 +68,8 @@ def main():
             server.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, ROOM)
     print(server.server_address[1], flush=True)
     threading.Thread(target=server.serve_forever, daemon=True).start()
-    frames.is_full.wait()
+    if not frames.is_full.wait(PATIENCE):
+        sys.exit(f"only {len(frames.frames)} frames have come")
     longest, times = getattr(server, "longest", None), getattr(server, "times", [])
     print(json.dumps({"frames": frames.frames, "longest": longest, "times": times}), flush=True)
 

@@ -18,6 +18,8 @@ import pypsn
 INTERFACE = "127.0.0.1"
 SO_RCVBUFFORCE = 33
 ROOM = 32 << 20
+# In seconds: longer than a datagram takes to come on any machine.
+PATIENCE = 60
 DATA_PACKET = pypsn.psn_v2_chunk.PSN_DATA_PACKET.to_bytes(2, "little")
 
 
@@ -27,6 +29,7 @@ def joined(port):
         sock.setsockopt(socket.SOL_SOCKET, SO_RCVBUFFORCE, ROOM)
     except PermissionError:
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, ROOM)
+    sock.settimeout(PATIENCE)
     return sock
 
 
@@ -78,8 +81,12 @@ def main():
         others.append(subprocess.Popen(arguments, pass_fds=[theirs.fileno()]))
         theirs.close()
     print("ready", flush=True)
-    write(folder / "pypsn.jsonl", receive(sock, frames))
-    sys.exit(any(other.wait() for other in others))
+    try:
+        write(folder / "pypsn.jsonl", receive(sock, frames))
+        sys.exit(any(other.wait(PATIENCE) for other in others))
+    finally:
+        for other in others:
+            other.kill()
 
 
 main()
