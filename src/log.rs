@@ -2,7 +2,8 @@
 //!
 //! iceoryx2's own are among them, without the dump of the object that each comes with, and without its housekeeping: whoever
 //! leaves or joins a bus clears away what the others have left, and each process notes what another has cleared before it.
-//! That is as it should be; with `RUST_LOG` it is told all the same.
+//! That is as it should be; with `RUST_LOG` it is told all the same. So are zenoh's warnings, which tell of what was not asked
+//! for: what matters to a show the bridge says itself.
 
 use std::fmt;
 use std::io::{self, IsTerminal as _};
@@ -52,7 +53,8 @@ struct WithoutHousekeeping;
 
 impl<S: Subscriber> Filter<S> for WithoutHousekeeping {
     fn enabled(&self, metadata: &Metadata<'_>, _: &Context<'_, S>) -> bool {
-        *metadata.level() <= Level::WARN
+        let most = if metadata.target().starts_with("zenoh") { Level::ERROR } else { Level::WARN };
+        *metadata.level() <= most
     }
 
     fn event_enabled(&self, event: &Event<'_>, _: &Context<'_, S>) -> bool {
@@ -107,6 +109,7 @@ mod tests {
                 "The static storage was already removed. This could be caused by a corrupted system."
             );
             tracing::warn!("starting with 1 of 2 readers");
+            tracing::warn!(target: "zenoh::net::runtime", "Gossip is disabled");
             tracing::info!("all is well");
         });
         let told = String::from_utf8(told.0.lock().expect("no writer panics").clone()).expect("UTF-8");

@@ -145,6 +145,12 @@ pub enum Refusal {
     HeldByGuard,
     /// The source replays a recording, which is as it is.
     Replayed,
+    /// The source is on another host, which does not answer.
+    Unreachable,
+    /// The source is on another host, whose bridge takes no commands: it was not started with `--allow-commands`.
+    NotTaken,
+    /// More commands at a time than a bridge to another host passes on.
+    TooMany,
 }
 
 impl fmt::Display for Refusal {
@@ -164,6 +170,12 @@ impl fmt::Display for Refusal {
                 formatter.write_str("the guard holds the dragon: it walks on when the guard has proved the way ahead")
             }
             Self::Replayed => formatter.write_str("a recording is replayed: all that it can be told is to stop"),
+            Self::Unreachable => formatter.write_str("the server is on another host, which does not answer"),
+            Self::NotTaken => formatter
+                .write_str("the server is on another host, whose bridge takes no commands without --allow-commands"),
+            Self::TooMany => {
+                formatter.write_str("more commands at a time than are passed on to another host: try again")
+            }
         }
     }
 }
@@ -188,6 +200,9 @@ impl CommandReply {
             Refusal::OtherRun => Self { refusal: 8, ..reply },
             Refusal::HeldByGuard => Self { refusal: 9, ..reply },
             Refusal::Replayed => Self { refusal: 10, ..reply },
+            Refusal::Unreachable => Self { refusal: 11, ..reply },
+            Refusal::NotTaken => Self { refusal: 12, ..reply },
+            Refusal::TooMany => Self { refusal: 13, ..reply },
         }
     }
 
@@ -207,6 +222,9 @@ impl CommandReply {
             8 => Err(Refusal::OtherRun),
             9 => Err(Refusal::HeldByGuard),
             10 => Err(Refusal::Replayed),
+            11 => Err(Refusal::Unreachable),
+            12 => Err(Refusal::NotTaken),
+            13 => Err(Refusal::TooMany),
             _ => Err(Refusal::Unknown),
         }
     }

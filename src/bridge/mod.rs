@@ -9,6 +9,8 @@
 
 pub mod osc;
 pub mod psn;
+#[cfg(feature = "zenoh")]
+pub mod zenoh;
 
 mod freshness;
 mod outage;

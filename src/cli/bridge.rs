@@ -7,6 +7,8 @@ use bench_dragon::bridge::psn::{self, SystemName, SystemNameError};
 use clap::{Args, Subcommand, ValueEnum};
 
 use super::value::within;
+#[cfg(feature = "zenoh")]
+use super::zenoh::ZenohArgs;
 use super::{BusArgs, FormatArgs};
 
 /// Arguments of `bridge`.
@@ -41,6 +43,27 @@ Its status is 1, and 0 once the server has been silent for 1.5 seconds.")]
 A frame is one message /dragon/show (show time in s, state, time scale, tick, fresh: 1, or 0 once the server has been silent
 for 1.5 seconds) and one a bench (x, y, z in metres, heading counter-clockwise from +x, speed in m/s of wall time).")]
     Osc(OscArgs),
+    /// zenoh: the same bus on another machine, where every client works unchanged.
+    #[cfg(feature = "zenoh")]
+    #[command(after_help = "Examples:
+  bench-dragon bridge zenoh --listen tcp/10.0.0.5:7447            on the server's machine
+  bench-dragon bridge zenoh --receive --connect tcp/10.0.0.5:7447 on the other one
+  bench-dragon bridge zenoh --config tls.json5 --rate 60 --allow-commands
+
+Nothing is listened on and nobody is looked for but as the flags and the configuration say. Without any endpoint a sending
+bridge listens on tcp/127.0.0.1:7447, and a receiving one looks for it there.")]
+    Zenoh(ZenohArgs),
+    /// zenoh: another machine's bus. This program was built without it.
+    #[cfg(not(feature = "zenoh"))]
+    Zenoh(AnyArgs),
+}
+
+/// Arguments of what is not built in.
+#[cfg(not(feature = "zenoh"))]
+#[derive(Clone, Debug, Args)]
+pub(crate) struct AnyArgs {
+    #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]
+    _any: Vec<String>,
 }
 
 /// Arguments of `bridge psn`.

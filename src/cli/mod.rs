@@ -3,6 +3,8 @@
 mod bridge;
 mod solve;
 mod value;
+#[cfg(feature = "zenoh")]
+mod zenoh;
 
 use std::path::PathBuf;
 
@@ -15,6 +17,8 @@ pub(crate) use solve::{
     ContactArgs, FigureArgs, FigureFile, PitchArgs, PosesArgs, Question, SaveConfigArgs, SensitivityArgs, SolveArgs,
     SpeedLimitArgs, TableFormat, TimesArgs, TurnArgs, TurnPlanArgs,
 };
+#[cfg(feature = "zenoh")]
+pub(crate) use zenoh::ZenohArgs;
 
 use value::{
     count, cpu, duration, file_megabytes, finite, instance, period, priority, rate, readers, speed, spin, time_scale,

@@ -4,7 +4,8 @@ use thiserror::Error;
 
 use crate::number::Number;
 
-const MAX_BENCHES: usize = 100_000;
+/// Benches of the longest dragon.
+pub const MAX_BENCHES: usize = 100_000;
 
 /// Why dimensions cannot be those of a dragon.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]

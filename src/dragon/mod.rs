@@ -40,7 +40,7 @@ pub use chain::{Chain, ChainBroken, ChainSolver, Handle};
 pub use clearance::{ClearanceSearch, PairClearance};
 pub use contact::{Contact, PairEvent};
 pub use contact_search::{ContactSearch, first_contact};
-pub use dimensions::{Dimensions, DimensionsError};
+pub use dimensions::{Dimensions, DimensionsError, MAX_BENCHES};
 pub use run::RunEnd;
 pub use stepper::{ChainStepper, HandleRecord, Instructions};
 

@@ -2,6 +2,8 @@
 
 use bench_dragon_ipc::service::{CommandService, MAX_ACTIVE_REQUESTS, Member, Service};
 use bench_dragon_ipc::{BusError, Command, CommandReply, Refusal, Request, service};
+#[cfg(feature = "zenoh")]
+use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::port::server::Server;
 
 /// Commands taken in one tick at most; the others wait for the next.
@@ -29,6 +31,12 @@ impl CommandServer {
         Ok(Self { server, _commands: commands })
     }
 
+    /// Takes the next command, to be answered later.
+    #[cfg(feature = "zenoh")]
+    pub(crate) fn take(&self) -> Option<AskedCommand> {
+        self.server.receive().ok().flatten().map(AskedCommand)
+    }
+
     /// Takes up to [`MAX_COMMANDS_PER_TICK`] commands and answers each with what `decide` says of it.
     ///
     /// A client that is gone before its answer, or a connection that fails, changes nothing for the others.
@@ -42,5 +50,23 @@ impl CommandServer {
             };
             let _ = active.send_copy(reply);
         }
+    }
+}
+
+/// A command that its client waits for an answer to.
+#[cfg(feature = "zenoh")]
+#[derive(Debug)]
+pub(crate) struct AskedCommand(ActiveRequest<Service, Command, (), CommandReply, ()>);
+
+#[cfg(feature = "zenoh")]
+impl AskedCommand {
+    /// What is asked for; `None` for a kind that this version does not know.
+    pub(crate) fn request(&self) -> Option<Request> {
+        Request::from_wire(self.0.payload())
+    }
+
+    /// Answers it. A client that has gone in the meantime changes nothing.
+    pub(crate) fn answer(self, reply: CommandReply) {
+        let _ = self.0.send_copy(reply);
     }
 }

@@ -13,9 +13,13 @@ mod tick_times;
 
 pub(crate) mod service_manager;
 
+#[cfg(feature = "zenoh")]
+pub(crate) use command_server::AskedCommand;
 pub(crate) use command_server::CommandServer;
 pub(crate) use frame_publisher::FramePublisher;
 pub(crate) use reporter::TimesOfAll;
 pub(crate) use run_id::random_run_id;
 pub(crate) use source_report::SourceReport;
 pub(crate) use stage::Stage;
+#[cfg(feature = "zenoh")]
+pub(crate) use stage::described_rate_hz;

@@ -76,6 +76,12 @@ impl Stage {
         self.commands.drain(self.run_id, tick, decide);
     }
 
+    /// Takes the next command, to be answered later.
+    #[cfg(feature = "zenoh")]
+    pub(crate) fn take_command(&self) -> Option<super::AskedCommand> {
+        self.commands.take()
+    }
+
     /// Leaves the bus. Returns the times of all ticks.
     pub(crate) fn finish(self) -> TimesOfAll {
         self.report.finish()
@@ -83,7 +89,7 @@ impl Stage {
 }
 
 /// The rate that a run is described with; 0 where its description is one that this version does not know.
-fn described_rate_hz(toml: &str) -> u32 {
+pub(crate) fn described_rate_hz(toml: &str) -> u32 {
     let rate_hz = toml.parse::<toml::Table>().ok().and_then(|table| table.get("serve")?.get("rate_hz")?.as_integer());
     rate_hz.and_then(|rate_hz| rate_hz.try_into().ok()).unwrap_or(0)
 }

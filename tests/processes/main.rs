@@ -50,3 +50,5 @@ mod suspended;
 mod system_calls;
 mod turnaround;
 mod wall_clock;
+#[cfg(feature = "zenoh")]
+mod zenoh;

@@ -12,11 +12,22 @@ mod feed;
 mod osc;
 mod psn;
 mod session;
+#[cfg(feature = "zenoh")]
+mod zenoh;
+
+/// What a program that was built without zenoh says.
+#[cfg(not(feature = "zenoh"))]
+const WITHOUT_ZENOH: &str =
+    "this program was built without the bridge to other machines: cargo build --release --features zenoh builds it in";
 
 pub(crate) fn run(args: &BridgeArgs) -> anyhow::Result<ExitCode> {
     match &args.bridge {
         Bridge::Psn(psn) => psn::run(args, psn),
         Bridge::Osc(osc) => osc::run(args, osc),
+        #[cfg(feature = "zenoh")]
+        Bridge::Zenoh(zenoh) => zenoh::run(args, zenoh),
+        #[cfg(not(feature = "zenoh"))]
+        Bridge::Zenoh(_) => Err(crate::command::BadInput(WITHOUT_ZENOH.to_owned()).into()),
     }
 }
 

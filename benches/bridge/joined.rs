@@ -1,0 +1,137 @@
+//! Two buses that a pair of bridges joins, and a reader on each.
+
+use std::collections::HashMap;
+use std::time::{Duration, Instant};
+
+use bench_dragon::clock::monotonic_ns;
+use bench_dragon_ipc::{Continuity, Frame, FrameSubscriber};
+
+use crate::cable::Cable;
+use crate::program::{Program, domain};
+
+/// How long one wait lasts; another one follows.
+const WAIT: Duration = Duration::from_millis(5);
+
+/// The processes of both sides and what their buses have had.
+#[derive(Debug)]
+pub(crate) struct Joined {
+    near: FrameSubscriber,
+    far: FrameSubscriber,
+    /// What each frame of the first bus was, by its show time.
+    sent: HashMap<i64, Sent>,
+    passage: Passage,
+    receiver: Program,
+    _sender: Program,
+    _server: Program,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Sent {
+    due_ns: u64,
+    /// All its values, summed bit by bit.
+    check: u64,
+}
+
+/// A frame of the second bus.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Read {
+    /// When it was due on the first bus.
+    pub(crate) due_ns: u64,
+    /// When it was read on the second one.
+    pub(crate) read_ns: u64,
+}
+
+/// How the frames have fared.
+#[derive(Debug, Default)]
+pub(crate) struct Passage {
+    /// Frames put on the second bus.
+    pub(crate) frames: u64,
+    /// Frames lost between the buses, as the receiving bridge counts them.
+    pub(crate) lost: u64,
+    /// Frames of the second bus that this reader was too late for.
+    pub(crate) missed: u64,
+    pub(crate) runs: u64,
+    pub(crate) reads: Vec<Read>,
+    pub(crate) latency_ns: Vec<u64>,
+}
+
+impl Joined {
+    /// Two bridges on this machine.
+    pub(crate) fn over_loopback() -> Self {
+        Self::new([None, None], "tcp/127.0.0.1:0")
+    }
+
+    /// A bridge at each end of a cable.
+    pub(crate) fn over(cable: &Cable) -> Self {
+        Self::new([Some(&cable.near), Some(&cable.far)], Cable::ENDPOINT)
+    }
+
+    fn new(namespaces: [Option<&str>; 2], endpoint: &str) -> Self {
+        let (near, far) = (domain("bench-bridge-near"), domain("bench-bridge-far"));
+        let mut server = Program::start(&near, None, &["serve", "--rate", "1000"]);
+        server.until("started");
+        let key = ["bridge", "zenoh", "--key", "bench/bridge"];
+        let mut sender = Program::start(&near, namespaces[0], &[&key[..], &["--listen", endpoint]].concat());
+        let started = sender.until("started");
+        let endpoint = started["listens"][0].as_str().expect("it listens").to_owned();
+        sender.until("sending");
+        let receive = [&key[..], &["--receive", "--connect", &endpoint]].concat();
+        let mut receiver = Program::start(&far, namespaces[1], &receive);
+        receiver.until("receiving");
+        let open = |domain| FrameSubscriber::open(domain, "bench").expect("its source is there");
+        Self {
+            near: open(&near),
+            far: open(&far),
+            sent: HashMap::new(),
+            passage: Passage::default(),
+            receiver,
+            _sender: sender,
+            _server: server,
+        }
+    }
+
+    /// Reads both buses for so long.
+    pub(crate) fn watch_on(&mut self, phase: Duration) {
+        let end = Instant::now() + phase;
+        while Instant::now() < end {
+            let frame = self.far.wait(WAIT).expect("the bus is readable");
+            let read_ns = monotonic_ns();
+            while let Some(sent) = self.near.receive().expect("the bus is readable") {
+                let header = sent.header();
+                self.sent.insert(header.sim_time_ns, Sent { due_ns: header.scheduled_ns, check: check(&sent) });
+            }
+            if let Some(frame) = frame {
+                self.take(&frame, read_ns);
+            }
+        }
+    }
+
+    /// Reads both buses for so long, and ends all.
+    pub(crate) fn watch(mut self, phase: Duration) -> Passage {
+        self.watch_on(phase);
+        let summary = self.receiver.stop("received");
+        let count = |key: &str| summary[key].as_u64().expect("a number");
+        // Before the description has come, frames of a run that goes on already are passed over.
+        assert_eq!(count("malformed") + count("not_new") + count("too_fast"), 0, "{summary}");
+        Passage { frames: count("frames"), lost: count("lost"), runs: count("runs"), ..self.passage }
+    }
+
+    fn take(&mut self, frame: &Frame, read_ns: u64) {
+        if let Continuity::Lost(frames) = frame.continuity() {
+            self.passage.missed += frames;
+        }
+        // One that was sent before this reader of the first bus came.
+        let Some(&Sent { due_ns, check: sent }) = self.sent.get(&frame.header().sim_time_ns) else { return };
+        assert_eq!(check(frame), sent, "every value is the one that was sent");
+        self.passage.reads.push(Read { due_ns, read_ns });
+        self.passage.latency_ns.push(read_ns - due_ns);
+    }
+}
+
+/// All values of a frame that are the same on both buses.
+fn check(frame: &Frame) -> u64 {
+    let header = frame.header();
+    let head = [header.head_travel_m.to_bits(), header.head_speed_mps.to_bits(), u64::from(header.state)];
+    let values = frame.handles().iter().flat_map(|handle| [handle.position_m, handle.velocity_mps]).flatten();
+    head.into_iter().chain(values.map(f64::to_bits)).fold(0, |sum, bits| sum.rotate_left(1) ^ bits)
+}

@@ -1,0 +1,96 @@
+//! What the network costs: frames of the paper's dragon at 1 kHz from one bus, through a pair of zenoh bridges, to another bus.
+//!
+//! Over TCP on loopback, and over a cable between two network namespaces, which takes root. Latency is counted from the
+//! instant at which a frame was due on the first bus to the instant at which a reader of the second one has it. Last the
+//! cable is cut for five seconds: what comes back, and when. Every frame that is counted is first compared with the one that
+//! was sent.
+
+#[path = "../shared/mod.rs"]
+mod shared;
+
+mod cable;
+mod joined;
+mod program;
+
+use std::process::ExitCode;
+use std::thread;
+use std::time::Duration;
+
+use bench_dragon::clock::monotonic_ns;
+use serde_json::Value;
+use shared::{Figures, quantile};
+
+use cable::Cable;
+use joined::{Joined, Passage};
+
+/// How long each phase lasts where `--seconds` does not say.
+const SECONDS: u64 = 20;
+/// How long the cable is cut.
+const CUT: Duration = Duration::from_secs(5);
+/// How long is waited for frames after that.
+const AFTERMATH: Duration = Duration::from_secs(15);
+
+#[allow(clippy::print_stderr, reason = "a bench prints")]
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    let seconds = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        [] => Some(SECONDS),
+        ["--seconds", seconds] => seconds.parse().ok().filter(|&seconds| seconds > 0),
+        _ => None,
+    };
+    let Some(seconds) = seconds else {
+        eprintln!("arguments are {arguments:?}, must be none or --seconds and a number above 0");
+        return ExitCode::from(2);
+    };
+    let mut figures = Figures::of("bridge");
+    figures.set("seconds_per_phase", seconds);
+    let phase = Duration::from_secs(seconds);
+    let loopback = Joined::over_loopback().watch(phase);
+    report(&mut figures, "loopback", Some(&loopback));
+    let cable = Cable::lay();
+    let over_cable = cable.as_ref().map(|cable| Joined::over(cable).watch(phase));
+    report(&mut figures, "cable", over_cable.as_ref());
+    report_cut(&mut figures, cable.as_ref());
+    figures.write();
+    ExitCode::SUCCESS
+}
+
+/// Tells how frames have fared; null where there was no such way.
+fn report(figures: &mut Figures, way: &str, passage: Option<&Passage>) {
+    let number = |of: fn(&Passage) -> u64| passage.map_or(Value::Null, |passage| of(passage).into());
+    figures.set(&format!("{way}_frames"), number(|passage| passage.frames));
+    figures.set(&format!("{way}_lost"), number(|passage| passage.lost));
+    let mut latency_us: Vec<f64> =
+        passage.iter().flat_map(|passage| &passage.latency_ns).map(|&nanos| nanos as f64 / 1e3).collect();
+    latency_us.sort_by(f64::total_cmp);
+    for (name, share) in [("p50", 0.5), ("p99", 0.99), ("p999", 0.999), ("max", 1.0)] {
+        let value = passage.map_or(Value::Null, |_| quantile(&latency_us, share).into());
+        figures.set(&format!("{way}_due_to_read_{name}_us"), value);
+    }
+}
+
+/// Cuts the cable and joins it again.
+fn report_cut(figures: &mut Figures, cable: Option<&Cable>) {
+    let keys = ["cut_first_frame_ms", "cut_first_new_frame_ms", "cut_frames_lost", "cut_frames_missed_here"];
+    let Some(cable) = cable else {
+        return keys.iter().for_each(|key| figures.set(key, Value::Null));
+    };
+    let mut joined = Joined::over(cable);
+    joined.watch_on(Duration::from_secs(2));
+    cable.set("down");
+    joined.watch_on(CUT);
+    let joined_ns = monotonic_ns();
+    cable.set("up");
+    let passage = joined.watch(AFTERMATH);
+    assert_eq!(passage.runs, 1, "a run goes on as the same run");
+    let since = |is_wanted: &dyn Fn(u64) -> bool| {
+        let first = passage.reads.iter().find(|read| read.read_ns > joined_ns && is_wanted(read.due_ns));
+        first.map_or(Value::Null, |read| ((read.read_ns - joined_ns) as f64 / 1e6).into())
+    };
+    figures.set(keys[0], since(&|_| true));
+    figures.set(keys[1], since(&|due_ns| due_ns >= joined_ns));
+    figures.set(keys[2], passage.lost);
+    figures.set(keys[3], passage.missed);
+    // Whatever holds the network's own threads lets go before the next bench begins.
+    thread::sleep(Duration::from_millis(100));
+}

@@ -1,0 +1,163 @@
+//! A run of another host on the bus of this one.
+
+use bench_dragon_ipc::{Alert, BusError, Domain, FrameHeader, HandleState};
+
+use super::advance::Advance;
+use super::rate_limit::RateLimit;
+use super::relay::Place;
+use super::remote_run::{NotNew, RemoteRun};
+use super::wire::Described;
+use crate::clock::monotonic_ns;
+use crate::monitor::AlertPublisher;
+use crate::source::{AskedCommand, Stage, described_rate_hz};
+
+/// How much faster than described frames may come: what was held up on the way comes at once.
+const HASTE: u64 = 2;
+/// Frames that may come at once, however slow a source is.
+const LEAST_BURST: u64 = 512;
+/// Alerts a second, and at once.
+const ALERT_RATE: (u64, u64) = (1_000, 1_000);
+
+/// The run, and what it has on the bus.
+#[derive(Debug)]
+pub(super) struct ReceivedRun {
+    // Dropped in this order: the alerts are opened as a client does, while a source is there.
+    alerts: AlertPublisher,
+    stage: Stage,
+    remote: RemoteRun,
+    bench_count: usize,
+    advance: Advance,
+    frame_limit: RateLimit,
+    alert_limit: RateLimit,
+    alerts_told: u64,
+}
+
+/// What became of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Taken {
+    Published,
+    /// It has come already, or is older than one that has.
+    NotNew,
+    /// It came sooner than any source would send it.
+    TooFast,
+    /// A run has one dragon.
+    OtherDragon,
+}
+
+/// What a run came to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ended {
+    pub(super) frames: u64,
+    pub(super) lost: u64,
+    pub(super) alerts: u64,
+}
+
+impl ReceivedRun {
+    /// Makes the services of a run and publishes its description.
+    ///
+    /// # Errors
+    /// As [`Stage::open`] and [`AlertPublisher::open`].
+    pub(super) fn begin(
+        domain: &Domain,
+        described: Described,
+        toml: &str,
+        bench_count: usize,
+    ) -> Result<Self, BusError> {
+        let stage = Stage::open(domain, "bridge-zenoh", toml, bench_count)?;
+        let advance = Advance::new(described_rate_hz(toml).into());
+        let most_hz = advance.rate_hz() * HASTE;
+        Ok(Self {
+            alerts: AlertPublisher::open(domain)?,
+            stage,
+            remote: RemoteRun::new(described),
+            bench_count,
+            advance,
+            frame_limit: RateLimit::new(most_hz, most_hz.max(LEAST_BURST)),
+            alert_limit: RateLimit::new(ALERT_RATE.0, ALERT_RATE.1),
+            alerts_told: 0,
+        })
+    }
+
+    pub(super) fn run_id(&self) -> u64 {
+        self.stage.run_id()
+    }
+
+    pub(super) fn remote_run_id(&self) -> u64 {
+        self.remote.run_id()
+    }
+
+    pub(super) fn remote(&self) -> &RemoteRun {
+        &self.remote
+    }
+
+    pub(super) fn lost(&self) -> u64 {
+        self.remote.lost()
+    }
+
+    /// How far apart frames are to come, in nanoseconds.
+    pub(super) fn period_ns(&self) -> u64 {
+        self.remote.every().saturating_mul(1_000_000_000) / self.advance.rate_hz()
+    }
+
+    /// Where it stands.
+    pub(super) fn place(&self) -> Place {
+        Place { run_id: self.run_id(), tick: self.remote.next_tick() }
+    }
+
+    pub(super) fn describe(&mut self, described: Described) {
+        self.remote.describe(described);
+    }
+
+    /// Puts a frame of the run on the bus: due when it came.
+    pub(super) fn take(
+        &mut self,
+        header: &FrameHeader,
+        handles: &[HandleState],
+        arrived_ns: u64,
+    ) -> Result<Taken, BusError> {
+        if header.bench_count as usize != self.bench_count {
+            return Ok(Taken::OtherDragon);
+        }
+        let begun_ns = monotonic_ns();
+        if !self.frame_limit.allows(begun_ns) || !self.advance.allows(header.tick, begun_ns) {
+            return Ok(Taken::TooFast);
+        }
+        let tick = match self.remote.take(header.tick) {
+            Ok(tick) => tick,
+            Err(NotNew) => return Ok(Taken::NotNew),
+        };
+        self.stage.publish(header, handles, tick, arrived_ns)?;
+        self.stage.report().tell(&FrameHeader { tick, ..*header }, 0);
+        self.stage.report().count(begun_ns - arrived_ns, monotonic_ns() - begun_ns);
+        Ok(Taken::Published)
+    }
+
+    /// Puts an alert of the run on the bus, in its words here; false where too many come.
+    pub(super) fn take_alert(&mut self, alert: Alert) -> Result<bool, BusError> {
+        if !self.alert_limit.allows(monotonic_ns()) {
+            return Ok(false);
+        }
+        let (run_id, tick) = (self.run_id(), self.remote.tick_here(alert.tick));
+        self.alerts.publish(&Alert { run_id, tick, ..alert })?;
+        self.alerts_told += 1;
+        Ok(true)
+    }
+
+    /// The next command of a client here.
+    pub(super) fn take_command(&self) -> Option<AskedCommand> {
+        self.stage.take_command()
+    }
+
+    /// Tells that the bridge lives, whether frames come or not.
+    pub(super) fn report_alive(&mut self) {
+        self.stage.report().beat();
+    }
+
+    /// Takes the services off the bus.
+    pub(super) fn finish(self) -> Ended {
+        let Self { alerts, stage, remote, alerts_told, .. } = self;
+        drop(alerts);
+        stage.finish();
+        Ended { frames: remote.next_tick(), lost: remote.lost(), alerts: alerts_told }
+    }
+}

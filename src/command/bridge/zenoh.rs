@@ -1,0 +1,129 @@
+//! `bridge zenoh`: the bus here over the network, and onto a bus there.
+
+use std::process::ExitCode;
+
+use bench_dragon::bridge::zenoh::{
+    KeyPrefix, Link, LinkSettings, Receiver, ReceiverSummary, Sender, SenderPorts, SenderSettings, SenderSummary,
+    Share, Side, Silence, ZenohLine,
+};
+use bench_dragon::stop::StopFlag;
+use bench_dragon_ipc::Domain;
+
+use crate::cli::{BridgeArgs, Format, ZenohArgs};
+use crate::command::BadInput;
+use crate::command::follow::open_when_there;
+use crate::command::output::{complain, percentiles, print_json, print_line};
+
+pub(super) fn run(args: &BridgeArgs, zenoh: &ZenohArgs) -> anyhow::Result<ExitCode> {
+    let domain = Domain::new(args.bus.instance.clone())?;
+    let stop = StopFlag::on_signals()?;
+    let prefix = zenoh.key.clone().unwrap_or_else(|| KeyPrefix::of(&args.bus.instance));
+    let side = if zenoh.receive { Side::Receiving } else { Side::Sending };
+    let format = args.format.format;
+    if let Some(link) = open(zenoh, side, &stop)? {
+        let key = prefix.to_string();
+        tell(
+            format,
+            &ZenohLine::Started { key, listens: link.listens().to_vec(), connects: link.connects().to_vec() },
+        )?;
+        match side {
+            Side::Sending => send(&domain, link, prefix, zenoh, format, &stop)?,
+            Side::Receiving => receive(&domain, link, prefix, format, &stop)?,
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn open(zenoh: &ZenohArgs, side: Side, stop: &StopFlag) -> anyhow::Result<Option<Link>> {
+    let settings = LinkSettings {
+        config: zenoh.config.clone(),
+        mode: zenoh.mode.map(Into::into),
+        connect: zenoh.connect.clone(),
+        listen: zenoh.listen.clone(),
+    };
+    settings
+        .open(side, stop.as_atomic(), tell_waiting)
+        .map_err(|error| if error.is_bad_input() { BadInput(error.to_string()).into() } else { error.into() })
+}
+
+fn tell_waiting(connects: &[String]) {
+    complain(&format!("waiting for somebody at {}", listed(connects)));
+}
+
+fn send(
+    domain: &Domain,
+    link: Link,
+    prefix: KeyPrefix,
+    zenoh: &ZenohArgs,
+    format: Format,
+    stop: &StopFlag,
+) -> anyhow::Result<()> {
+    let share = zenoh.rate.map_or(Share::OneOf(zenoh.every.unwrap_or(1)), Share::RateHz);
+    let settings = SenderSettings { prefix, share, allows_commands: zenoh.allow_commands };
+    let ports = open_when_there(domain.instance(), stop, || SenderPorts::open(domain))?;
+    let mut summary = SenderSummary::default();
+    if let Some(ports) = ports {
+        let sender = Sender::open(domain, link, ports, settings)?;
+        summary = sender.run(stop.as_atomic(), |line| tell(format, &line))?;
+    }
+    tell(format, &ZenohLine::Sent(summary))
+}
+
+fn receive(domain: &Domain, link: Link, prefix: KeyPrefix, format: Format, stop: &StopFlag) -> anyhow::Result<()> {
+    let receiver = Receiver::open(domain, link, prefix)?;
+    let summary = receiver.run(stop.as_atomic(), |line| tell(format, &line))?;
+    tell(format, &ZenohLine::Received(summary))
+}
+
+fn tell(format: Format, line: &ZenohLine) -> anyhow::Result<()> {
+    if format == Format::Json {
+        return print_json(line);
+    }
+    match line {
+        ZenohLine::Started { key, listens, connects } => {
+            let ways = [("listening on", listens), ("connecting to", connects)];
+            let ways = ways.map(|(way, endpoints)| format!(", {way} {}", listed(endpoints))).concat();
+            complain(&format!("{key}{ways}; Ctrl-C ends it"));
+        }
+        ZenohLine::Sending { run_id, every: 1 } => complain(&format!("sending run {run_id}, every frame")),
+        ZenohLine::Sending { run_id, every } => complain(&format!("sending run {run_id}, one frame of {every}")),
+        ZenohLine::Found { remote_run_id, .. } => complain(&format!("found run {remote_run_id}")),
+        ZenohLine::Receiving { run_id, remote_run_id } => {
+            complain(&format!("receiving run {remote_run_id}, here run {run_id}"));
+        }
+        ZenohLine::Silent { reason: Silence::LinkOrSource, .. } => {
+            complain("no frames come, though a source is there: the link is cut, or the source stands");
+        }
+        ZenohLine::Silent { reason: Silence::NoSource, .. } => complain("no frames come: no source is there"),
+        ZenohLine::Silent { reason: Silence::NoConnection, .. } => {
+            complain("no frames come: nobody is connected, still trying; RUST_LOG=zenoh=debug tells why");
+        }
+        ZenohLine::Resumed { lost, .. } => complain(&format!("frames come again, {lost} have been lost on the way")),
+        ZenohLine::Sent(summary) => print_line(sent(summary))?,
+        ZenohLine::Received(summary) => print_line(received(summary))?,
+    }
+    Ok(())
+}
+
+fn listed(endpoints: &[String]) -> String {
+    if endpoints.is_empty() { "nothing".to_owned() } else { endpoints.join(" ") }
+}
+
+fn sent(summary: &SenderSummary) -> String {
+    let SenderSummary { frames, lost, alerts, commands, refused } = summary;
+    format!(
+        "{frames} frames sent, {lost} of the bus lost, {alerts} alerts, {commands} commands passed on, {refused} refused"
+    )
+}
+
+fn received(summary: &ReceiverSummary) -> String {
+    let ReceiverSummary { runs, frames, lost, dropped, malformed, foreign, not_new, too_fast, .. } = summary;
+    let ReceiverSummary { alerts, commands, handling_us, .. } = summary;
+    let refused = malformed + foreign + not_new + too_fast;
+    format!(
+        "{frames} frames of {runs} runs, {lost} lost on the way ({dropped} of them here), {alerts} alerts, {commands} commands \
+         passed on; refused {refused}: {malformed} malformed, {foreign} of other runs, {not_new} come already, {too_fast} too \
+         many at a time; handled in {} \u{b5}s",
+        percentiles(*handling_us)
+    )
+}

@@ -1,0 +1,68 @@
+//! Commands from the other side.
+
+use bench_dragon_ipc::ShowState;
+use serde_json::Value;
+
+use super::bridges::Bridge;
+use crate::reader::Reader;
+use crate::stage::Stage;
+
+fn ctl(stage: &Stage, order: &[&str]) -> Value {
+    stage.run(&[&["ctl", "--format", "json"], order].concat()).last_json()
+}
+
+#[test]
+fn a_bridge_takes_no_commands_unless_it_is_told_to() {
+    let (near, far) = (Stage::new(), Stage::new());
+    let server = near.serve(&["--rate", "50"]);
+    let sender = Bridge::sending(&near, &[]);
+    let mut receiver = Bridge::receiving(&far, &sender);
+    receiver.until("receiving");
+    for order in [&["pause"][..], &["seek", "100"], &["stop"]] {
+        let reply = ctl(&far, order);
+        assert_eq!(reply["accepted"], false, "{reply}");
+        let reason = "the server is on another host, whose bridge takes no commands without --allow-commands";
+        assert_eq!(reply["reason"], reason, "{reply}");
+    }
+    let shot = Reader::join(&near).next();
+    assert_eq!(shot.state(), ShowState::Running);
+    assert_eq!(sender.stop()["commands"], 0);
+    let silent = receiver.process.json_until(|line| line["reason"] == "no_connection").pop().expect("a line");
+    assert_eq!(silent["type"], "silent");
+    let reply = ctl(&far, &["pause"]);
+    assert_eq!(reply["reason"], "the server is on another host, which does not answer", "{reply}");
+    server.stop();
+    receiver.stop();
+}
+
+#[test]
+fn a_bridge_that_is_told_to_takes_commands_and_answers_in_the_words_of_the_other_side() {
+    let (near, far) = (Stage::new(), Stage::new());
+    let server = near.serve(&["--rate", "50"]);
+    // So that ticks are not the same here and there.
+    Reader::join(&near).read_to_tick(5);
+    let sender = Bridge::sending(&near, &["--allow-commands"]);
+    let mut receiver = Bridge::receiving(&far, &sender);
+    let run_id = receiver.until("receiving")["run_id"].clone();
+    let mut reader = Reader::join(&far);
+    reader.next();
+
+    let paused = ctl(&far, &["pause"]);
+    assert_eq!((&paused["accepted"], &paused["run_id"]), (&Value::Bool(true), &run_id), "{paused}");
+    let shots = reader.read_until(|header| header.show_state() == Some(ShowState::Paused));
+    let tick = shots.last().expect("one at least").header.tick;
+    assert_eq!(paused["tick"], tick, "the tick from which it holds, as it is counted here");
+
+    let odd = ctl(&far, &["seek", "1e9"]);
+    let reason = odd["reason"].as_str().expect("a reason");
+    assert!(reason.starts_with("the value must be from 0 to 432.75"), "the server's own: {odd}");
+    let sought = ctl(&far, &["seek", "100"]);
+    assert_eq!(sought["accepted"], true, "{sought}");
+    let shots = reader.read_to_tick(sought["tick"].as_u64().expect("a tick"));
+    assert_eq!(shots.last().expect("one at least").header.sim_time_s(), 100.0);
+
+    assert_eq!(ctl(&far, &["stop"])["accepted"], true);
+    server.summary();
+    assert_eq!(receiver.stop()["commands"], 4);
+    assert_eq!(sender.stop()["commands"], 4);
+}

@@ -1,0 +1,103 @@
+//! The way between two machines, cut and joined again: two network namespaces, which take root.
+
+use std::process::Command;
+
+use bench_dragon_ipc::Continuity;
+
+use super::bridges::{Bridge, arguments};
+use crate::process::Process;
+use crate::reader::Reader;
+use crate::stage::Stage;
+
+/// Two namespaces with a cable between them, which go when this does.
+struct Cable {
+    near: String,
+    far: String,
+}
+
+impl Cable {
+    /// `None` where this machine does not allow it.
+    fn lay() -> Option<Self> {
+        let name = |side: &str| format!("bd-{}-{side}", std::process::id());
+        let cable = Self { near: name("near"), far: name("far") };
+        let (near, far) = (&cable.near, &cable.far);
+        let laid = [
+            format!("netns add {near}"),
+            format!("netns add {far}"),
+            format!("-netns {near} link add cable type veth peer name cable netns {far}"),
+            format!("-netns {near} address add 10.99.0.1/24 dev cable"),
+            format!("-netns {far} address add 10.99.0.2/24 dev cable"),
+            format!("-netns {near} link set cable up"),
+            format!("-netns {far} link set cable up"),
+        ];
+        laid.iter().all(|line| ip(line)).then_some(cable)
+    }
+
+    fn set(&self, state: &str) {
+        assert!(ip(&format!("-netns {} link set cable {state}", self.near)), "the cable is ours");
+    }
+}
+
+impl Drop for Cable {
+    fn drop(&mut self) {
+        for namespace in [&self.near, &self.far] {
+            ip(&format!("netns delete {namespace}"));
+        }
+    }
+}
+
+fn ip(line: &str) -> bool {
+    Command::new("ip").args(line.split(' ')).output().is_ok_and(|output| output.status.success())
+}
+
+/// Starts a bridge of a stage within a namespace.
+fn start_within(namespace: &str, stage: &Stage, args: &[&str]) -> Bridge {
+    let command = stage.command(&arguments(args));
+    let mut within = Command::new("ip");
+    within
+        .args(["netns", "exec", namespace])
+        .arg(command.get_program())
+        .args(command.get_args())
+        .env_remove("RUST_LOG");
+    Bridge::announced(Process::start(within))
+}
+
+#[test]
+fn a_run_whose_way_is_cut_goes_on_as_the_same_run_when_it_is_joined_again() {
+    let Some(cable) = Cable::lay() else {
+        println!("skipped: no network namespaces here; they take root and iproute2");
+        return;
+    };
+    let (near, far) = (Stage::new(), Stage::new());
+    let server = near.serve(&["--rate", "50"]);
+    let mut sender = start_within(&cable.near, &near, &["--listen", "tcp/10.99.0.1:7447"]);
+    sender.until("sending");
+    let mut receiver = start_within(&cable.far, &far, &["--receive", "--connect", "tcp/10.99.0.1:7447"]);
+    let receiving = receiver.until("receiving");
+    let mut reader = Reader::join(&far);
+    let before = reader.next();
+
+    cable.set("down");
+    let silent = receiver.until("silent");
+    assert_eq!((&silent["run_id"], &silent["reason"]), (&receiving["run_id"], &"link_or_source".into()), "{silent}");
+    cable.set("up");
+    let resumed = receiver.until("resumed");
+    assert_eq!(resumed["run_id"], receiving["run_id"]);
+
+    let mut after = reader.read_unread();
+    after.push(reader.next());
+    assert_eq!((after[0].header.tick, after[0].continuity), (before.header.tick + 1, Continuity::Next));
+    for shot in &after {
+        assert_eq!(receiving["run_id"], shot.header.run_id);
+        assert!(matches!(shot.continuity, Continuity::Next), "no hole in the ticks here: {:?}", shot.continuity);
+    }
+    server.stop();
+    let (sent, received) = (sender.process.terminate().last_json(), receiver.process.terminate().last_json());
+    let lost = received["lost"].as_u64().expect("a number");
+    assert_eq!(received["runs"], 1);
+    assert!(
+        sent["frames"].as_u64() >= Some(received["frames"].as_u64().expect("a number") + lost),
+        "{sent} {received}"
+    );
+    assert_eq!(sent["lost"], 0, "the bridge here has read every frame of the bus meanwhile");
+}

@@ -1,0 +1,165 @@
+//! How bridges find each other, and who is let in.
+
+use std::fs;
+use std::net::TcpListener;
+use std::path::Path;
+use std::process::Command;
+
+use super::bridges::{ANY_PORT, Bridge};
+use crate::reader::Reader;
+use crate::stage::Stage;
+
+/// Makes an authority and certificates of both sides in a folder. False where there is no `openssl`.
+fn make_certificates(folder: &Path) -> bool {
+    let openssl = |line: &str| {
+        let output = Command::new("openssl").args(line.split_whitespace()).current_dir(folder).output();
+        output.map(|output| assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr)))
+    };
+    if openssl("version").is_err() {
+        println!("skipped: openssl is not installed");
+        return false;
+    }
+    let made = || {
+        let key = "req -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes";
+        openssl(&format!("{key} -x509 -days 2 -subj /CN=authority -keyout ca.key -out ca.pem"))?;
+        fs::write(folder.join("names"), "subjectAltName=DNS:localhost,IP:127.0.0.1\n")?;
+        for side in ["near", "far"] {
+            openssl(&format!("{key} -subj /CN={side} -keyout {side}.key -out {side}.csr"))?;
+            let signed =
+                format!("x509 -req -days 2 -in {side}.csr -CA ca.pem -CAkey ca.key -extfile names -out {side}.pem");
+            openssl(&signed)?;
+        }
+        Ok::<_, std::io::Error>(())
+    };
+    made().expect("openssl makes certificates");
+    true
+}
+
+#[test]
+fn tls_by_zenohs_own_configuration_lets_in_whom_the_authority_knows_and_nobody_else() {
+    let (near, far) = (Stage::new(), Stage::new());
+    let folder = near.path("");
+    if !make_certificates(&folder) {
+        return;
+    }
+    let write = |name: &str, tls: String| {
+        let text = format!("{{ // zenoh's own\n transport: {{ link: {{ tls: {{ {tls} }} }} }} }}");
+        fs::write(folder.join(name), text).expect("a file");
+        folder.join(name).display().to_string()
+    };
+    let path = |name: &str| folder.join(name).display().to_string();
+    let (ca, near_key, near_pem) = (path("ca.pem"), path("near.key"), path("near.pem"));
+    let (far_key, far_pem) = (path("far.key"), path("far.pem"));
+    let listening = write(
+        "near.json5",
+        format!(
+            "root_ca_certificate: '{ca}', listen_private_key: '{near_key}', listen_certificate: '{near_pem}', \
+             enable_mtls: true"
+        ),
+    );
+    let connecting = write(
+        "far.json5",
+        format!(
+            "root_ca_certificate: '{ca}', connect_private_key: '{far_key}', connect_certificate: '{far_pem}', \
+             enable_mtls: true"
+        ),
+    );
+    let nameless = write("nameless.json5", format!("root_ca_certificate: '{ca}'"));
+
+    let server = near.serve(&["--rate", "50"]);
+    let mut sender = Bridge::start(&near, &["--config", &listening, "--listen", "tls/127.0.0.1:0"]);
+    sender.until("sending");
+    assert!(sender.endpoint.starts_with("tls/"), "{}", sender.endpoint);
+
+    let stranger = Stage::new();
+    let to = ["--receive", "--connect", &sender.endpoint];
+    let mut refused = Bridge::start(&stranger, &[&to[..], &["--config", &nameless]].concat());
+    assert_eq!(refused.until("silent")["reason"], "no_connection");
+
+    let mut receiver = Bridge::start(&far, &[&to[..], &["--config", &connecting]].concat());
+    receiver.until("receiving");
+    Reader::join(&far).next();
+    assert_eq!(refused.process.terminate().last_json()["frames"], 0, "who has no certificate has seen nothing");
+    server.stop();
+    assert!(receiver.stop()["frames"].as_u64() > Some(0));
+    sender.process.terminate();
+}
+
+#[test]
+fn who_cannot_be_reached_yet_is_found_when_he_comes() {
+    let (near, far) = (Stage::new(), Stage::new());
+    let server = near.serve(&["--rate", "50"]);
+    // Nobody else is given a port that has just been one's own.
+    let port = TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port").port();
+    let endpoint = format!("tcp/127.0.0.1:{port}");
+    for mode in ["peer", "client"] {
+        let mut receiver =
+            far.start(&super::bridges::arguments(&["--receive", "--connect", &endpoint, "--mode", mode]));
+        let sender = Bridge::start(&near, &["--listen", &endpoint]);
+        receiver.json_until(|line| line["type"] == "receiving");
+        assert_eq!(receiver.terminate().last_json()["type"], "received", "{mode}");
+        sender.stop();
+    }
+    server.stop();
+}
+
+#[test]
+fn a_client_that_reaches_nobody_ends_at_a_signal() {
+    let stage = Stage::new();
+    let port = TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port").port();
+    let endpoint = format!("tcp/127.0.0.1:{port}");
+    let receiver = stage.start(&super::bridges::arguments(&["--receive", "--mode", "client", "--connect", &endpoint]));
+    assert_eq!(receiver.complaint(), format!("waiting for somebody at {endpoint}"));
+    let ended = receiver.terminate();
+    assert_eq!((ended.code(), ended.stdout.as_str()), (Some(0), ""));
+}
+
+#[test]
+fn what_cannot_be_is_said_in_one_line() {
+    let stage = Stage::new();
+    let taken = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let endpoint = format!("tcp/127.0.0.1:{}", taken.local_addr().expect("a bound socket").port());
+    fs::write(stage.path("odd.json5"), "{ lisen: {} }").expect("a file");
+    let cases: [(&[&str], i32, &str); 9] = [
+        (
+            &["--listen", &endpoint],
+            1,
+            &format!("error: zenoh cannot be opened: Can not create a new TCP listener bound to {endpoint}"),
+        ),
+        (&["--config", "none.json5"], 2, "error: cannot read none.json5: No such file or directory (os error 2)"),
+        (&["--config", "odd.json5"], 2, "error: odd.json5 is no configuration of zenoh's: "),
+        (
+            &["--mode", "client"],
+            2,
+            "error: a client needs somebody to connect to: --connect ENDPOINT, or connect.endpoints in the configuration",
+        ),
+        (
+            &["--connect", "udp/127.0.0.1:1"],
+            2,
+            "error: invalid value 'udp/127.0.0.1:1' for '--connect <ENDPOINT>': must be as tcp/10.0.0.5:7447 or tls/stage.example:7447",
+        ),
+        (&["--key", "a/*"], 2, "error: invalid value 'a/*' for '--key <PREFIX>': must be words with / between them"),
+        (&["--every", "0"], 2, "error: invalid value '0' for '--every <N>': must be from 1 to "),
+        (&["--every", "2", "--rate", "10"], 2, "error: the argument '--every <N>' cannot be used with '--rate <HZ>'"),
+        (
+            &["--receive", "--allow-commands"],
+            2,
+            "error: the argument '--receive' cannot be used with '--allow-commands'",
+        ),
+    ];
+    for (args, code, error) in cases {
+        let ended = stage.run(&[&["bridge", "zenoh"], args].concat());
+        assert_eq!((ended.code(), ended.stderr.lines().count()), (Some(code), 1), "{args:?}: {}", ended.stderr);
+        assert!(ended.stderr.starts_with(error), "{args:?}: {}", ended.stderr);
+    }
+}
+
+#[test]
+fn an_instance_has_one_source_and_a_receiving_bridge_is_one() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "20"]);
+    let refused = stage.run(&["bridge", "zenoh", "--receive", "--listen", ANY_PORT, "--format", "json"]);
+    assert_eq!(refused.code(), Some(1));
+    assert!(refused.stderr.starts_with("error: a server already runs on instance "), "{}", refused.stderr);
+    server.stop();
+}

@@ -1,0 +1,10 @@
+//! Two buses that a pair of bridges joins over the network: what is on the one is on the other.
+
+mod bridges;
+mod clients;
+mod commands;
+mod cut;
+mod hostile;
+mod independent;
+mod links;
+mod poses;

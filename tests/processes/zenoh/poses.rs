@@ -1,0 +1,113 @@
+//! Frames, runs and the description on the other side.
+
+use std::fs;
+
+use bench_dragon_ipc::{DescriptionReader, FrameHeader};
+
+use super::bridges::Bridge;
+use crate::eventually::eventually;
+use crate::reader::{Reader, Shot};
+use crate::stage::Stage;
+
+/// Everything of a frame that a bridge keeps, as bytes: all but run, tick and stamps.
+pub(crate) fn content(shot: &Shot) -> Vec<u8> {
+    let header = FrameHeader { run_id: 0, tick: 0, scheduled_ns: 0, published_ns: 0, ..shot.header };
+    Shot { header, ..shot.clone() }.wire_bytes()
+}
+
+#[test]
+fn the_other_bus_has_the_same_frames_bit_for_bit_but_for_run_and_stamps() {
+    let (near, far) = (Stage::new(), Stage::new());
+    let server = near.serve(&["--rate", "50", "--until", "3", "--readers", "2"]);
+    let sender = Bridge::sending(&near, &[]);
+    let mut receiver = Bridge::receiving(&far, &sender);
+    let mut reader = Reader::join(&near);
+    let receiving = receiver.until("receiving");
+    let far_shots = Reader::join(&far).read_to_end();
+    let near_shots = reader.read_to_end();
+    assert_eq!(server.run_id, receiving["remote_run_id"]);
+    for shot in &far_shots {
+        let original = &near_shots[shot.header.tick as usize];
+        assert_eq!(original.header.tick, shot.header.tick, "every frame has come");
+        assert_eq!(content(shot), content(original), "tick {}", shot.header.tick);
+        assert_eq!(receiving["run_id"], shot.header.run_id);
+        assert!(shot.header.scheduled_ns > original.header.published_ns, "restamped: due when it came");
+        assert!(shot.header.published_ns >= shot.header.scheduled_ns);
+    }
+    server.summary();
+    let (received, sent) = (receiver.stop(), sender.stop());
+    assert_eq!((&sent["type"], &sent["frames"], &sent["lost"]), (&"sent".into(), &151.into(), &0.into()), "{sent}");
+    for (what, count) in [("runs", 1), ("frames", 151), ("lost", 0), ("malformed", 0), ("foreign", 0), ("not_new", 0)] {
+        assert_eq!(received[what], count, "{what}: {received}");
+    }
+}
+
+#[test]
+fn one_frame_of_ten_leaves_no_hole_in_the_ticks_and_nothing_is_said_to_be_lost() {
+    let (near, far) = (Stage::new(), Stage::new());
+    let server = near.serve(&["--rate", "200", "--until", "1.05", "--readers", "2"]);
+    let sender = Bridge::sending(&near, &["--rate", "20"]);
+    let mut receiver = Bridge::receiving(&far, &sender);
+    let mut reader = Reader::join(&near);
+    receiver.until("receiving");
+    let far_shots = Reader::join(&far).read_to_end();
+    let near_shots = reader.read_to_end();
+    for shot in &far_shots {
+        // The last frame comes between two that are due, because it says that the show is over.
+        let tick = (shot.header.tick as usize * 10).min(near_shots.len() - 1);
+        assert_eq!(content(shot), content(&near_shots[tick]), "tick {}", shot.header.tick);
+    }
+    server.summary();
+    let (received, sent) = (receiver.stop(), sender.stop());
+    assert_eq!((&received["frames"], &received["lost"], &sent["frames"]), (&22.into(), &0.into(), &22.into()));
+}
+
+#[test]
+fn a_late_bridge_gets_the_description_and_a_new_run_follows_the_last_one() {
+    let (near, far) = (Stage::new(), Stage::new());
+    let server = near.serve(&["--rate", "20"]);
+    Reader::join(&near).read_to_tick(3);
+    let sender = Bridge::sending(&near, &[]);
+    let mut receiver = Bridge::receiving(&far, &sender);
+    let first = receiver.until("receiving");
+    let descriptions = DescriptionReader::open(far.domain(), "test").expect("the bridge has made the services");
+    let near_descriptions = DescriptionReader::open(near.domain(), "test").expect("the server has made the services");
+    let there = || eventually(|| near_descriptions.poll().expect("the bus is readable"));
+    let here = || eventually(|| descriptions.poll().expect("the bus is readable"));
+    let (description, original) = (here(), there());
+    assert_eq!((&first["run_id"], &first["remote_run_id"]), (&description.run_id.into(), &original.run_id.into()));
+    assert_eq!(description.toml, original.toml);
+    let mut reader = Reader::join(&far);
+    reader.next();
+    server.stop();
+
+    fs::write(near.path("wide.toml"), "[route]\npitch_m = 0.7\n").expect("a file");
+    let server = near.serve(&["--rate", "20", "--config", "wide.toml"]);
+    let second = receiver.until("receiving");
+    assert_eq!(second["remote_run_id"], server.run_id);
+    let shots = reader.read_until(|header| second["run_id"] == header.run_id);
+    assert_eq!(shots.last().expect("one at least").header.tick, 0, "its ticks are counted afresh");
+    let (description, original) = (here(), there());
+    assert_eq!(second["run_id"], description.run_id);
+    assert_eq!(description.toml, original.toml);
+    assert!(description.toml.contains("pitch_m = 0.7"));
+    server.stop();
+    assert_eq!(receiver.stop()["runs"], 2);
+    sender.stop();
+}
+
+#[test]
+fn a_source_that_ends_is_missed_and_its_services_stay() {
+    let (near, far) = (Stage::new(), Stage::new());
+    let server = near.serve(&["--rate", "20"]);
+    let mut sender = Bridge::sending(&near, &[]);
+    let mut receiver = Bridge::receiving(&far, &sender);
+    let run_id = receiver.until("receiving")["run_id"].clone();
+    server.stop();
+    assert_eq!(sender.until("silent")["reason"], "no_source");
+    let silent = receiver.process.json_until(|line| line["reason"] == "no_source").pop().expect("a line");
+    assert_eq!((&silent["type"], &silent["run_id"]), (&"silent".into(), &run_id));
+    Reader::join(&far);
+    receiver.stop();
+    sender.stop();
+}
