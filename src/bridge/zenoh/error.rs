@@ -2,7 +2,7 @@
 
 use bench_dragon_ipc::BusError;
 
-use super::link::LinkError;
+use super::link_error::LinkError;
 
 /// Why a bridge could not go on.
 #[derive(Debug, thiserror::Error)]

@@ -1,133 +1,42 @@
-//! The way to other machines: a zenoh session, quiet unless it was asked to be heard.
-//!
-//! By default zenoh listens on every interface and looks for others by multicast. Here a session does neither: what is not in
-//! the configuration file or in the flags is off. With no endpoint at all, a sending bridge listens on loopback, where a
-//! receiving one looks for it.
+//! The way to other machines: a zenoh session.
 
-use std::fmt;
-use std::fs;
-use std::io::{self, Read as _};
-use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use crossbeam::channel::{self, RecvTimeoutError};
-use serde_json::{Value, json};
-use zenoh::config::EndPoint;
 use zenoh::{Config, Session, Wait as _};
 
-/// Where a sending bridge listens, and a receiving one looks for it, unless they are told otherwise.
-pub const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
+use super::link_error::{LinkError, one_line};
+use super::link_settings::{LinkSettings, Side, endpoints};
 
-/// Longest configuration file in bytes.
-const MAX_CONFIG_BYTES: u64 = 1 << 20;
 /// How often a session that is being opened is looked for.
 const LOOK_PERIOD: Duration = Duration::from_millis(20);
 /// How long one is waited for before it is said.
 const SILENT_WAIT: Duration = Duration::from_secs(1);
 
-/// The part that a session plays among zenoh's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LinkMode {
-    /// Talks to others directly.
-    Peer,
-    /// Has one router, or one peer, do so for it.
-    Client,
-    /// Hands on what others say as well.
-    Router,
+/// An open way to other machines.
+#[derive(Debug)]
+pub struct Link {
+    pub(super) session: Session,
+    listens: Vec<String>,
+    connects: Vec<String>,
 }
 
-/// On which side of the way a bridge stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
-    /// Where the source is.
-    Sending,
-    /// Where it is to be.
-    Receiving,
-}
-
-/// What a session is opened with.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct LinkSettings {
-    /// zenoh's own configuration file, JSON5.
-    pub config: Option<PathBuf>,
-    /// Over what the file says of it.
-    pub mode: Option<LinkMode>,
-    /// Endpoints to connect to, instead of the file's where there are any.
-    pub connect: Vec<String>,
-    /// Endpoints to listen on, instead of the file's where there are any.
-    pub listen: Vec<String>,
-}
-
-/// Why there is no session.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum LinkError {
-    /// The configuration file cannot be read.
-    #[error("cannot read {}: {error}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The operating system's reason.
-        error: io::Error,
-    },
-    /// It is no JSON5, or not a configuration of zenoh's.
-    #[error("{} is no configuration of zenoh's: {reason}", path.display())]
-    Config {
-        /// The file.
-        path: PathBuf,
-        /// zenoh's reason.
-        reason: String,
-    },
-    /// The flags make no configuration.
-    #[error("these settings are none for zenoh: {reason}")]
-    Settings {
-        /// zenoh's reason.
-        reason: String,
-    },
-    /// A client has to be told of whom.
-    #[error("a client needs somebody to connect to: --connect ENDPOINT, or connect.endpoints in the configuration")]
-    Nowhere,
-    /// Listening, or what that takes, did not work.
-    #[error("zenoh cannot be opened: {reason}")]
-    Open {
-        /// zenoh's reason.
-        reason: String,
-    },
-    /// The session has been closed, or takes no more.
-    #[error("zenoh: {reason}")]
-    Session {
-        /// zenoh's reason.
-        reason: String,
-    },
-}
-
-impl LinkError {
-    /// Whether the arguments or the configuration are to blame.
-    pub fn is_bad_input(&self) -> bool {
-        matches!(self, Self::Read { .. } | Self::Config { .. } | Self::Settings { .. } | Self::Nowhere)
-    }
-
-    pub(super) fn session(error: impl fmt::Display) -> Self {
-        Self::Session { reason: one_line(error) }
-    }
-}
-
-impl LinkSettings {
+impl Link {
     /// Opens the session; `None` where `stop` was set first. Who cannot be reached yet is tried again and again: by a client
     /// here, which is nothing without anybody, and which says so by `tell_waiting`; else behind our back.
     ///
     /// # Errors
     /// [`LinkError`].
     pub fn open(
-        &self,
+        settings: &LinkSettings,
         side: Side,
         stop: &AtomicBool,
         tell_waiting: impl FnOnce(&[String]),
-    ) -> Result<Option<Link>, LinkError> {
-        let document = self.document(side)?;
-        let config = Config::from_json5(&document.to_string()).map_err(|error| match &self.config {
+    ) -> Result<Option<Self>, LinkError> {
+        let document = settings.document(side)?;
+        let config = Config::from_json5(&document.to_string()).map_err(|error| match &settings.config {
             Some(path) => LinkError::Config { path: path.clone(), reason: one_line(error) },
             None => LinkError::Settings { reason: one_line(error) },
         })?;
@@ -152,57 +61,9 @@ impl LinkSettings {
         };
         let session = opened.map_err(|error| LinkError::Open { reason: one_line(error) })?;
         let listens = session.info().locators().wait().iter().map(ToString::to_string).collect();
-        Ok(Some(Link { session, listens, connects }))
+        Ok(Some(Self { session, listens, connects }))
     }
 
-    /// The whole configuration: what is quiet, over it the file, over that the flags.
-    fn document(&self, side: Side) -> Result<Value, LinkError> {
-        let mut document = quiet();
-        if let Some(path) = &self.config {
-            overlay(&mut document, read(path)?);
-        }
-        let mode = self.mode.map(|mode| match mode {
-            LinkMode::Peer => "peer",
-            LinkMode::Client => "client",
-            LinkMode::Router => "router",
-        });
-        if let Some(mode) = mode {
-            document["mode"] = json!(mode);
-        }
-        for (kind, endpoints) in [("connect", &self.connect), ("listen", &self.listen)] {
-            if !endpoints.is_empty() {
-                overlay(&mut document, json!({ kind: { "endpoints": endpoints } }));
-            }
-        }
-        self.settle(&mut document, side)?;
-        Ok(document)
-    }
-
-    /// Says where to go where nobody has.
-    fn settle(&self, document: &mut Value, side: Side) -> Result<(), LinkError> {
-        let is_told = self.config.is_some() || !self.connect.is_empty() || !self.listen.is_empty();
-        let is_client = document["mode"] == "client";
-        let scouts = document["scouting"]["multicast"]["enabled"] == true;
-        if is_client && !scouts && endpoints(document, "connect").is_empty() && (is_told || side == Side::Sending) {
-            return Err(LinkError::Nowhere);
-        }
-        if !is_told {
-            let kind = if side == Side::Sending { "listen" } else { "connect" };
-            overlay(document, json!({ kind: { "endpoints": [DEFAULT_ENDPOINT] } }));
-        }
-        Ok(())
-    }
-}
-
-/// An open way to other machines.
-#[derive(Debug)]
-pub struct Link {
-    pub(super) session: Session,
-    listens: Vec<String>,
-    connects: Vec<String>,
-}
-
-impl Link {
     /// Where others reach it.
     pub fn listens(&self) -> &[String] {
         &self.listens
@@ -217,165 +78,5 @@ impl Link {
     /// Whom it tries to reach.
     pub fn connects(&self) -> &[String] {
         &self.connects
-    }
-}
-
-/// Whether zenoh could make something of an endpoint.
-///
-/// # Errors
-/// What an endpoint looks like.
-pub fn check_endpoint(text: &str) -> Result<String, String> {
-    let is_link = text.parse::<EndPoint>().is_ok() && ["tcp/", "tls/"].iter().any(|link| text.starts_with(link));
-    if is_link { Ok(text.to_owned()) } else { Err("must be as tcp/10.0.0.5:7447 or tls/stage.example:7447".to_owned()) }
-}
-
-/// Nothing listens, nobody is looked for, and whoever is away is tried again for as long as it takes. Shared memory is
-/// what our own bus is for.
-fn quiet() -> Value {
-    json!({
-        "mode": "peer",
-        "connect": { "endpoints": [], "timeout_ms": -1, "exit_on_failure": false },
-        "listen": { "endpoints": [] },
-        "scouting": { "multicast": { "enabled": false }, "gossip": { "enabled": false } },
-        "transport": {
-            "shared_memory": { "enabled": false },
-            // Of 64 KiB each, so some hundred frames of the paper's dragon: zenoh's two are full as soon as a processor that
-            // has much else to do leaves it waiting for a dozen milliseconds.
-            "link": { "tx": { "queue": { "size": { "data": 16 } } } },
-        },
-    })
-}
-
-fn read(path: &Path) -> Result<Value, LinkError> {
-    let failed = |error| LinkError::Read { path: path.to_owned(), error };
-    let mut text = String::new();
-    fs::File::open(path).map_err(failed)?.take(MAX_CONFIG_BYTES).read_to_string(&mut text).map_err(failed)?;
-    let document: Result<Value, String> = json5::from_str(&text).map_err(one_line);
-    let document = document
-        .and_then(|document| if document.is_object() { Ok(document) } else { Err("it has no keys".to_owned()) });
-    document.map_err(|reason| LinkError::Config { path: path.to_owned(), reason })
-}
-
-/// Puts what one document says over another, key by key; nothing is said by null.
-fn overlay(under: &mut Value, over: Value) {
-    match (under, over) {
-        (_, Value::Null) => {}
-        (Value::Object(under), Value::Object(over)) => {
-            for (key, value) in over {
-                overlay(under.entry(key).or_insert(Value::Null), value);
-            }
-        }
-        (under, over) => *under = over,
-    }
-}
-
-/// All endpoints of one kind, of whichever of the forms that zenoh takes.
-fn endpoints(document: &Value, kind: &str) -> Vec<String> {
-    fn collect(value: &Value, into: &mut Vec<String>) {
-        match value {
-            Value::String(endpoint) => into.push(endpoint.clone()),
-            Value::Array(values) => values.iter().for_each(|value| collect(value, into)),
-            Value::Object(values) => values.values().for_each(|value| collect(value, into)),
-            _ => {}
-        }
-    }
-    let mut found = Vec::new();
-    collect(&document[kind]["endpoints"], &mut found);
-    found
-}
-
-/// zenoh's errors name the place in its sources, and go over several lines.
-fn one_line(error: impl fmt::Display) -> String {
-    let text = error.to_string();
-    let text = text.split(" at /").next().unwrap_or_default();
-    let line = text.split_whitespace().collect::<Vec<_>>().join(" ").trim_end_matches('.').to_owned();
-    let is_cut = line.matches('[').count() > line.matches(']').count();
-    if is_cut { line + "]" } else { line }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::io::Write as _;
-
-    fn file(text: &str) -> tempfile::NamedTempFile {
-        let mut file = tempfile::NamedTempFile::new().expect("a file");
-        file.write_all(text.as_bytes()).expect("a file");
-        file
-    }
-
-    fn with(text: &str) -> (tempfile::NamedTempFile, LinkSettings) {
-        let file = file(text);
-        let settings = LinkSettings { config: Some(file.path().to_owned()), ..LinkSettings::default() };
-        (file, settings)
-    }
-
-    #[test]
-    fn what_nobody_asked_for_is_off() {
-        for side in [Side::Sending, Side::Receiving] {
-            let document = LinkSettings::default().document(side).expect("no settings are settings");
-            assert_eq!(document["scouting"]["multicast"]["enabled"], false);
-            assert_eq!(document["scouting"]["gossip"]["enabled"], false);
-            let (listens, connects) = (endpoints(&document, "listen"), endpoints(&document, "connect"));
-            let here = vec![DEFAULT_ENDPOINT.to_owned()];
-            assert_eq!((listens, connects), if side == Side::Sending { (here, vec![]) } else { (vec![], here) });
-        }
-        let (_file, settings) = with("{ transport: { link: { tx: { lease: 5000 } } } }");
-        let document = settings.document(Side::Sending).expect("a configuration");
-        assert_eq!(endpoints(&document, "listen"), Vec::<String>::new(), "a file without endpoints asks for none");
-        assert_eq!(document["scouting"]["multicast"]["enabled"], false);
-        let (_file, settings) = with("{ scouting: null, listen: { endpoints: null } }");
-        let document = settings.document(Side::Sending).expect("a configuration");
-        assert_eq!(document["scouting"]["multicast"]["enabled"], false, "nothing is asked for by null");
-        assert_eq!(endpoints(&document, "listen"), Vec::<String>::new());
-        assert!(document["listen"]["endpoints"].is_array());
-    }
-
-    #[test]
-    fn a_file_is_obeyed_and_flags_stand_over_it() {
-        let (_file, settings) = with(
-            "{ mode: 'router', listen: { endpoints: { router: ['tcp/10.0.0.1:1'] } }, // a comment\n
-               scouting: { multicast: { enabled: true } } }",
-        );
-        let document = settings.document(Side::Receiving).expect("a configuration");
-        assert_eq!(document["mode"], "router");
-        assert_eq!(endpoints(&document, "listen"), ["tcp/10.0.0.1:1"]);
-        assert_eq!(document["scouting"]["multicast"]["enabled"], true);
-        let flags = LinkSettings { mode: Some(LinkMode::Peer), listen: vec!["tcp/127.0.0.1:2".to_owned()], ..settings };
-        let document = flags.document(Side::Receiving).expect("a configuration");
-        assert_eq!(
-            (&document["mode"], endpoints(&document, "listen")),
-            (&json!("peer"), vec!["tcp/127.0.0.1:2".to_owned()])
-        );
-    }
-
-    #[test]
-    fn a_client_has_to_be_told_of_whom() {
-        let client = LinkSettings { mode: Some(LinkMode::Client), ..LinkSettings::default() };
-        assert!(matches!(client.document(Side::Sending), Err(LinkError::Nowhere)));
-        assert!(client.document(Side::Receiving).is_ok(), "it looks on loopback");
-        let (_file, settings) = with("{ mode: 'client' }");
-        assert!(matches!(settings.document(Side::Receiving), Err(LinkError::Nowhere)));
-    }
-
-    #[test]
-    fn what_is_wrong_with_a_file_is_told_in_one_line() {
-        for text in ["{", "{ mode: 'pear' }", "{ lisen: {} }", "[]", "{ listen: { endpoints: ['nowhere'] } }"] {
-            let (file, settings) = with(text);
-            let error = settings.open(Side::Sending, &AtomicBool::new(false), |_| ()).expect_err(text);
-            let told = error.to_string();
-            assert!(error.is_bad_input(), "{text}: {told}");
-            assert!(told.starts_with(&file.path().display().to_string()) && !told.contains('\n'), "{text}: {told}");
-        }
-    }
-
-    #[test]
-    fn endpoints_are_those_of_links_that_are_built_in() {
-        for sound in ["tcp/127.0.0.1:7447", "tcp/[::1]:0", "tls/stage.example:7447"] {
-            assert_eq!(check_endpoint(sound).as_deref(), Ok(sound));
-        }
-        for odd in ["", "127.0.0.1:7447", "tcp", "udp/10.0.0.1:7447", "quic/10.0.0.1:7447"] {
-            assert!(check_endpoint(odd).is_err(), "{odd}");
-        }
     }
 }

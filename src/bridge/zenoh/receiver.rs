@@ -4,24 +4,20 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use bench_dragon_ipc::{Domain, HandleState, SourceLock};
-use zenoh::pubsub::Subscriber;
-use zenoh::qos::{CongestionControl, Priority};
-use zenoh::query::Reply;
-use zenoh::sample::Sample;
-use zenoh::{Session, Wait as _};
-
 use super::error::BridgeError;
 use super::inbox::{Arrival, Inbox};
 use super::keys::KeyPrefix;
 use super::line::{ReceiverSummary, Silence, ZenohLine};
-use super::link::{Link, LinkError};
+use super::link::Link;
+use super::link_error::LinkError;
 use super::rate_limit::RateLimit;
 use super::received_run::{ReceivedRun, Taken};
 use super::relay::{MAX_ASKED, Relay};
+use super::subscriptions::{Subscriptions, ask_for_description, subscribe};
 use super::wire::{Described, decode_alert, decode_frame};
 use crate::clock::monotonic_ns;
 use crate::histogram::LatencyHistogram;
+use bench_dragon_ipc::{Domain, HandleState, SourceLock};
 
 /// How long nothing may happen before commands and signals are looked for.
 const LOOK_PERIOD: Duration = Duration::from_millis(5);
@@ -61,12 +57,6 @@ pub struct Receiver {
     link: Link,
     // Given up last.
     _lock: SourceLock,
-}
-
-#[derive(Debug)]
-struct Subscriptions {
-    _samples: [Subscriber<()>; 3],
-    _source: Subscriber<()>,
 }
 
 impl Receiver {
@@ -292,40 +282,4 @@ impl Receiver {
             ..self.summary
         }
     }
-}
-
-fn subscribe(session: &Session, prefix: &KeyPrefix, inbox: &Arc<Inbox>) -> zenoh::Result<Subscriptions> {
-    let to = |put: fn(&Inbox, &Sample)| {
-        let inbox = Arc::clone(inbox);
-        move |sample: Sample| put(&inbox, &sample)
-    };
-    let subscriptions = Subscriptions {
-        _samples: [
-            session.declare_subscriber(prefix.description()).callback(to(Inbox::put_description)).wait()?,
-            session.declare_subscriber(prefix.alerts()).callback(to(Inbox::put_alert)).wait()?,
-            session.declare_subscriber(prefix.frames()).callback(to(Inbox::put_frame)).wait()?,
-        ],
-        _source: session
-            .liveliness()
-            .declare_subscriber(prefix.source())
-            .history(true)
-            .callback(to(|inbox, sample| inbox.put_liveliness(sample.kind())))
-            .wait()?,
-    };
-    Ok(subscriptions)
-}
-
-fn ask_for_description(session: &Session, prefix: &KeyPrefix, inbox: &Arc<Inbox>) -> zenoh::Result<()> {
-    let inbox = Arc::clone(inbox);
-    let take = move |reply: Reply| {
-        if let Ok(sample) = reply.result() {
-            inbox.put_description(sample);
-        }
-    };
-    session
-        .get(prefix.description())
-        .congestion_control(CongestionControl::Drop)
-        .priority(Priority::InteractiveHigh)
-        .callback(take)
-        .wait()
 }

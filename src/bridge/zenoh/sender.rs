@@ -17,7 +17,8 @@ use super::clerk::{Clerk, Desk};
 use super::error::BridgeError;
 use super::keys::KeyPrefix;
 use super::line::{SenderSummary, Silence, ZenohLine};
-use super::link::{Link, LinkError};
+use super::link::Link;
+use super::link_error::LinkError;
 use super::thinning::{Share, Thinning};
 use super::wire::{
     ALERT_ENCODING, DESCRIPTION_ENCODING, Described, FRAME_ENCODING, encode_alert, encode_described, encode_frame,

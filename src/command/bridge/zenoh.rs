@@ -41,8 +41,7 @@ fn open(zenoh: &ZenohArgs, side: Side, stop: &StopFlag) -> anyhow::Result<Option
         connect: zenoh.connect.clone(),
         listen: zenoh.listen.clone(),
     };
-    settings
-        .open(side, stop.as_atomic(), tell_waiting)
+    Link::open(&settings, side, stop.as_atomic(), tell_waiting)
         .map_err(|error| if error.is_bad_input() { BadInput(error.to_string()).into() } else { error.into() })
 }
 
