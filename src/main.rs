@@ -63,7 +63,7 @@ fn is_bad_input(error: &anyhow::Error) -> bool {
         cause.is::<BadInput>()
             || cause.is::<ConfigError>()
             || matches!(cause.downcast_ref(), Some(RecordError::Exists { .. } | RecordError::Create { .. }))
-            || matches!(cause.downcast_ref(), Some(ReplayError::Open(_)))
+            || matches!(cause.downcast_ref(), Some(ReplayError::Open(_) | ReplayError::NothingThere { .. }))
             || matches!(cause.downcast_ref(), Some(RepairError::Read { .. } | RepairError::Foreign { .. }))
     })
 }

@@ -1,6 +1,7 @@
 //! The command line's types. What the commands do is in [`crate::command`].
 
 mod bridge;
+mod recording;
 mod solve;
 mod value;
 #[cfg(feature = "zenoh")]
@@ -13,6 +14,7 @@ use bench_dragon_ipc::Instance;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub(crate) use bridge::{Angle, Bridge, BridgeArgs, NetworkArgs, OscArgs, PsnArgs};
+pub(crate) use recording::ReplayArgs;
 pub(crate) use solve::{
     ContactArgs, FigureArgs, FigureFile, PitchArgs, PosesArgs, Question, SaveConfigArgs, SensitivityArgs, SolveArgs,
     SpeedLimitArgs, TableFormat, TimesArgs, TurnArgs, TurnPlanArgs,
@@ -74,9 +76,11 @@ pub(crate) enum Command {
     #[command(after_help = "Examples:
   bench-dragon replay rehearsal.mcap
   bench-dragon replay rehearsal.mcap --instance archive --readers 2
+  bench-dragon replay rehearsal.mcap --from 60 --to 90 --rate 0.5 --loop
 
-Each recorded run gets a new run id; its ticks count from 0, its frames are due now. All else is as it was recorded. Of the
-commands, only `ctl stop` is taken.")]
+Each recorded run gets a new run id, each time that it is played; its ticks count from 0, its frames are due now, and its
+time_scale is multiplied by the rate. All else is as it was recorded. --from and --to choose frames by their show time,
+wherever in the recording they are; what lies between is cut out. Of the commands, only `ctl stop` is taken.")]
     Replay(ReplayArgs),
     /// Hand the poses on to desks, media servers and other machines.
     #[command(after_help = "Examples:
@@ -306,21 +310,6 @@ pub(crate) struct RecordArgs {
     pub(crate) bus: BusArgs,
     #[command(flatten)]
     pub(crate) child: ChildArgs,
-    #[command(flatten)]
-    pub(crate) format: FormatArgs,
-}
-
-/// Arguments of `replay`.
-#[derive(Clone, Debug, Args)]
-pub(crate) struct ReplayArgs {
-    /// The recording.
-    #[arg(value_name = "FILE")]
-    pub(crate) file: PathBuf,
-    /// Begin once this many readers are connected, after ten seconds at the latest.
-    #[arg(long, value_name = "COUNT", default_value_t = 0, allow_negative_numbers = true, value_parser = readers)]
-    pub(crate) readers: usize,
-    #[command(flatten)]
-    pub(crate) bus: BusArgs,
     #[command(flatten)]
     pub(crate) format: FormatArgs,
 }

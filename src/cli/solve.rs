@@ -7,11 +7,8 @@ use bench_dragon::figure::FigureFormat;
 use bench_dragon::plan::Parameter;
 use clap::{ArgGroup, Args, Subcommand, ValueEnum};
 
-use super::value::{finite, within};
+use super::value::{MAX_STEPPED_S, finite, nanoseconds, within};
 use super::{ConfigArgs, FormatArgs};
-
-/// Greatest time that can be stepped to, in seconds: its nanoseconds, and some more, are whole numbers of an `f64`.
-const MAX_STEPPED_S: f64 = 1_000_000.0;
 
 /// Arguments of `solve`.
 #[derive(Clone, Debug, Args)]
@@ -237,16 +234,6 @@ pub(crate) enum TableFormat {
     Json,
     /// Comma-separated values; stable.
     Csv,
-}
-
-/// Seconds that are a whole number of nanoseconds, as that.
-fn nanoseconds(text: &str) -> Result<i64, String> {
-    let told = || format!("must be from -{MAX_STEPPED_S} to {MAX_STEPPED_S}, with at most nine decimals");
-    let value: f64 = text.parse().map_err(|_| told())?;
-    let whole_ns = (value * 1e9).round();
-    // Whole numbers this small have quotients that are rounded as decimals are when they are read.
-    let is_whole = value.abs() <= MAX_STEPPED_S && whole_ns / 1e9 == value;
-    if is_whole { Ok(whole_ns as i64) } else { Err(told()) }
 }
 
 fn step(text: &str) -> Result<i64, String> {

@@ -5,8 +5,12 @@ use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 use bench_dragon::config::{CPU, Priority, PriorityError, RATE_HZ, SPIN_US, TIME_SCALE};
+use bench_dragon::replay::RATE;
 use bench_dragon_ipc::service::MAX_READERS;
 use bench_dragon_ipc::{Instance, Request};
+
+/// Greatest time that can be stepped to, in seconds: its nanoseconds, and some more, are whole numbers of an `f64`.
+pub(super) const MAX_STEPPED_S: f64 = 1_000_000.0;
 
 pub(super) fn instance(name: &str) -> Result<Instance, String> {
     Instance::new(name).map_err(|_| format!("must be 1 to {} of a-z, 0-9 and -", Instance::MAX_LEN))
@@ -15,6 +19,16 @@ pub(super) fn instance(name: &str) -> Result<Instance, String> {
 pub(super) fn finite(text: &str) -> Result<f64, String> {
     let value = text.parse().ok().filter(|value: &f64| value.is_finite());
     value.ok_or_else(|| "must be a finite number".to_owned())
+}
+
+/// Seconds that are a whole number of nanoseconds, as that.
+pub(super) fn nanoseconds(text: &str) -> Result<i64, String> {
+    let told = || format!("must be from -{MAX_STEPPED_S} to {MAX_STEPPED_S}, with at most nine decimals");
+    let value: f64 = text.parse().map_err(|_| told())?;
+    let whole_ns = (value * 1e9).round();
+    // Whole numbers this small have quotients that are rounded as decimals are when they are read.
+    let is_whole = value.abs() <= MAX_STEPPED_S && whole_ns / 1e9 == value;
+    if is_whole { Ok(whole_ns as i64) } else { Err(told()) }
 }
 
 pub(super) fn rate(text: &str) -> Result<u32, String> {
@@ -35,6 +49,10 @@ pub(super) fn spin(text: &str) -> Result<u32, String> {
 
 pub(super) fn time_scale(text: &str) -> Result<f64, String> {
     within(text, &TIME_SCALE)
+}
+
+pub(super) fn play_rate(text: &str) -> Result<f64, String> {
+    within(text, &RATE)
 }
 
 pub(super) fn period(text: &str) -> Result<f64, String> {

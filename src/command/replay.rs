@@ -13,8 +13,8 @@ use crate::command::output::{complain, percentiles, print_json, print_line};
 pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
-    let mut replay = Replay::open(&domain, ReplaySettings { file: args.file.clone(), readers: args.readers })?;
-    while let Some(pass) = replay.next_pass()? {
+    let mut replay = Replay::open(&domain, settings(args)?)?;
+    while let Some(pass) = replay.next_pass(stop.as_atomic())? {
         announce(args, &pass)?;
         print_pass(args.format.format, pass.play(stop.as_atomic())?)?;
     }
@@ -30,6 +30,15 @@ pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
         print_json(&ReplayLine::Summary(summary))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn settings(args: &ReplayArgs) -> anyhow::Result<ReplaySettings> {
+    let laps = match args.repeat {
+        None => Some(1),
+        Some(laps) => laps,
+    };
+    let interval = args.interval.interval()?;
+    Ok(ReplaySettings { file: args.file.clone(), interval, rate: args.rate, laps, readers: args.readers })
 }
 
 fn announce(args: &ReplayArgs, pass: &Pass<'_>) -> anyhow::Result<()> {

@@ -35,6 +35,20 @@ pub fn decode_frame(message: &[u8]) -> Option<(FrameHeader, Vec<HandleState>)> {
     Some((frame.header, frame.handles.into_iter().map(|Handle(state)| state).collect()))
 }
 
+/// Reads only what a frame says about the whole dragon; `None` where the message does not begin like a frame.
+pub fn decode_frame_header(message: &[u8]) -> Option<FrameHeader> {
+    let body = message.strip_prefix(&ENCAPSULATION)?;
+    let (HeaderOnly(header), _) = cdr_encoding::from_bytes::<HeaderOnly, LittleEndian>(body).ok()?;
+    Some(header)
+}
+
+/// Reads an alert back, bit for bit; `None` where the message is not one.
+pub fn decode_alert(message: &[u8]) -> Option<Alert> {
+    let body = message.strip_prefix(&ENCAPSULATION)?;
+    let (AlertMessage(alert), _) = cdr_encoding::from_bytes::<AlertMessage, LittleEndian>(body).ok()?;
+    Some(alert)
+}
+
 fn encode(message: &mut Vec<u8>, value: &impl Serialize) {
     message.clear();
     message.extend_from_slice(&ENCAPSULATION);
@@ -48,6 +62,9 @@ struct FrameMessage<H> {
     header: FrameHeader,
     handles: H,
 }
+
+#[derive(Deserialize)]
+struct HeaderOnly(#[serde(with = "HeaderFields")] FrameHeader);
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "FrameHeader")]
@@ -82,10 +99,10 @@ struct HandleFields {
     velocity_mps: [f64; 3],
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 struct AlertMessage(#[serde(with = "AlertFields")] Alert);
 
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(remote = "Alert")]
 struct AlertFields {
     run_id: u64,
@@ -134,7 +151,7 @@ mod tests {
         encode_frame(&mut message, &header, &[handle; 3]);
         assert_eq!(message.len(), 4 + 80 + 3 * 48, "72 bytes of header, 4 of length, 4 of padding, 48 a handle");
         let (read_header, read_handles) = decode_frame(&message).expect("a frame");
-        assert_eq!(read_header, header);
+        assert_eq!((read_header, decode_frame_header(&message)), (header, Some(header)));
         let bits = |states: &[HandleState]| -> Vec<u64> {
             states.iter().flat_map(|s| [s.position_m, s.velocity_mps]).flatten().map(f64::to_bits).collect()
         };
@@ -146,5 +163,25 @@ mod tests {
         let mut message = Vec::new();
         encode_frame(&mut message, &FrameHeader::default(), &[HandleState::default(); 2]);
         assert!((0..message.len()).all(|length| decode_frame(&message[..length]).is_none()));
+    }
+
+    #[test]
+    fn an_alert_keeps_every_bit_and_cut_short_is_none() {
+        let alert = Alert {
+            run_id: 7,
+            tick: 1 << 40,
+            sim_time_ns: -5,
+            forecast_ns: Alert::NO_FORECAST,
+            clearance_m: -0.1,
+            point_m: [1.0 / 3.0, -0.0],
+            kind: 2,
+            bench_a: 0,
+            bench_b: Alert::NO_BENCH,
+            reserved: 0,
+        };
+        let mut message = Vec::new();
+        encode_alert(&mut message, &alert);
+        assert_eq!(decode_alert(&message), Some(alert));
+        assert!((0..message.len()).all(|length| decode_alert(&message[..length]).is_none()));
     }
 }

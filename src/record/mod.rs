@@ -27,6 +27,7 @@ pub mod cdr;
 mod channels;
 mod disk_sync;
 mod error;
+mod interval;
 pub mod pose;
 mod progress;
 mod reading;
@@ -52,8 +53,9 @@ use crossbeam::channel::{Receiver, Sender, TryRecvError, bounded};
 
 pub use self::{
     error::{Kept, RecordError},
+    interval::ShowInterval,
     progress::{Progress, Summary},
-    reading::{Configuration, FrameReader, ReadError, RecordedFrame},
+    reading::{Bookmark, Configuration, FrameReader, ReadError, Recorded, RecordedFrame},
     repair::{Repair, RepairError, repair, repair_folder},
     settings::RecorderSettings,
     space::{DiskSpace, Size, SpaceWarning},

@@ -3,11 +3,11 @@
 use std::{
     collections::BTreeSet,
     fs::{self, File},
-    io::{self, BufReader},
+    io::{self, BufReader, Seek as _, SeekFrom},
     path::{Path, PathBuf},
 };
 
-use bench_dragon_ipc::{FrameHeader, HandleState};
+use bench_dragon_ipc::{Alert, FrameHeader, HandleState};
 use mcap::records::{Metadata, Record};
 
 use super::{
@@ -27,9 +27,39 @@ const READ_BUFFER_BYTES: usize = 1 << 20;
 pub struct FrameReader {
     path: PathBuf,
     records: Records<BufReader<File>>,
+    state: State,
+}
+
+/// What has been read of a recording that says what follows in it.
+#[derive(Clone, Debug, Default)]
+struct State {
     /// The channels that carry frames: one in a file of ours, more where recordings were joined by another tool.
     frame_channels: BTreeSet<u16>,
+    alert_channels: BTreeSet<u16>,
     configuration: Option<Configuration>,
+}
+
+/// A place in a recording, at which reading can begin again.
+#[derive(Clone, Debug)]
+pub struct Bookmark {
+    position: u64,
+    state: State,
+}
+
+impl Bookmark {
+    /// How far into the file it is, in bytes.
+    pub fn position(&self) -> u64 {
+        self.position
+    }
+}
+
+/// What a recording holds: frames, and the alerts between them.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Recorded {
+    /// A frame.
+    Frame(RecordedFrame),
+    /// An alert.
+    Alert(Alert),
 }
 
 /// A frame as it was on the bus, bit for bit.
@@ -91,16 +121,42 @@ impl FrameReader {
         }
         let file = File::open(path).map_err(failed)?;
         let records = Records::new(BufReader::with_capacity(READ_BUFFER_BYTES, file));
-        let mut reader = Self { path: path.into(), records, frame_channels: BTreeSet::new(), configuration: None };
+        let mut reader = Self { path: path.into(), records, state: State::default() };
         match reader.next_record()? {
             Some(Record::Header(_)) => Ok(reader),
             _ => Err(ReadError::NotMcap { path: path.into() }),
         }
     }
 
+    /// Opens a recording again where another reader of it was.
+    ///
+    /// # Errors
+    /// [`ReadError::Io`].
+    pub fn open_at(path: &Path, Bookmark { position, state }: &Bookmark) -> Result<Self, ReadError> {
+        let open = || {
+            let mut file = File::open(path)?;
+            file.seek(SeekFrom::Start(*position))?;
+            Ok(file)
+        };
+        let file = open().map_err(|source| ReadError::Io { path: path.into(), source })?;
+        let records = Records::at(BufReader::with_capacity(READ_BUFFER_BYTES, file), *position);
+        Ok(Self { path: path.into(), records, state: state.clone() })
+    }
+
+    /// Where the last frame or alert is: a reader that is opened there begins with the chunk that holds it, so that some
+    /// which came before it come again.
+    pub fn bookmark(&self) -> Bookmark {
+        Bookmark { position: self.records.position(), state: self.state.clone() }
+    }
+
+    /// How far into the file the last frame or alert is, in bytes.
+    pub fn position(&self) -> u64 {
+        self.records.position()
+    }
+
     /// The configuration of the frames that are being read: the last one before them.
     pub fn configuration(&self) -> Option<&Configuration> {
-        self.configuration.as_ref()
+        self.state.configuration.as_ref()
     }
 
     /// Whether the file stopped in the middle; known once there are no more frames.
@@ -113,29 +169,66 @@ impl FrameReader {
         self.records.skipped_bytes()
     }
 
-    fn next_record(&mut self) -> Result<Option<Record<'static>>, ReadError> {
-        self.records.next().map_err(|source| ReadError::Io { path: self.path.clone(), source })
-    }
-
-    fn next_frame(&mut self) -> Result<Option<RecordedFrame>, ReadError> {
+    /// The next alert, or the next frame that is wanted, as its header tells. The handles of the others are not decoded,
+    /// so that passing them over is quick.
+    ///
+    /// # Errors
+    /// [`ReadError::Io`] and [`ReadError::NotAFrame`].
+    pub fn next_wanted(
+        &mut self,
+        mut is_wanted: impl FnMut(&FrameHeader) -> bool,
+    ) -> Result<Option<Recorded>, ReadError> {
         while let Some(record) = self.next_record()? {
             match record {
                 Record::Channel(channel) if channel.topic == schema::FRAMES => {
-                    self.frame_channels.insert(channel.id);
+                    self.state.frame_channels.insert(channel.id);
+                }
+                Record::Channel(channel) if channel.topic == schema::ALERTS => {
+                    self.state.alert_channels.insert(channel.id);
                 }
                 Record::Metadata(metadata) if metadata.name == schema::CONFIGURATION => {
-                    self.configuration = Configuration::from_metadata(metadata).or(self.configuration.take());
+                    let known = self.state.configuration.take();
+                    self.state.configuration = Configuration::from_metadata(metadata).or(known);
                 }
-                Record::Message { header, data } if self.frame_channels.contains(&header.channel_id) => {
+                Record::Message { header, data } if self.state.frame_channels.contains(&header.channel_id) => {
                     let not_a_frame = || ReadError::NotAFrame { path: self.path.clone() };
-                    let decoded = cdr::decode_frame(&data);
-                    let (frame, handles) = decoded.filter(is_whole).ok_or_else(not_a_frame)?;
-                    return Ok(Some(RecordedFrame { log_time_ns: header.log_time, header: frame, handles }));
+                    if is_wanted(&cdr::decode_frame_header(&data).ok_or_else(not_a_frame)?) {
+                        let (frame, handles) = cdr::decode_frame(&data).filter(is_whole).ok_or_else(not_a_frame)?;
+                        let frame = RecordedFrame { log_time_ns: header.log_time, header: frame, handles };
+                        return Ok(Some(Recorded::Frame(frame)));
+                    }
+                }
+                Record::Message { header, data } if self.state.alert_channels.contains(&header.channel_id) => {
+                    // One of another version tells nothing that this one could.
+                    if let Some(alert) = cdr::decode_alert(&data) {
+                        return Ok(Some(Recorded::Alert(alert)));
+                    }
                 }
                 _ => {}
             }
         }
         Ok(None)
+    }
+
+    /// The next frame that is wanted, as [`FrameReader::next_wanted`]; alerts are passed over.
+    ///
+    /// # Errors
+    /// [`ReadError::Io`] and [`ReadError::NotAFrame`].
+    pub fn next_wanted_frame(
+        &mut self,
+        mut is_wanted: impl FnMut(&FrameHeader) -> bool,
+    ) -> Result<Option<RecordedFrame>, ReadError> {
+        loop {
+            match self.next_wanted(&mut is_wanted)? {
+                Some(Recorded::Frame(frame)) => return Ok(Some(frame)),
+                Some(Recorded::Alert(_)) => {}
+                None => return Ok(None),
+            }
+        }
+    }
+
+    fn next_record(&mut self) -> Result<Option<Record<'static>>, ReadError> {
+        self.records.next().map_err(|source| ReadError::Io { path: self.path.clone(), source })
     }
 }
 
@@ -148,7 +241,7 @@ impl Iterator for FrameReader {
     type Item = Result<RecordedFrame, ReadError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        self.next_frame().transpose()
+        self.next_wanted_frame(|_| true).transpose()
     }
 }
 

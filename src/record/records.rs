@@ -3,10 +3,11 @@
 use std::{
     fmt,
     io::{self, Read},
+    ops::Range,
 };
 
 use mcap::{
-    McapError,
+    MAGIC, McapError,
     records::{ChunkHeader, Record, op},
     sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions},
 };
@@ -15,6 +16,9 @@ use zstd::bulk::Decompressor;
 /// A record, or a chunk unpacked, that claims to be longer is taken for damage: ours are of about a megabyte, and of
 /// eleven where a frame has the most benches that there may be.
 const LONGEST_RECORD_BYTES: usize = 64 << 20;
+
+/// Bytes of a record before its body: what it is and how long.
+const RECORD_HEAD_BYTES: u64 = 9;
 
 /// How the records of a file end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,18 +39,33 @@ pub(super) struct Records<R> {
     source: R,
     reader: LinearReader,
     chunk: Chunk,
+    /// Where in the file the last record outside of chunks, or the last chunk, begins and ends.
+    position: Range<u64>,
     skipped_bytes: u64,
     ending: Option<Ending>,
 }
 
 impl<R: Read> Records<R> {
+    /// The records of a file from its beginning.
     pub(super) fn new(source: R) -> Self {
-        let options = LinearReaderOptions::default()
-            .with_emit_chunks(true)
-            .with_skip_end_magic(true)
-            .with_record_length_limit(LONGEST_RECORD_BYTES);
+        Self::with_options(source, LinearReaderOptions::default(), MAGIC.len() as u64)
+    }
+
+    /// The records of a file from where one begins, at which the source stands.
+    pub(super) fn at(source: R, begin: u64) -> Self {
+        Self::with_options(source, LinearReaderOptions::default().with_skip_start_magic(true), begin)
+    }
+
+    fn with_options(source: R, options: LinearReaderOptions, begin: u64) -> Self {
+        let options =
+            options.with_emit_chunks(true).with_skip_end_magic(true).with_record_length_limit(LONGEST_RECORD_BYTES);
         let reader = LinearReader::new_with_options(options);
-        Self { source, reader, chunk: Chunk::default(), skipped_bytes: 0, ending: None }
+        Self { source, reader, chunk: Chunk::default(), position: begin..begin, skipped_bytes: 0, ending: None }
+    }
+
+    /// Where in the file the record that was given out last begins, or the chunk that it was in.
+    pub(super) fn position(&self) -> u64 {
+        self.position.start
     }
 
     /// How the file ended, once [`Records::next`] has returned `None`.
@@ -87,7 +106,12 @@ impl<R: Read> Records<R> {
     /// that tells no reader of ours anything.
     fn read(&mut self) -> io::Result<Option<Outer>> {
         loop {
-            match self.reader.next_event() {
+            let event = self.reader.next_event();
+            if let Some(Ok(LinearReadEvent::Record { data, .. })) = &event {
+                let begin = self.position.end;
+                self.position = begin..begin + RECORD_HEAD_BYTES + data.len() as u64;
+            }
+            match event {
                 Some(Ok(LinearReadEvent::ReadRequest(bytes))) => {
                     let read = self.source.read(self.reader.insert(bytes));
                     match read {

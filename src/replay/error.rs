@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use bench_dragon_ipc::BusError;
 
-use crate::record::ReadError;
+use crate::record::{ReadError, ShowInterval};
 
 /// Why a recording could not be replayed, or not to its end.
 #[derive(Debug, thiserror::Error)]
@@ -22,6 +22,16 @@ pub enum ReplayError {
     NoFrames {
         /// The file.
         path: PathBuf,
+    },
+    /// There are frames, but none of the show times that were asked for.
+    #[error("{} holds no frames {asked}: its show times are {there}", path.display())]
+    NothingThere {
+        /// The file.
+        path: PathBuf,
+        /// What was asked for.
+        asked: ShowInterval,
+        /// From the least show time to the greatest.
+        there: ShowInterval,
     },
     /// Frames without the configuration that tells readers what they are of.
     #[error("{} holds frames of run {run_id}, but not its configuration", path.display())]

@@ -1,9 +1,12 @@
 //! Replay: a recording back onto the bus, as a source like the server.
 //!
-//! **What is replayed.** Every frame of a recording in its order, at its pace, once. Each recorded run is a *pass*: it has
+//! **What is replayed.** Every frame of a recording whose show time lies in an interval, in the recorded order, at the
+//! recorded pace or faster or slower by a factor, once or several times. Each recorded run is a *pass*, each time: it has
 //! a new `run_id`, its ticks count from 0 without a hole, and `scheduled_ns` and `published_ns` are those of the replay;
-//! all else is bit for bit what was recorded. Its description is published before its first frame. Where the recorder
-//! lost frames, so does the replay; how many is in [`PassSummary::missing`], and to a reader the head was put across.
+//! `time_scale` is multiplied by the factor, since a reader that looks ahead on its own clock needs show seconds per
+//! second; all else is bit for bit what was recorded. Its description is published before its first frame. Where the
+//! recorder lost frames, so does the replay; how many is in [`PassSummary::missing`], and to a reader the head was put
+//! across. So it was where frames outside of the interval are cut out.
 //!
 //! **What is not.** Alerts: a monitor of the replay makes its own, of the same frames.
 //!
@@ -17,8 +20,10 @@
 pub mod pace;
 
 mod error;
+mod excerpt;
 mod read_ahead;
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -29,13 +34,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::clock::{monotonic_ns, sleep_precisely, sleep_until};
 use crate::histogram::Percentiles;
-use crate::record::RecordedFrame;
+use crate::record::ShowInterval;
 use crate::source::{Stage, TimesOfAll};
 
 pub use error::ReplayError;
 
+use excerpt::{Flaws, PlannedFrame};
 use pace::Pace;
 use read_ahead::{ReadAhead, RecordedRun};
+
+/// Recorded seconds that may be played per second.
+pub const RATE: RangeInclusive<f64> = 0.01..=100.0;
 
 /// How often commands are looked for where frames are further apart.
 const COMMAND_PERIOD: Duration = Duration::from_millis(10);
@@ -43,10 +52,16 @@ const COMMAND_PERIOD: Duration = Duration::from_millis(10);
 const READER_PATIENCE: Duration = Duration::from_secs(10);
 
 /// What a replay is started with.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ReplaySettings {
     /// The recording.
     pub file: PathBuf,
+    /// Which frames.
+    pub interval: ShowInterval,
+    /// Recorded seconds per second, in [`RATE`].
+    pub rate: f64,
+    /// How often to play it; without a number, until it is stopped.
+    pub laps: Option<u64>,
     /// Readers to wait for before the first frame, for ten seconds at most.
     pub readers: usize,
 }
@@ -75,7 +90,7 @@ pub struct PassSummary {
 /// What a replay came to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ReplaySummary {
-    /// Runs played.
+    /// Runs played: each recorded run, as often as it was played.
     pub passes: u64,
     /// Frames published in all.
     pub frames: u64,
@@ -92,6 +107,8 @@ pub struct Replay {
     settings: ReplaySettings,
     read_ahead: ReadAhead,
     pace: Pace,
+    /// How often the recording has been begun again.
+    lap: u64,
     summary: ReplaySummary,
     is_stopped: bool,
     // Given up last.
@@ -105,16 +122,17 @@ impl Replay {
     /// [`ReplayError::Open`] where the file is no recording, [`BusError::SourceRunning`] where a source runs on the
     /// instance.
     pub fn open(domain: &Domain, settings: ReplaySettings) -> Result<Self, ReplayError> {
-        let read_ahead = ReadAhead::start(&settings.file)?;
+        let read_ahead = ReadAhead::start(&settings)?;
         let lock = SourceLock::take(domain)?;
         for path in lock.cleared() {
             tracing::warn!("removed {}, which a killed server had left half made", path.display());
         }
         Ok(Self {
             domain: domain.clone(),
+            pace: Pace::new(settings.rate),
             settings,
             read_ahead,
-            pace: Pace::default(),
+            lap: 0,
             summary: ReplaySummary::default(),
             is_stopped: false,
             _lock: lock,
@@ -122,32 +140,37 @@ impl Replay {
     }
 
     /// Puts the services and the description of the next pass on the bus; `None` where there is none, or the replay was
-    /// stopped.
+    /// stopped, by a client or by `stop`.
     ///
     /// # Errors
-    /// [`ReplayError::Read`], [`ReplayError::NoFrames`], [`ReplayError::NoConfiguration`] and what is wrong with the bus.
-    pub fn next_pass(&mut self) -> Result<Option<Pass<'_>>, ReplayError> {
-        if self.is_stopped {
-            return Ok(None);
-        }
-        let Some(run) = self.read_ahead.next()? else {
-            let nothing_yet = self.summary.passes == 0;
-            return if nothing_yet {
-                Err(ReplayError::NoFrames { path: self.settings.file.clone() })
-            } else {
-                Ok(None)
-            };
-        };
+    /// [`ReplayError::Read`], [`ReplayError::NoFrames`], [`ReplayError::NothingThere`], [`ReplayError::NoConfiguration`] and
+    /// what is wrong with the bus.
+    pub fn next_pass(&mut self, stop: &AtomicBool) -> Result<Option<Pass<'_>>, ReplayError> {
+        let Some(run) = self.next_run(stop)? else { return Ok(None) };
         let stage = Stage::open(&self.domain, "replay", &run.configuration.toml, run.bench_count)?;
+        if run.lap != self.lap {
+            self.lap = run.lap;
+            self.pace.begin_lap();
+        }
         self.summary.passes += 1;
-        let progress = Progress { tick: 0, last: None, missing: 0, overruns_before: self.pace.overruns() };
+        let progress = Progress { tick: 0, sim_time_s: 0.0, missing: 0, overruns_before: self.pace.overruns() };
         Ok(Some(Pass { replay: self, run, stage, progress }))
     }
 
     /// Ends the replay.
     pub fn finish(self) -> ReplaySummary {
-        let reader = self.read_ahead.finish();
-        ReplaySummary { cut: reader.was_cut(), skipped_bytes: reader.skipped_bytes(), ..self.summary }
+        let Flaws { cut, skipped_bytes } = self.read_ahead.finish();
+        ReplaySummary { cut, skipped_bytes, ..self.summary }
+    }
+
+    /// Waits for the next run to be found in the file.
+    fn next_run(&self, stop: &AtomicBool) -> Result<Option<RecordedRun>, ReplayError> {
+        while !self.is_stopped && !stop.load(Ordering::Relaxed) {
+            if let Ok(run) = self.read_ahead.next(COMMAND_PERIOD) {
+                return run;
+            }
+        }
+        Ok(None)
     }
 }
 
@@ -165,8 +188,8 @@ pub struct Pass<'a> {
 struct Progress {
     /// The next tick.
     tick: u64,
-    /// The last frame, as recorded.
-    last: Option<FrameHeader>,
+    /// Show time of the last frame.
+    sim_time_s: f64,
     missing: u64,
     overruns_before: u64,
 }
@@ -204,17 +227,23 @@ impl Pass<'_> {
     }
 
     /// Publishes a frame when it is due.
-    fn play_frame(&mut self, frame: RecordedFrame, stop: &AtomicBool) -> Result<(), BusError> {
-        let due_ns = self.replay.pace.due_ns(frame.header.scheduled_ns, monotonic_ns());
+    fn play_frame(
+        &mut self,
+        PlannedFrame { frame, due_ns, missing, .. }: PlannedFrame,
+        stop: &AtomicBool,
+    ) -> Result<(), BusError> {
+        let due_ns = self.replay.pace.due_ns(due_ns, monotonic_ns());
         if let Err(Stopped) = self.wait_until(due_ns, stop) {
             self.replay.is_stopped = true;
             return Ok(());
         }
         let begun_ns = monotonic_ns();
-        self.stage.publish(&frame.header, &frame.handles, self.progress.tick, due_ns)?;
-        self.progress.take(&frame.header);
+        let header = FrameHeader { time_scale: frame.header.time_scale * self.replay.settings.rate, ..frame.header };
+        let tick = self.progress.tick;
+        self.stage.publish(&header, &frame.handles, tick, due_ns)?;
+        self.progress.take(&header, missing);
         let overruns = self.overruns();
-        self.stage.report().tell(&FrameHeader { tick: self.progress.tick - 1, ..frame.header }, overruns);
+        self.stage.report().tell(&FrameHeader { tick, ..header }, overruns);
         // The reading thread is gone where it has read all: then the frame is given up here.
         let _ = self.run.played.send(frame);
         self.stage.report().count(begun_ns - due_ns, monotonic_ns() - begun_ns);
@@ -222,7 +251,7 @@ impl Pass<'_> {
     }
 
     /// The next frame, as soon as it has been read; `None` where the recorded run ends.
-    fn next_frame(&self, stop: &AtomicBool) -> Result<Option<RecordedFrame>, Stopped> {
+    fn next_frame(&self, stop: &AtomicBool) -> Result<Option<PlannedFrame>, Stopped> {
         loop {
             match self.run.frames.recv_timeout(COMMAND_PERIOD) {
                 Ok(frame) => return Ok(Some(frame)),
@@ -282,19 +311,17 @@ impl Pass<'_> {
 
     fn into_summary(self) -> PassSummary {
         let (run_id, recorded_run_id, overruns) = (self.run_id(), self.recorded_run_id(), self.overruns());
-        let Progress { tick: frames, last, missing, .. } = self.progress;
+        let Progress { tick: frames, sim_time_s, missing, .. } = self.progress;
         self.replay.summary.frames += frames;
         let TimesOfAll { lateness_us, tick_us } = self.stage.finish();
-        let sim_time_s = last.map_or(0.0, |header| header.sim_time_s());
         PassSummary { run_id, recorded_run_id, frames, missing, sim_time_s, overruns, lateness_us, tick_us }
     }
 }
 
 impl Progress {
-    fn take(&mut self, recorded: &FrameHeader) {
-        let step = self.last.map_or(1, |last| recorded.tick.saturating_sub(last.tick));
-        self.missing = self.missing.saturating_add(step.saturating_sub(1));
-        self.last = Some(*recorded);
+    fn take(&mut self, recorded: &FrameHeader, missing: u64) {
+        self.missing = self.missing.saturating_add(missing);
+        self.sim_time_s = recorded.sim_time_s();
         self.tick += 1;
     }
 }

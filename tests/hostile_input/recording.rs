@@ -37,7 +37,7 @@ pub(crate) fn check(input: &[u8]) {
 
 /// The messages of the frames that a replay would publish.
 fn read(path: &Path) -> Result<Vec<Vec<u8>>, ReadError> {
-    let mut pace = Pace::default();
+    let mut pace = Pace::new(1.0);
     let mut frames = Vec::new();
     let mut now_ns = 1_000_000_000;
     for frame in FrameReader::open(path)? {

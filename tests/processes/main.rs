@@ -18,6 +18,7 @@ mod directory;
 mod doctor;
 mod echo;
 mod eventually;
+mod excerpts;
 mod figures;
 mod guard;
 mod killed_recorders;

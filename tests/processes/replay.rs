@@ -17,7 +17,7 @@ use crate::stage::Stage;
 const SECOND_NS: u64 = 1_000_000_000;
 
 /// A replay whose first pass is on the bus, and the lines that it began with.
-fn replay(stage: &Stage, args: &[&str]) -> (Process, Value) {
+pub(crate) fn replay(stage: &Stage, args: &[&str]) -> (Process, Value) {
     let mut process = stage.start(&[&["replay", "--format", "json"], args].concat());
     let started = process.json();
     assert_eq!(started["type"], "started", "{started}");
@@ -25,7 +25,7 @@ fn replay(stage: &Stage, args: &[&str]) -> (Process, Value) {
 }
 
 /// All frames of a recording, each with the text of its configuration.
-fn recorded(path: &Path) -> Vec<(RecordedFrame, String)> {
+pub(crate) fn recorded(path: &Path) -> Vec<(RecordedFrame, String)> {
     let mut reader = FrameReader::open(path).expect("a recording");
     let mut frames = Vec::new();
     while let Some(frame) = reader.next() {
@@ -48,22 +48,29 @@ fn content_hash(header: &FrameHeader, handles: &[HandleState]) -> u64 {
     hasher.finish()
 }
 
-fn hashes_of_shots(shots: &[Shot]) -> Vec<u64> {
+pub(crate) fn hashes_of_shots(shots: &[Shot]) -> Vec<u64> {
     shots.iter().map(|shot| content_hash(&shot.header, &shot.handles)).collect()
 }
 
-fn hashes_of_recorded(frames: &[(RecordedFrame, String)]) -> Vec<u64> {
+pub(crate) fn hashes_of_recorded(frames: &[(RecordedFrame, String)]) -> Vec<u64> {
     frames.iter().map(|(frame, _)| content_hash(&frame.header, &frame.handles)).collect()
 }
 
-/// The contact that a monitor has told of, without its run.
+/// The contacts that a monitor has told of, without their runs.
+pub(crate) fn contacts(lines: &[Value]) -> Vec<Value> {
+    let contacts = lines.iter().filter(|line| line["kind"] == "contact");
+    let without_run = contacts.cloned().map(|mut contact| {
+        contact["run_id"] = Value::Null;
+        contact
+    });
+    without_run.collect()
+}
+
+/// The only contact of a show.
 fn contact(lines: &[Value]) -> Value {
-    let [contact] = lines.iter().filter(|line| line["kind"] == "contact").collect::<Vec<_>>()[..] else {
-        panic!("one contact in {lines:?}")
-    };
-    let mut contact = contact.clone();
-    contact["run_id"] = Value::Null;
-    contact
+    let contacts = contacts(lines);
+    assert_eq!(contacts.len(), 1, "{lines:?}");
+    contacts[0].clone()
 }
 
 /// Records frames of one bench at these ticks and instants, one after the other.
