@@ -4,7 +4,7 @@
 //!
 //! | module | what it is |
 //! |---|---|
-//! | [`server`], [`monitor`], [`guard`], [`record`], [`replay`], [`bridge`] | the processes' logic |
+//! | [`server`], [`monitor`], [`guard`], [`record`], [`replay`], [`export`], [`bridge`] | the processes' logic |
 //! | [`plan`] | what a choreographer asks |
 //! | [`dragon`] | chain, boards, clearance, contact |
 //! | [`route`] | the curves that the handles follow |
@@ -18,6 +18,7 @@ pub mod clock;
 pub mod config;
 pub mod doctor;
 pub mod dragon;
+pub mod export;
 pub mod figure;
 pub mod guard;
 pub mod histogram;

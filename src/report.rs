@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use bench_dragon_ipc::Alert;
 use serde::{Deserialize, Serialize};
 
+use crate::export::{ExportCounts, Flaws};
 use crate::histogram::Percentiles;
 use crate::replay::{PassSummary, ReplaySummary};
 use crate::server::ServerSummary;
@@ -188,6 +189,19 @@ pub enum ReplayLine {
     Pass(PassSummary),
     /// The replay has ended.
     Summary(ReplaySummary),
+}
+
+/// What `export` wrote.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ExportReport {
+    /// The file.
+    pub file: PathBuf,
+    /// How much of the recording is in it.
+    #[serde(flatten)]
+    pub counts: ExportCounts,
+    /// What could not be read of the recording.
+    #[serde(flatten)]
+    pub flaws: Flaws,
 }
 
 /// A line of `bridge psn` and `bridge osc`.

@@ -14,7 +14,7 @@ use bench_dragon_ipc::Instance;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub(crate) use bridge::{Angle, Bridge, BridgeArgs, NetworkArgs, OscArgs, PsnArgs};
-pub(crate) use recording::ReplayArgs;
+pub(crate) use recording::{ExportArgs, ReplayArgs, TableFile};
 pub(crate) use solve::{
     ContactArgs, FigureArgs, FigureFile, PitchArgs, PosesArgs, Question, SaveConfigArgs, SensitivityArgs, SolveArgs,
     SpeedLimitArgs, TableFormat, TimesArgs, TurnArgs, TurnPlanArgs,
@@ -82,6 +82,16 @@ Each recorded run gets a new run id, each time that it is played; its ticks coun
 time_scale is multiplied by the rate. All else is as it was recorded. --from and --to choose frames by their show time,
 wherever in the recording they are; what lies between is cut out. Of the commands, only `ctl stop` is taken.")]
     Replay(ReplayArgs),
+    /// Write a recording as a table, .csv or .xlsx.
+    #[command(after_help = "Examples:
+  bench-dragon export rehearsal.mcap rehearsal.xlsx
+  bench-dragon export rehearsal.mcap dance.csv --benches --from 60 --to 90 --every 0.04
+  bench-dragon export rehearsal.mcap - --alerts | grep contact
+
+A frame of every second of show time, or every --every. Numbers are whole. A workbook has sheets of frames, of positions
+and speeds with a column for each frame, of alerts and of the configuration; whether it fits is known before it is begun.
+Of several recorded runs and after a seek, each begins with a frame; the column run_id parts the runs.")]
+    Export(ExportArgs),
     /// Hand the poses on to desks, media servers and other machines.
     #[command(after_help = "Examples:
   bench-dragon bridge psn --interface 10.0.0.5

@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
+use bench_dragon::export::Subject;
 use bench_dragon::number::Number;
 use bench_dragon::record::ShowInterval;
-use clap::Args;
+use clap::{ArgGroup, Args};
 
-use super::value::{count, nanoseconds, play_rate, readers};
+use super::value::{MAX_STEPPED_S, count, nanoseconds, play_rate, readers};
 use super::{BusArgs, FormatArgs};
 use crate::command::BadInput;
 
@@ -38,6 +39,76 @@ pub(crate) struct ReplayArgs {
     pub(crate) bus: BusArgs,
     #[command(flatten)]
     pub(crate) format: FormatArgs,
+}
+
+/// Arguments of `export`.
+#[derive(Clone, Debug, Args)]
+#[command(group(ArgGroup::new("subject").args(["handles", "benches", "frames", "alerts"])))]
+#[allow(clippy::struct_excessive_bools, reason = "flags of which one may be given")]
+pub(crate) struct ExportArgs {
+    /// The recording.
+    #[arg(value_name = "FILE")]
+    pub(crate) file: PathBuf,
+    /// The file to write, .csv or .xlsx; - prints comma-separated values.
+    #[arg(value_name = "OUT", value_parser = table_file)]
+    pub(crate) out: TableFile,
+    /// Positions, velocities and speeds of every handle [default].
+    #[arg(long)]
+    handles: bool,
+    /// Centres, headings, velocities and speeds of every bench.
+    #[arg(long)]
+    benches: bool,
+    /// Frames alone: show time, state, travel and speed of the head.
+    #[arg(long)]
+    frames: bool,
+    /// Alerts alone.
+    #[arg(long)]
+    alerts: bool,
+    /// Seconds of show time from one row, or column, to the next; 0 for every frame.
+    #[arg(long, value_name = "SECONDS", default_value = "1", allow_negative_numbers = true, value_parser = every)]
+    pub(crate) every: i64,
+    #[command(flatten)]
+    pub(crate) interval: IntervalArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+impl ExportArgs {
+    /// What the rows are about.
+    pub(crate) fn subject(&self) -> Subject {
+        match self {
+            Self { benches: true, .. } => Subject::Benches,
+            Self { frames: true, .. } => Subject::Frames,
+            Self { alerts: true, .. } => Subject::Alerts,
+            _ => Subject::Handles,
+        }
+    }
+}
+
+/// Where a table goes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum TableFile {
+    /// Comma-separated values to stdout.
+    Stdout,
+    /// Comma-separated values.
+    Csv(PathBuf),
+    /// A workbook.
+    Xlsx(PathBuf),
+}
+
+fn table_file(text: &str) -> Result<TableFile, String> {
+    let path = PathBuf::from(text);
+    match path.extension().and_then(|suffix| suffix.to_str()).map(str::to_ascii_lowercase).as_deref() {
+        _ if text == "-" => Ok(TableFile::Stdout),
+        Some("csv") => Ok(TableFile::Csv(path)),
+        Some("xlsx") => Ok(TableFile::Xlsx(path)),
+        _ => Err("must end in .csv or .xlsx, or be -".to_owned()),
+    }
+}
+
+fn every(text: &str) -> Result<i64, String> {
+    let every_ns = nanoseconds(text).ok().filter(|every_ns| *every_ns >= 0);
+    every_ns.ok_or_else(|| format!("must be from 0 to {MAX_STEPPED_S}, with at most nine decimals"))
 }
 
 /// Which frames of a recording.

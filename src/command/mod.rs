@@ -12,6 +12,7 @@ mod ctl;
 mod description;
 mod doctor;
 mod echo;
+mod export;
 mod follow;
 mod guarding;
 mod hz;
@@ -19,6 +20,7 @@ mod iox2_config;
 mod latency;
 mod monitor;
 mod parent;
+mod progress;
 mod record;
 mod replay;
 mod serve;
@@ -54,6 +56,7 @@ pub(crate) fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Monitor(args) => monitor::run(&args),
         Command::Record(args) => record::run(&args),
         Command::Replay(args) => replay::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Bridge(args) => bridge::run(&args),
         Command::Ctl(args) => ctl::run(&args),
         Command::Echo(args) => echo::run(&args),

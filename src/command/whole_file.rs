@@ -43,24 +43,68 @@ fn behind_links(path: &Path) -> io::Result<PathBuf> {
 }
 
 fn write_or_leave(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let path = behind_links(path)?;
-    if path.exists() && !path.is_file() {
-        return fs::OpenOptions::new().write(true).open(&path)?.write_all(bytes);
-    }
-    let unfinished = unfinished(&path)?;
-    let written = write_and_rename(&unfinished, &path, bytes);
-    if written.is_err() {
-        // The first error is the one to tell.
-        let _ = fs::remove_file(&unfinished);
-    }
-    written
+    let mut file = WholeFile::open(path)?;
+    file.write_all(bytes)?;
+    file.finish_or_leave()
 }
 
-fn write_and_rename(unfinished: &Path, path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut file = File::create_new(unfinished)?;
-    file.write_all(bytes)?;
-    file.sync_all()?;
-    fs::rename(unfinished, path)
+/// A file that is written little by little, and takes its place with [`WholeFile::finish`]. One that is dropped before is gone.
+#[derive(Debug)]
+pub(crate) struct WholeFile {
+    file: File,
+    path: PathBuf,
+    /// Where the bytes are meanwhile; nowhere else where the path is that of no ordinary file.
+    unfinished: Option<PathBuf>,
+}
+
+impl WholeFile {
+    /// Begins a file that is to be at a path.
+    pub(crate) fn create(path: &Path) -> anyhow::Result<Self> {
+        Self::open(path).with_context(|| format!("cannot write {}", path.display()))
+    }
+
+    /// Puts the file in its place.
+    pub(crate) fn finish(self) -> anyhow::Result<()> {
+        let path = self.path.clone();
+        self.finish_or_leave().with_context(|| format!("cannot write {}", path.display()))
+    }
+
+    fn open(path: &Path) -> io::Result<Self> {
+        let path = behind_links(path)?;
+        if path.exists() && !path.is_file() {
+            let file = fs::OpenOptions::new().write(true).open(&path)?;
+            return Ok(Self { file, path, unfinished: None });
+        }
+        let unfinished = unfinished(&path)?;
+        Ok(Self { file: File::create_new(&unfinished)?, path, unfinished: Some(unfinished) })
+    }
+
+    fn finish_or_leave(mut self) -> io::Result<()> {
+        let Some(unfinished) = &self.unfinished else { return Ok(()) };
+        self.file.sync_all()?;
+        fs::rename(unfinished, &self.path)?;
+        self.unfinished = None;
+        Ok(())
+    }
+}
+
+impl io::Write for WholeFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Drop for WholeFile {
+    fn drop(&mut self) {
+        if let Some(unfinished) = &self.unfinished {
+            // What kept it from being finished is told already.
+            let _ = fs::remove_file(unfinished);
+        }
+    }
 }
 
 /// A hidden name in the same folder, of this process alone.

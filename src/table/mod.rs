@@ -1,13 +1,16 @@
 //! Tables: answers in rows and columns, for people and for the programs that they go on working with.
 //!
 //! A [`Table`] knows nothing of files. An [`Exporter`] turns tables into the bytes of one, the same bytes each time:
-//! [`Text`] for people, [`Csv`] for programs, [`Xlsx`] for spreadsheets.
+//! [`Text`] for people, [`Csv`] for programs, [`Xlsx`] for spreadsheets. [`CsvWriter`] takes row after row, for a table
+//! that is not to be in memory as a whole; so does a workbook that is in files until it is finished.
 
+mod book;
 mod csv;
 mod text;
 mod xlsx;
 
-pub use csv::Csv;
+pub(crate) use book::Book;
+pub use csv::{Csv, CsvWriter};
 pub use text::Text;
 pub use xlsx::Xlsx;
 
@@ -53,7 +56,7 @@ pub enum Cell {
     Text(String),
     /// A count or an index.
     Whole(u64),
-    /// A finite number, whole. Exporters for people round it to the column's decimals.
+    /// A number, whole. Exporters for people round it to the column's decimals.
     Number(f64),
 }
 

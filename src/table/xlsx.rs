@@ -24,16 +24,21 @@ impl Xlsx {
 
 impl Exporter for Xlsx {
     fn export(&self, tables: &[Table]) -> Result<Vec<u8>, ExportError> {
-        let mut workbook = Workbook::new();
-        // A workbook tells when it was made. Without a clock it tells the day from which spreadsheets count.
-        let created = ExcelDateTime::from_ymd(1900, 1, 1)?;
-        workbook.set_properties(&DocProperties::new().set_creation_datetime(&created));
+        let mut workbook = timeless_workbook()?;
         for table in tables {
             require_room(table)?;
             write_sheet(workbook.add_worksheet(), table)?;
         }
         Ok(workbook.save_to_buffer()?)
     }
+}
+
+/// A workbook tells when it was made. Without a clock it tells the day from which spreadsheets count.
+pub(super) fn timeless_workbook() -> Result<Workbook, ExportError> {
+    let mut workbook = Workbook::new();
+    let created = ExcelDateTime::from_ymd(1900, 1, 1)?;
+    workbook.set_properties(&DocProperties::new().set_creation_datetime(&created));
+    Ok(workbook)
 }
 
 fn require_room(table: &Table) -> Result<(), ExportError> {
@@ -45,14 +50,8 @@ fn require_room(table: &Table) -> Result<(), ExportError> {
 }
 
 fn write_sheet(sheet: &mut Worksheet, table: &Table) -> Result<(), ExportError> {
-    sheet.set_name(&table.name)?;
-    sheet.set_freeze_panes(1, 1)?;
+    begin_sheet(sheet, &table.name, &table.columns)?;
     let formats: Vec<Format> = table.columns.iter().map(number_format).collect();
-    for (column, index) in table.columns.iter().zip(0..) {
-        sheet.set_column_width(index, if index == 0 { LABEL_WIDTH } else { COLUMN_WIDTH })?;
-        let title = Format::new().set_bold().set_align(alignment(column));
-        sheet.write_string_with_format(0, index, &column.title, &title)?;
-    }
     for (row, row_index) in table.rows.iter().zip(1..) {
         for ((cell, column), index) in row.iter().zip(&table.columns).zip(0..) {
             let format = &formats[usize::from(index)];
@@ -69,8 +68,20 @@ fn write_sheet(sheet: &mut Worksheet, table: &Table) -> Result<(), ExportError> 
     Ok(())
 }
 
+/// Writes the titles; they and the first column stay where they are.
+pub(super) fn begin_sheet(sheet: &mut Worksheet, name: &str, columns: &[Column]) -> Result<(), ExportError> {
+    sheet.set_name(name)?;
+    sheet.set_freeze_panes(1, 1)?;
+    for (column, index) in columns.iter().zip(0..) {
+        sheet.set_column_width(index, if index == 0 { LABEL_WIDTH } else { COLUMN_WIDTH })?;
+        let title = Format::new().set_bold().set_align(alignment(column));
+        sheet.write_string_with_format(0, index, &column.title, &title)?;
+    }
+    Ok(())
+}
+
 /// As many decimals as the column has.
-fn number_format(column: &Column) -> Format {
+pub(super) fn number_format(column: &Column) -> Format {
     let decimals = column.decimals();
     if decimals == 0 {
         return Format::new().set_num_format("0");

@@ -9,7 +9,6 @@ mod figures;
 mod pitch;
 mod poses;
 mod profile;
-mod progress;
 mod save_config;
 mod sensitivity;
 mod speed_limit;

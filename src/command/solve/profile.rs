@@ -7,9 +7,9 @@ use bench_dragon::dragon::Contact;
 use bench_dragon::plan::{ClosestApproach, clearance_profile, near_misses};
 use serde::Serialize;
 
-use super::progress::Progress;
 use crate::cli::ContactArgs;
 use crate::command::BadInput;
+use crate::command::progress::Progress;
 
 /// Most times of a profile: each is a chain and a search through all pairs.
 const MAX_TIMES: usize = 1_000_000;

@@ -13,11 +13,11 @@ use bench_dragon::route::{CircularArc, Turnaround};
 use serde::Serialize;
 
 use super::figures;
-use super::progress::Progress;
 use super::save_config::save_config;
 use super::turn_plan::planned_turn;
 use crate::cli::{Format, TurnArgs};
 use crate::command::output::{print_json, print_line};
+use crate::command::progress::Progress;
 
 #[derive(Serialize)]
 struct Answer {

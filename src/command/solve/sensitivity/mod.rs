@@ -6,8 +6,8 @@ use bench_dragon::table::{Exporter as _, Text, Xlsx};
 
 use crate::cli::{Format, SensitivityArgs};
 use crate::command::output::{print_bytes, print_json, print_line};
+use crate::command::progress::Progress;
 use crate::command::solve::figures;
-use crate::command::solve::progress::Progress;
 use crate::command::{load_config, whole_file};
 
 mod answer;

@@ -13,7 +13,7 @@ const STEPS: u64 = 1000;
 
 /// The bar, taken away when it is dropped. Where stderr is no terminal it is not drawn.
 #[derive(Debug)]
-pub(super) struct Progress {
+pub(crate) struct Progress {
     bar: ProgressBar,
     began: Instant,
     total: f64,
@@ -22,7 +22,7 @@ pub(super) struct Progress {
 
 impl Progress {
     /// A bar for this much work.
-    pub(super) fn new(what: &'static str, total: f64) -> Self {
+    pub(crate) fn new(what: &'static str, total: f64) -> Self {
         let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::hidden());
         let style = ProgressStyle::with_template("{bar:24} {percent:>3} %  {msg}").expect("the template is valid");
         bar.set_style(style);
@@ -31,7 +31,7 @@ impl Progress {
     }
 
     /// So much more is done.
-    pub(super) fn add(&self, work: f64) {
+    pub(crate) fn add(&self, work: f64) {
         let mut done = self.done.lock().expect("nothing panics under the lock");
         *done += work;
         if self.bar.is_hidden() && self.began.elapsed() > PATIENCE {

@@ -1,0 +1,89 @@
+//! `export`: a recording as a table.
+
+use std::fs;
+use std::io::{self, BufWriter};
+use std::path::Path;
+use std::process::ExitCode;
+
+use bench_dragon::export::{ExportSettings, Flaws, Selection, Workbook, write_csv};
+use bench_dragon::report::ExportReport;
+
+use super::progress::Progress;
+use super::whole_file::{self, WholeFile};
+use crate::cli::{ExportArgs, Format, TableFile};
+use crate::command::output::{complain, print_json, print_line};
+
+const WRITE_BUFFER_BYTES: usize = 1 << 20;
+
+pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
+    let (file, interval, every_ns) = (args.file.clone(), args.interval.interval()?, args.every);
+    let mut selection = Selection::open(ExportSettings { file, interval, every_ns, subject: args.subject() })?;
+    let mut reading = Reading::of(&args.file);
+    match &args.out {
+        TableFile::Stdout => {
+            let sink = BufWriter::with_capacity(WRITE_BUFFER_BYTES, io::stdout().lock());
+            write_csv(&mut selection, sink, |selection| reading.show(selection))?;
+            drop(reading);
+            tell_flaws(args, selection.flaws());
+        }
+        TableFile::Csv(path) => {
+            let mut file = WholeFile::create(path)?;
+            let sink = BufWriter::with_capacity(WRITE_BUFFER_BYTES, &mut file);
+            write_csv(&mut selection, sink, |selection| reading.show(selection))?;
+            file.finish()?;
+            drop(reading);
+            tell(args, ExportReport { file: path.clone(), counts: selection.counts(), flaws: selection.flaws() })?;
+        }
+        TableFile::Xlsx(path) => {
+            whole_file::check(path)?;
+            let workbook = Workbook::read(selection, |selection| reading.show(selection))?;
+            drop(reading);
+            let writing = Progress::new("writing", 1.0);
+            whole_file::write(path, &workbook.to_bytes(|rows| writing.add(1.0 / rows as f64))?)?;
+            drop(writing);
+            tell(args, ExportReport { file: path.clone(), counts: workbook.counts(), flaws: workbook.flaws() })?;
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The bar that shows how far the recording has been read.
+struct Reading {
+    bar: Progress,
+    position: u64,
+}
+
+impl Reading {
+    fn of(file: &Path) -> Self {
+        let bytes = fs::metadata(file).map_or(0, |metadata| metadata.len());
+        Self { bar: Progress::new("exporting", bytes as f64), position: 0 }
+    }
+
+    fn show(&mut self, selection: &Selection) {
+        let before = std::mem::replace(&mut self.position, selection.position());
+        if self.position > before {
+            self.bar.add((self.position - before) as f64);
+        }
+    }
+}
+
+fn tell(args: &ExportArgs, report: ExportReport) -> anyhow::Result<()> {
+    tell_flaws(args, report.flaws);
+    if args.format.format == Format::Json {
+        return print_json(&report);
+    }
+    let ExportReport { file, counts, .. } = report;
+    let runs = if counts.runs > 1 { format!(" of {} runs", counts.runs) } else { String::new() };
+    let (frames, alerts, file) = (counts.frames, counts.alerts, file.display());
+    Ok(print_line(format_args!("{frames} frames{runs} and {alerts} alerts written to {file}"))?)
+}
+
+fn tell_flaws(args: &ExportArgs, Flaws { cut, skipped_bytes }: Flaws) {
+    let file = args.file.display();
+    if cut {
+        complain(&format!("{file} stops in the middle: what is whole of it was exported"));
+    }
+    if skipped_bytes > 0 {
+        complain(&format!("{skipped_bytes} bytes of {file} are damaged and were passed over"));
+    }
+}

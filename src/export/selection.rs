@@ -1,0 +1,120 @@
+//! The frames and alerts of a recording that are exported, as they are read.
+
+use bench_dragon_ipc::FrameHeader;
+
+use super::error::ExportError;
+use super::sampling::Sampling;
+use super::{ExportCounts, ExportSettings, Subject};
+use crate::record::{Configuration, FrameReader, Recorded, ShowInterval};
+
+/// What could not be read of a recording.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Flaws {
+    /// Whether what was read of the file stopped in the middle, as a killed recorder leaves it.
+    pub cut: bool,
+    /// Bytes of damaged chunks that were passed over.
+    pub skipped_bytes: u64,
+}
+
+/// Reads what is exported, one after the other; the file is never in memory as a whole.
+#[derive(Debug)]
+pub struct Selection {
+    settings: ExportSettings,
+    reader: FrameReader,
+    sampling: Sampling,
+    counts: ExportCounts,
+    last_run_id: Option<u64>,
+    /// Show times of all frames so far: the least and the greatest.
+    seen_ns: Option<(i64, i64)>,
+}
+
+impl Selection {
+    /// Opens the recording.
+    ///
+    /// # Errors
+    /// [`ExportError::Open`].
+    pub fn open(settings: ExportSettings) -> Result<Self, ExportError> {
+        Ok(Self {
+            reader: FrameReader::open(&settings.file).map_err(ExportError::Open)?,
+            sampling: Sampling::new(settings.every_ns),
+            settings,
+            counts: ExportCounts::default(),
+            last_run_id: None,
+            seen_ns: None,
+        })
+    }
+
+    /// The next frame or alert. Of alerts alone, frames are not among them.
+    ///
+    /// # Errors
+    /// [`ExportError::Read`]; and at the end, where it was no alerts that were asked for and there was no frame,
+    /// [`ExportError::NoFrames`] or [`ExportError::NothingThere`].
+    pub fn next_recorded(&mut self) -> Result<Option<Recorded>, ExportError> {
+        loop {
+            let Some(recorded) = self.read()? else { return self.end().map(|()| None) };
+            match &recorded {
+                Recorded::Frame(frame) => self.count_frame(&frame.header),
+                Recorded::Alert(alert) if !self.settings.interval.contains(alert.sim_time_ns) => continue,
+                Recorded::Alert(_) => self.counts.alerts += 1,
+            }
+            return Ok(Some(recorded));
+        }
+    }
+
+    /// The configuration of the frame that was read last.
+    pub fn configuration(&self) -> Option<&Configuration> {
+        self.reader.configuration()
+    }
+
+    /// How far into the file the last frame is, in bytes.
+    pub fn position(&self) -> u64 {
+        self.reader.position()
+    }
+
+    /// What is exported.
+    pub fn settings(&self) -> &ExportSettings {
+        &self.settings
+    }
+
+    /// How much has been exported so far.
+    pub fn counts(&self) -> ExportCounts {
+        self.counts
+    }
+
+    /// What could not be read; known once all is read.
+    pub fn flaws(&self) -> Flaws {
+        Flaws { cut: self.reader.was_cut(), skipped_bytes: self.reader.skipped_bytes() }
+    }
+
+    fn read(&mut self) -> Result<Option<Recorded>, ExportError> {
+        let Self { settings: ExportSettings { interval, subject, .. }, reader, sampling, seen_ns, .. } = self;
+        let is_wanted = |header: &FrameHeader| {
+            let time_ns = header.sim_time_ns;
+            let (first_ns, last_ns) = seen_ns.unwrap_or((time_ns, time_ns));
+            *seen_ns = Some((first_ns.min(time_ns), last_ns.max(time_ns)));
+            let is_taken = interval.contains(time_ns) && sampling.takes(header.run_id, time_ns);
+            is_taken && *subject != Subject::Alerts
+        };
+        reader.next_wanted(is_wanted).map_err(ExportError::Read)
+    }
+
+    fn count_frame(&mut self, header: &FrameHeader) {
+        self.counts.frames += 1;
+        if self.last_run_id.replace(header.run_id) != Some(header.run_id) {
+            self.counts.runs += 1;
+        }
+    }
+
+    fn end(&self) -> Result<(), ExportError> {
+        let ExportSettings { file, interval, subject, .. } = &self.settings;
+        match self.seen_ns {
+            _ if self.counts.frames > 0 || *subject == Subject::Alerts => Ok(()),
+            None => Err(ExportError::NoFrames { path: file.clone() }),
+            Some((from_ns, to_ns)) => Err(ExportError::NothingThere {
+                path: file.clone(),
+                asked: *interval,
+                there: ShowInterval { from_ns, to_ns },
+            }),
+        }
+    }
+}
