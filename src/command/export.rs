@@ -1,11 +1,12 @@
 //! `export`: a recording as a table.
 
+use std::fmt::Display;
 use std::fs;
 use std::io::{self, BufWriter};
 use std::path::Path;
 use std::process::ExitCode;
 
-use bench_dragon::export::{ExportSettings, Flaws, Selection, Workbook, write_csv};
+use bench_dragon::export::{ExportError, ExportSettings, Flaws, Selection, Workbook, write_csv};
 use bench_dragon::report::ExportReport;
 
 use super::progress::Progress;
@@ -22,14 +23,16 @@ pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
     match &args.out {
         TableFile::Stdout => {
             let sink = BufWriter::with_capacity(WRITE_BUFFER_BYTES, io::stdout().lock());
-            write_csv(&mut selection, sink, |selection| reading.show(selection))?;
+            let written = write_csv(&mut selection, sink, |selection| reading.show(selection));
+            written.map_err(|error| named(error, "to stdout"))?;
             drop(reading);
             tell_flaws(args, selection.flaws());
         }
         TableFile::Csv(path) => {
             let mut file = WholeFile::create(path)?;
             let sink = BufWriter::with_capacity(WRITE_BUFFER_BYTES, &mut file);
-            write_csv(&mut selection, sink, |selection| reading.show(selection))?;
+            let written = write_csv(&mut selection, sink, |selection| reading.show(selection));
+            written.map_err(|error| named(error, path.display()))?;
             file.finish()?;
             drop(reading);
             tell(args, ExportReport { file: path.clone(), counts: selection.counts(), flaws: selection.flaws() })?;
@@ -45,6 +48,14 @@ pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// An error in writing names what was written, and keeps its kind: nobody reading any more is none for `head`.
+fn named(error: ExportError, what: impl Display) -> anyhow::Error {
+    match error {
+        ExportError::Write(source) => anyhow::Error::new(source).context(format!("cannot write {what}")),
+        other => other.into(),
+    }
 }
 
 /// The bar that shows how far the recording has been read.

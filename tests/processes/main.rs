@@ -19,6 +19,7 @@ mod doctor;
 mod echo;
 mod eventually;
 mod excerpts;
+mod export;
 mod figures;
 mod guard;
 mod killed_recorders;

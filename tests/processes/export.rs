@@ -1,0 +1,136 @@
+//! A recording as tables, read back by Python: `tests/python/test_export.py`.
+
+use std::fs;
+use std::io::Read as _;
+use std::path::Path;
+
+use bench_dragon::record::{Recorder, RecorderSettings};
+use bench_dragon_ipc::{FrameHeader, HandleState};
+use serde_json::json;
+
+use crate::process::Ended;
+use crate::python;
+use crate::stage::{Stage, program};
+
+/// Runs `export` in the stage's folder.
+fn export(stage: &Stage, args: &[&str]) -> Ended {
+    let mut command = program(&[&["export"], args].concat());
+    command.current_dir(stage.path(""));
+    crate::process::Process::start(command).end()
+}
+
+/// A recording of a bench at these show times, in milliseconds.
+fn write_recording(path: &Path, times_ms: impl Iterator<Item = i64>) {
+    let mut recorder = Recorder::start(RecorderSettings::new(path, 0)).expect("a recorder");
+    recorder.describe(7, "[dragon]\nbenches = 1\n").expect("the configuration");
+    for (tick, time_ms) in (0..).zip(times_ms) {
+        let header =
+            FrameHeader { run_id: 7, tick, sim_time_ns: time_ms * 1_000_000, bench_count: 1, ..Default::default() };
+        recorder.frame(&header, &[HandleState::default(); 2]).expect("a frame");
+    }
+    recorder.finish().expect("a finished recording");
+}
+
+fn files(stage: &Stage) -> Vec<String> {
+    let entries = fs::read_dir(stage.path("")).expect("a folder").flatten();
+    let mut names: Vec<String> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn python_finds_the_recording_in_its_tables() {
+    let stage = Stage::new();
+    let recorder = stage.start(&["record", "a.mcap"]);
+    let monitor = stage.start(&["monitor"]);
+    let first = ["--rate", "50", "--start-at", "411", "--until", "413", "--time-scale", "2", "--readers", "2"];
+    stage.serve(&first).summary();
+    fs::write(stage.path("stage.toml"), "[dragon]\nbenches = 5\n").expect("a file");
+    let second = ["--config", "stage.toml", "--rate", "50", "--until", "1.2", "--readers", "2"];
+    stage.serve(&second).summary();
+    monitor.terminate();
+    recorder.terminate();
+    for (out, args) in [
+        ("all.csv", &["--every", "0"][..]),
+        ("some.csv", &["--every", "0.5", "--handles"]),
+        ("benches.csv", &["--every", "0.5", "--benches"]),
+        ("frames.csv", &["--every", "0.5", "--frames"]),
+        ("alerts.csv", &["--alerts"]),
+        ("handles.xlsx", &["--every", "0.5"]),
+        ("benches.xlsx", &["--every", "0.5", "--benches"]),
+    ] {
+        export(&stage, &[&["a.mcap", out], args].concat()).expect_clean();
+    }
+    python::run("test_export.py", &[("EXPORT_FOLDER", stage.path("").as_os_str())]);
+}
+
+#[test]
+fn rows_go_to_stdout_and_what_was_written_is_told() {
+    let stage = Stage::new();
+    write_recording(&stage.path("a.mcap"), 0..2500);
+    let printed = export(&stage, &["a.mcap", "-", "--frames", "--to", "2"]).expect_clean().stdout;
+    let titles = "run_id,tick,time_s,state,head_travel_m,head_speed_mps,time_scale,benches\n";
+    let rows = ["7,0,0.0", "7,1000,1.0", "7,2000,2.0"].map(|when| format!("{when},running,0.0,0.0,0.0,1\n"));
+    assert_eq!(printed, format!("{titles}{}", rows.concat()));
+    let told = export(&stage, &["a.mcap", "a.csv"]).expect_clean().stdout;
+    assert_eq!(told, "3 frames and 0 alerts written to a.csv\n");
+    let told = export(&stage, &["a.mcap", "a.xlsx", "--format", "json"]).expect_clean().last_json();
+    let expected = json!({ "file": "a.xlsx", "runs": 1, "frames": 3, "alerts": 0, "cut": false, "skipped_bytes": 0 });
+    assert_eq!(told, expected);
+    assert_eq!(files(&stage), ["a.csv", "a.mcap", "a.xlsx"]);
+}
+
+#[test]
+fn a_cut_recording_is_exported_as_far_as_it_is_whole() {
+    let stage = Stage::new();
+    write_recording(&stage.path("whole.mcap"), 0..10);
+    let bytes = fs::read(stage.path("whole.mcap")).expect("the recording");
+    let summary_start = mcap::read::footer(&bytes).expect("a footer").summary_start as usize;
+    fs::write(stage.path("a.mcap"), &bytes[..summary_start - 5]).expect("a cut recording");
+    let ended = export(&stage, &["a.mcap", "a.csv", "--every", "0"]);
+    assert_eq!(ended.stderr, "a.mcap stops in the middle: what is whole of it was exported\n");
+    assert_eq!((ended.code(), ended.stdout.as_str()), (Some(0), "10 frames and 0 alerts written to a.csv\n"));
+}
+
+#[test]
+fn what_cannot_be_exported_is_told_in_one_line_and_leaves_nothing() {
+    let stage = Stage::new();
+    write_recording(&stage.path("a.mcap"), 0..17_000);
+    fs::write(stage.path("letter"), "not a recording").expect("a file");
+    std::os::unix::fs::symlink("/dev/full", stage.path("full.csv")).expect("a link");
+    for (args, code, error) in [
+        (&["letter", "a.csv"][..], 2, "letter is not an MCAP recording"),
+        (&["a.mcap", "a.csv", "--from", "3", "--to", "2"], 2, "--to is 2, must be at least --from, which is 3"),
+        (
+            &["a.mcap", "a.csv", "--from", "20"],
+            2,
+            "a.mcap holds no frames from 20 s: its show times are from 0 s to 16.999 s",
+        ),
+        (
+            &["a.mcap", "a.xlsx", "--every", "0"],
+            2,
+            "there are 16384 frames with a column of handles each or more, a workbook has room for 16383: choose a greater \
+             --every, a shorter --from and --to, or .csv",
+        ),
+        (&["a.mcap", "a.txt"], 2, "invalid value 'a.txt' for '<OUT>': must end in .csv or .xlsx, or be -"),
+        (&["a.mcap", "none/a.csv"], 1, "cannot write none/a.csv: No such file or directory (os error 2)"),
+        (&["a.mcap", "full.csv"], 1, "cannot write full.csv: No space left on device (os error 28)"),
+    ] {
+        let ended = export(&stage, args);
+        let told = format!("error: {error}\n");
+        assert_eq!((ended.code(), ended.stdout.as_str(), ended.stderr), (Some(code), "", told), "{args:?}");
+    }
+    assert_eq!(files(&stage), ["a.mcap", "full.csv", "letter"]);
+}
+
+#[test]
+fn whoever_has_read_enough_rows_may_go() {
+    let stage = Stage::new();
+    write_recording(&stage.path("a.mcap"), 0..17_000);
+    let mut command = program(&["export", "a.mcap", "-", "--every", "0"]);
+    let mut child =
+        command.current_dir(stage.path("")).stdout(std::process::Stdio::piped()).spawn().expect("it starts");
+    let mut first = [0; 20];
+    child.stdout.take().expect("a pipe").read_exact(&mut first).expect("rows");
+    assert_eq!(child.wait().expect("it ends").code(), Some(0));
+}
