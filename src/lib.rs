@@ -4,7 +4,7 @@
 //!
 //! | module | what it is |
 //! |---|---|
-//! | [`server`], [`monitor`], [`guard`], [`record`], [`replay`], [`export`], [`bridge`] | the processes' logic |
+//! | [`server`], [`monitor`], [`guard`], [`record`], [`replay`], [`export`], [`bridge`], [`timecode`] | the processes' logic |
 //! | [`plan`] | what a choreographer asks |
 //! | [`dragon`] | chain, boards, clearance, contact |
 //! | [`route`] | the curves that the handles follow |
@@ -34,3 +34,4 @@ pub mod server;
 mod source;
 pub mod stop;
 pub mod table;
+pub mod timecode;

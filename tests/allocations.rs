@@ -3,11 +3,16 @@
 //! A run and one that is longer differ in nothing but their ticks, so the difference of what the loop's thread allocates in each
 //! is what the ticks allocate, to the last one. Allocations of other threads do not count: the reporter may allocate.
 
-use std::sync::atomic::AtomicBool;
+use std::net::{SocketAddr, UdpSocket};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use allocation_counter::AllocationInfo;
 use bench_dragon::config::Config;
-use bench_dragon::server::{Server, ServerSettings};
+use bench_dragon::server::{Following, Server, ServerSettings};
+use bench_dragon::timecode::{FollowerSettings, FrameRate, Receiver};
 use bench_dragon_ipc::{Domain, FrameSubscriber, Instance, StatusReader};
 
 /// Ticks of the shorter run: its reader has fallen behind by then, and loses a frame with each tick.
@@ -17,6 +22,25 @@ const MORE_TICKS: u64 = 1000;
 
 /// iceoryx2 allocates once for each sample that is loaned, for what keeps the sample's publisher alive.
 const OF_ICEORYX2: u64 = 1;
+
+#[test]
+fn a_tick_that_follows_timecode_allocates_no_more() {
+    const TRIES: usize = 5;
+    // How many ticks it takes to a show time depends on when the timecodes come.
+    let others = |ticks| {
+        let (allocations, frames) = run_after_timecode(ticks);
+        allocations.count_total - frames * OF_ICEORYX2
+    };
+    let mut seen = Vec::new();
+    for _ in 0..TRIES {
+        let (short, long) = (others(LEAD_TICKS), others(LEAD_TICKS + MORE_TICKS));
+        if short == long {
+            return;
+        }
+        seen.push([short, long]);
+    }
+    panic!("longer runs allocate more: {seen:?}")
+}
 
 #[test]
 fn a_tick_allocates_nothing_but_what_iceoryx2_does_for_its_sample() {
@@ -45,8 +69,53 @@ fn short_and_long_run(spin_us: u32) -> (AllocationInfo, AllocationInfo) {
 
 /// What the loop's thread allocates in a run of so many ticks after tick 0, with a reader that falls behind.
 fn run(ticks: u64, spin_us: u32) -> AllocationInfo {
+    let (domain, server) = create(ticks, spin_us);
+    let (allocations, frames) = measure(&domain, server);
+    assert_eq!(frames, ticks + 1);
+    allocations
+}
+
+/// The same of a server that follows timecode, and how many frames it was; a hundred timecodes come each second.
+fn run_after_timecode(ticks: u64) -> (AllocationInfo, u64) {
+    let (domain, mut server) = create(ticks, 0);
+    let source = "osc:0".parse().expect("a source");
+    let receiver = Receiver::start(source, FrameRate::default(), 1_000_000_000).expect("a port");
+    let settings = FollowerSettings { offset_s: 0.0, timeout_ns: 1_000_000_000, first_s: 0.0, last_s: 100.0 };
+    server.follow(Following::new(settings, receiver.inbox()));
+    let (begun, over) = mpsc::channel::<()>();
+    let listen = receiver.listen();
+    let measured = thread::scope(|scope| {
+        scope.spawn(move || send_timecode(listen, &over));
+        // Given up here, also where the test fails.
+        let _begun = begun;
+        measure(&domain, server)
+    });
+    assert!(receiver.counts().taken > 0, "it was followed");
+    measured
+}
+
+/// A number that no other test of this process has.
+fn thread_number() -> usize {
+    static THREADS: AtomicUsize = AtomicUsize::new(0);
+    thread_local!(static NUMBER: usize = THREADS.fetch_add(1, Ordering::Relaxed));
+    NUMBER.with(|number| *number)
+}
+
+/// Sends a hundred timecodes a second until the other end is given up.
+fn send_timecode(listen: SocketAddr, over: &mpsc::Receiver<()>) {
+    let (socket, begun) = (UdpSocket::bind("127.0.0.1:0").expect("a port"), Instant::now());
+    while over.recv_timeout(Duration::from_millis(10)) == Err(RecvTimeoutError::Timeout) {
+        let position_s = begun.elapsed().as_secs_f32().to_be_bytes();
+        let message = [&b"/timecode\0\0\0,f\0\0"[..], &position_s].concat();
+        socket.send_to(&message, listen).expect("it is sent");
+    }
+}
+
+/// A server that ends so many ticks after tick 0.
+fn create(ticks: u64, spin_us: u32) -> (Domain, Server) {
     const RATE_HZ: u64 = 2000;
-    let name = format!("allocations-{}", std::process::id());
+    // The tests run beside each other, each on a thread of its own.
+    let name = format!("allocations-{}-{}", std::process::id(), thread_number());
     let domain = Domain::new(Instance::new(&name).expect("allowed characters")).expect("a short path");
     let text = format!("[serve]\nrate_hz = {RATE_HZ}\nspin_us = {spin_us}\n");
     let settings = ServerSettings {
@@ -60,15 +129,19 @@ fn run(ticks: u64, spin_us: u32) -> AllocationInfo {
         readers: 0,
     };
     let server = Server::create(&domain, settings).expect("the instance is this test's own");
-    let reader = FrameSubscriber::open(&domain, "test").expect("the server has made the services");
-    await_status(&domain);
+    (domain, server)
+}
+
+/// What the loop's thread allocates, and how many frames there were.
+fn measure(domain: &Domain, server: Server) -> (AllocationInfo, u64) {
+    let reader = FrameSubscriber::open(domain, "test").expect("the server has made the services");
+    await_status(domain);
     let mut summary = None;
     let allocations = allocation_counter::measure(|| {
         summary = Some(server.run(&AtomicBool::new(false)).expect("frames can be published"));
     });
-    assert_eq!(summary.expect("the server has run").frames, ticks + 1);
     drop(reader);
-    allocations
+    (allocations, summary.expect("the server has run").frames)
 }
 
 /// Returns when the reporting thread has waited once: what that took, the loop's thread frees at the end of every run.

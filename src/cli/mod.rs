@@ -3,6 +3,7 @@
 mod bridge;
 mod recording;
 mod solve;
+mod timecode;
 mod value;
 #[cfg(feature = "zenoh")]
 mod zenoh;
@@ -21,6 +22,8 @@ pub(crate) use solve::{
 };
 #[cfg(feature = "zenoh")]
 pub(crate) use zenoh::ZenohArgs;
+
+pub(crate) use timecode::TimecodeArgs;
 
 use value::{
     count, cpu, duration, file_megabytes, finite, instance, period, priority, rate, readers, speed, spin, time_scale,
@@ -58,7 +61,14 @@ pub(crate) enum Command {
   bench-dragon serve
   bench-dragon serve --config stage.toml --rate 250 --start-at 120 --held
   bench-dragon serve --cpu 1 --priority fifo:80
-  bench-dragon serve --guarded                moves only while a guard runs: monitor --guard")]
+  bench-dragon serve --timecode osc:7000 --timecode-offset -3600
+  bench-dragon serve --timecode artnet:0.0.0.0
+  bench-dragon serve --guarded                moves only while a guard runs: monitor --guard
+
+With --timecode, show time is the timecode plus the offset. The show stands until the first timecode, is put to its
+position, and follows by its pace, up to a tenth faster or slower; over half a second of difference it is put there anew. A
+timecode that is repeated stands, and the show with it; one that falls silent is lost, and the show goes on. An operator's
+pause and hold come first. OSC messages are \"HH:MM:SS:FF\", \"HH:MM:SS.mmm\", four whole numbers, or seconds.")]
     Serve(ServeArgs),
     /// Watch for benches that come near, touch and part.
     #[command(after_help = "Examples:
@@ -224,6 +234,8 @@ pub(crate) struct ShowArgs {
     pub(crate) config: ConfigArgs,
     #[command(flatten)]
     pub(crate) pace: PaceArgs,
+    #[command(flatten)]
+    pub(crate) timecode: TimecodeArgs,
     /// Folder for the recording and summary.json [default: show-DATE-TIME in the current folder].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
@@ -249,6 +261,8 @@ pub(crate) struct ServeArgs {
     pub(crate) config: ConfigArgs,
     #[command(flatten)]
     pub(crate) pace: PaceArgs,
+    #[command(flatten)]
+    pub(crate) timecode: TimecodeArgs,
     /// Stand held at the start, until `ctl release`.
     #[arg(long)]
     pub(crate) held: bool,

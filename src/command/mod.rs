@@ -26,6 +26,7 @@ mod replay;
 mod serve;
 mod show;
 mod solve;
+mod timecode;
 
 pub(crate) mod output;
 mod whole_file;

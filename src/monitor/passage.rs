@@ -8,11 +8,16 @@ const SIM_TIME_TOLERANCE_S: f64 = 2e-9;
 /// How far travel may be from speed times show time, in metres: that resolution at the greatest speed.
 const TRAVEL_TOLERANCE_M: f64 = SIM_TIME_TOLERANCE_S * Request::MAX_SPEED_MPS;
 
+/// By how much the time scale may have been greater for a while between two frames in which it differs.
+const TIME_SCALE_CHANGE: f64 = 1.25;
+
 /// How a source moves the head.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pace {
-    /// Show seconds that a running tick advances.
+    /// Show seconds that a running tick advances, as configured.
     pub tick_s: f64,
+    /// Ticks a second: a source that follows timecode advances show time by its frames' time scale ÷ this.
+    pub rate_hz: u32,
     /// Greatest acceleration in m/s²; without one the head starts and stops at once.
     pub accel_mps2: Option<f64>,
 }
@@ -34,11 +39,15 @@ impl Passage {
     }
 }
 
-fn walked(last: &FrameHeader, next: &FrameHeader, Pace { tick_s, accel_mps2 }: Pace) -> bool {
+fn walked(last: &FrameHeader, next: &FrameHeader, Pace { tick_s, rate_hz, accel_mps2 }: Pace) -> bool {
     let sim_step_s = (next.sim_time_ns - last.sim_time_ns) as f64 * 1e-9;
     let travel_step_m = next.head_travel_m - last.head_travel_m;
     let ticks = next.tick - last.tick;
-    let longest_s = ticks as f64 * tick_s + SIM_TIME_TOLERANCE_S;
+    let [last_s, next_s] = [last, next].map(|header| header.time_scale / f64::from(rate_hz));
+    // Whatever the time scale was of the frames between.
+    let longest_tick_s =
+        if last_s == next_s { tick_s.max(next_s) } else { TIME_SCALE_CHANGE * tick_s.max(last_s).max(next_s) };
+    let longest_s = ticks as f64 * longest_tick_s + SIM_TIME_TOLERANCE_S;
     if !(0.0..=longest_s).contains(&sim_step_s) || travel_step_m < 0.0 {
         return false;
     }
@@ -55,14 +64,15 @@ fn walked(last: &FrameHeader, next: &FrameHeader, Pace { tick_s, accel_mps2 }: P
             (mean_mps * sim_step_s, 0.25 * accel_mps2 * sim_step_s * sim_step_s)
         }
     };
-    (sim_step_s - tick_s).abs() <= SIM_TIME_TOLERANCE_S && (travel_step_m - step_m).abs() <= off_m + TRAVEL_TOLERANCE_M
+    let is_step = [tick_s, next_s].iter().any(|step_s| (sim_step_s - step_s).abs() <= SIM_TIME_TOLERANCE_S);
+    is_step && (travel_step_m - step_m).abs() <= off_m + TRAVEL_TOLERANCE_M
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const PACE: Pace = Pace { tick_s: 0.02, accel_mps2: None };
+    const PACE: Pace = Pace { tick_s: 0.02, rate_hz: 50, accel_mps2: None };
 
     fn frame(tick: u64, sim_time_s: f64, head_travel_m: f64) -> FrameHeader {
         FrameHeader {
@@ -79,6 +89,14 @@ mod tests {
     #[test]
     fn a_step_at_the_stated_speed_is_walked() {
         assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &frame(6, 0.12, 0.12), PACE), Passage::Walked);
+    }
+
+    #[test]
+    fn a_step_at_the_time_scale_of_a_followed_timecode_is_walked() {
+        let next = FrameHeader { time_scale: 1.05, ..frame(6, 0.121, 0.121) };
+        assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &next, PACE), Passage::Walked);
+        let gap = FrameHeader { time_scale: 1.05, ..frame(15, 0.31, 0.31) };
+        assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &gap, PACE), Passage::Walked);
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! The server: advances the dragon at a fixed rate and publishes every frame.
 //!
 //! One tick, in order: wait for the release; take commands; advance the motion; write the handles straight into the
-//! loaned sample; send it; wake the readers; loan the next sample. The loop neither locks nor formats, and allocates
+//! loaned sample; send it; wake the readers; loan the next sample. A server that follows timecode looks at the newest one
+//! before it advances the motion, and lets show time go on faster or slower. The loop neither locks nor formats, and allocates
 //! nothing of its own; what it counts, a slower thread publishes.
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,9 +19,11 @@ use crate::source::{CommandServer, FramePublisher, SourceReport, TimesOfAll, ran
 pub mod motion;
 pub mod schedule;
 
+mod following;
 mod real_time;
 mod simulation;
 
+pub use following::{Following, TimecodeNews};
 pub use simulation::Simulation;
 
 use motion::{Limits, MotionPlan};
@@ -81,6 +84,9 @@ pub struct Server {
     report: SourceReport,
     _member: Member,
     _lock: SourceLock,
+    following: Option<Following>,
+    /// Show seconds per wall-clock second at present.
+    time_scale: f64,
     settings: ServerSettings,
     run_id: u64,
 }
@@ -109,6 +115,8 @@ impl Server {
             report,
             _member: member,
             _lock: lock,
+            following: None,
+            time_scale: settings.config.time_scale(),
             settings,
             run_id,
         };
@@ -124,6 +132,12 @@ impl Server {
     /// Whether the head walks only where a guard has granted it.
     pub fn is_guarded(&self) -> bool {
         self.settings.config.is_guarded()
+    }
+
+    /// Has the show follow timecode: it stands until the first one.
+    pub fn follow(&mut self, following: Following) {
+        self.simulation.set_stands(true);
+        self.following = Some(following);
     }
 
     /// Publishes frame after frame, on the calling thread, until `stop` is set, a client asks for it, or the show time to
@@ -165,12 +179,15 @@ impl Server {
     /// One tick. Returns whether a client asked the server to stop.
     fn tick(&mut self, tick: u64, schedule: &Schedule) -> Result<bool, BusError> {
         let asked_to_stop = self.take_commands(tick);
-        let Self { simulation, frames, settings, run_id, .. } = self;
-        simulation.advance();
+        let Self { simulation, frames, following, time_scale, settings, run_id, .. } = self;
         let config = &settings.config;
+        if let Some(following) = following {
+            *time_scale = following.steer(simulation, schedule.due_ns(), config.rate_hz());
+        }
+        simulation.advance();
         let bench_count = config.dragon().dimensions().benches() as u32;
         let head = simulation.head();
-        let header = head.header(*run_id, tick, schedule.due_ns(), config.time_scale(), bench_count);
+        let header = head.header(*run_id, tick, schedule.due_ns(), *time_scale, bench_count);
         let fill = |handles: &mut [_]| {
             simulation.write(handles);
             header

@@ -7,6 +7,7 @@ use glam::DVec2;
 
 use crate::dragon::{ChainStepper, Dragon, HandleRecord};
 use crate::server::motion::{HeadState, Limits, Motion, MotionPlan};
+use crate::timecode::Show;
 
 /// The state of a whole dragon as a function of ticks and requests.
 #[derive(Debug)]
@@ -32,6 +33,21 @@ impl Simulation {
     /// The reason for which it is refused; then nothing has changed.
     pub fn request(&mut self, request: Request) -> Result<(), Refusal> {
         self.motion.request(request)
+    }
+
+    /// Lets show time go on by so much with each running tick from the next one on.
+    pub fn set_tick(&mut self, tick_s: f64) {
+        self.motion.set_tick(tick_s);
+    }
+
+    /// Has the show stand, paused, or walk on, beside what the operator wants.
+    pub fn set_stands(&mut self, stands: bool) {
+        self.motion.set_stands(stands);
+    }
+
+    /// What a follower of timecode has to know.
+    pub fn show(&self) -> Show {
+        Show { sim_time_s: self.motion.next_sim_s(), is_stopped: self.motion.is_stopped() }
     }
 
     /// The head at this tick.

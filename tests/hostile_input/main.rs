@@ -1,4 +1,4 @@
-//! What comes from outside may be anything: a configuration, a command, a message of a recording, a recording.
+//! What comes from outside may be anything: a configuration, a command, a message of a recording, a recording, timecode.
 //!
 //! Each file here has what must hold for every input of a kind. The fuzz targets (`fuzz/run`) look for an input for which
 //! it does not; this test goes through a corpus that is small: what they begin with, and what they have found.
@@ -8,6 +8,7 @@ mod config;
 mod frame;
 mod geometry;
 mod recording;
+mod timecode;
 
 use std::fs;
 use std::panic::catch_unwind;
@@ -49,4 +50,9 @@ fn a_message_is_a_frame_that_keeps_its_bits_or_none() {
 #[test]
 fn a_recording_is_read_as_far_as_it_goes_and_repair_keeps_what_was_read() {
     check_corpus("recording", recording::check);
+}
+
+#[test]
+fn timecode_of_any_bytes_leaves_the_show_within_its_run() {
+    check_corpus("timecode", timecode::check);
 }

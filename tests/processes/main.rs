@@ -50,6 +50,7 @@ mod slow_readers;
 mod stage;
 mod suspended;
 mod system_calls;
+mod timecode;
 mod turnaround;
 mod wall_clock;
 #[cfg(feature = "zenoh")]

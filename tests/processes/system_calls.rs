@@ -1,7 +1,10 @@
 //! The system calls of the server's loop in steady state, one by one: the test stops the loop at each.
 #![cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 
-use std::time::Duration;
+use std::net::UdpSocket;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use nix::libc::{SYS_clock_nanosleep, SYS_sendto, c_long};
 use nix::sys::ptrace::{self, Options};
@@ -11,7 +14,7 @@ use nix::unistd::Pid;
 use bench_dragon_ipc::{FrameHeader, FrameSubscriber};
 
 use crate::process::Process;
-use crate::stage::Stage;
+use crate::stage::{Server, Stage};
 
 /// Ticks that are looked at: more than a reader's buffer holds.
 const TICKS: u64 = 500;
@@ -75,7 +78,35 @@ impl Traced {
 #[test]
 fn a_tick_takes_one_system_call_which_is_its_sleep() {
     let stage = Stage::new();
-    let server = stage.serve(&["--readers", "1"]);
+    assert_only_sleeps(&stage, stage.serve(&["--readers", "1"]));
+}
+
+#[test]
+fn a_tick_that_follows_timecode_takes_no_more() {
+    let stage = Stage::new();
+    let mut server = stage.serve(&["--readers", "1", "--timecode", "osc:0"]);
+    let listen = server.process.json()["listen"].as_str().expect("an address").to_owned();
+    let (begun, over) = mpsc::channel::<()>();
+    thread::scope(|scope| {
+        scope.spawn(move || send_timecode(&listen, &over));
+        // Given up here, also where the test fails.
+        let _begun = begun;
+        assert_only_sleeps(&stage, server);
+    });
+}
+
+/// Sends a hundred timecodes a second until the other end is given up.
+fn send_timecode(listen: &str, over: &mpsc::Receiver<()>) {
+    let (socket, begun) = (UdpSocket::bind("127.0.0.1:0").expect("a port"), Instant::now());
+    while over.recv_timeout(Duration::from_millis(10)) == Err(RecvTimeoutError::Timeout) {
+        let position_s = begun.elapsed().as_secs_f32().to_be_bytes();
+        let message = [&b"/timecode\0\0\0,f\0\0"[..], &position_s].concat();
+        // Where the server has ended meanwhile, it need not come.
+        let _ = socket.send_to(&message, listen);
+    }
+}
+
+fn assert_only_sleeps(stage: &Stage, server: Server) {
     // It only polls, so that there is nobody to wake.
     let mut reader = FrameSubscriber::open(stage.domain(), "test").expect("a server has made the services");
     let mut newest = None;

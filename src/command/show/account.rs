@@ -72,7 +72,8 @@ impl Account {
 
     fn take_serve_line(&mut self, line: &ServeLine) {
         match line {
-            ServeLine::Started { .. } => {}
+            ServeLine::Started { .. } | ServeLine::Listening { .. } | ServeLine::TimecodeSummary(_) => {}
+            ServeLine::Timecode(timecode) => self.line.say(&timecode.to_string()),
             ServeLine::Summary(summary) => self.tally.add_server(summary),
         }
     }

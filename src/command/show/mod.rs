@@ -13,11 +13,13 @@ use anyhow::{Context as _, bail};
 use bench_dragon::config::Config;
 use bench_dragon::report::ShowSummary;
 use bench_dragon::stop::StopFlag;
+use bench_dragon::timecode::FrameRate;
 use bench_dragon_ipc::{BusError, Domain, FrameHeader, FrameSubscriber, ShowState, Status, StatusReader};
 
-use crate::cli::ShowArgs;
+use crate::cli::{ShowArgs, TimecodeArgs};
 use crate::command::CONTACT;
 use crate::command::serve::{check_pace, configure};
+use crate::command::timecode::check_time_scale;
 
 mod account;
 mod child;
@@ -49,6 +51,7 @@ const HELD: &str = "the dragon stands where it was, held: `bench-dragon ctl rele
 pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let config = configure(&args.config, &args.pace, args.guard)?;
     check_pace(&config, &args.pace)?;
+    check_time_scale(&args.timecode, &config)?;
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
     repair_earlier_shows();
@@ -250,6 +253,7 @@ impl<'a> Show<'a> {
 
     fn start_server(&mut self) -> anyhow::Result<()> {
         let mut args = self.bus_args();
+        args.extend(self.timecode_args());
         args.extend(["--config".to_owned(), self.folder.join("config.toml").display().to_string()]);
         args.extend(["--readers".to_owned(), READERS.to_string()]);
         if let Some(until_s) = self.args.pace.until {
@@ -261,13 +265,15 @@ impl<'a> Show<'a> {
                 args.push(format!("--start-at={}", header.sim_time_s()));
                 args.push(format!("--start-travel={}", header.head_travel_m));
                 args.extend(self.walking_speed_mps.map(|speed_mps| format!("--start-speed={speed_mps}")));
-                if self.paused {
+                // A show that follows timecode may only have stood with it; whoever paused it is asked once more.
+                let was_paused = self.paused && self.args.timecode.source.is_some();
+                if self.paused && !was_paused {
                     args.push("--paused".to_owned());
                 }
                 // A guard's stop is no hold: the next grant lifts it.
                 let held_by_guard = header.head_travel_m == self.granted_to_m;
                 let is_held = header.show_state() == Some(ShowState::Held) && !held_by_guard;
-                if !self.args.auto_resume || is_held {
+                if !self.args.auto_resume || is_held || was_paused {
                     args.push("--held".to_owned());
                     self.account.line.say(HELD);
                 }
@@ -332,6 +338,20 @@ impl<'a> Show<'a> {
             return Ok(());
         }
         bail!("the server ended before its first frame")
+    }
+
+    fn timecode_args(&self) -> Vec<String> {
+        let TimecodeArgs { source, offset_s, timeout_s, frame_rate } = &self.args.timecode;
+        let frames_per_second = frame_rate.map(FrameRate::frames_per_second);
+        [
+            source.as_ref().map(|source| format!("--timecode={source}")),
+            offset_s.map(|offset_s| format!("--timecode-offset={offset_s}")),
+            timeout_s.map(|timeout_s| format!("--timecode-timeout={timeout_s}")),
+            frames_per_second.map(|fps| format!("--timecode-fps={fps}")),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
     }
 
     fn bus_args(&self) -> Vec<String> {

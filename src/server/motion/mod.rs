@@ -1,8 +1,8 @@
 //! The head's way through the show: from ticks and requests to show time, travel, speed and state.
 //!
 //! Pure: no clock, no geometry. Every running tick advances show time by exactly `time_scale / rate`; the one in which the
-//! head comes to rest ends at that instant. Show time is counted in ticks from the last seek or such a rest, and travel in
-//! closed form from the last change of speed, so rounding does not grow.
+//! head comes to rest ends at that instant. Show time is counted in ticks from the last seek, such a rest, or change of the
+//! time scale, and travel in closed form from the last change of speed, so rounding does not grow.
 //!
 //! A guarded head starts where it is and goes no further than its guard has granted ([`Request::Grant`]); there it stands
 //! held, until a further grant moves it on.
@@ -24,7 +24,7 @@ pub struct MotionPlan {
     pub speed_mps: f64,
     /// Greatest acceleration of the head, above 0, in m/s²; without one it starts and stops at once.
     pub accel_mps2: Option<f64>,
-    /// Show seconds that one running tick advances.
+    /// Show seconds that one running tick advances, until [`Motion::set_tick`].
     pub tick_s: f64,
     /// Show time at tick 0.
     pub start_s: f64,
@@ -102,6 +102,7 @@ struct Leg {
 }
 
 /// The motion of the head.
+#[allow(clippy::struct_excessive_bools, reason = "each is the word of somebody else")]
 #[derive(Clone, Copy, Debug)]
 pub struct Motion {
     plan: MotionPlan,
@@ -112,6 +113,8 @@ pub struct Motion {
     authority: Option<Authority>,
     paused: bool,
     held: bool,
+    /// Whether what the show follows has it stand.
+    stands: bool,
     /// Whether the show time at which the show is over has been reached.
     over: bool,
 }
@@ -127,6 +130,7 @@ impl Motion {
             authority: plan.guarded_run.map(Authority::none),
             paused: plan.paused,
             held: plan.held,
+            stands: false,
             over: plan.until_s.is_some_and(|until_s| plan.start_s >= until_s),
         };
         motion.steer();
@@ -170,6 +174,35 @@ impl Motion {
         Ok(())
     }
 
+    /// Lets show time go on by so much with each running tick from the next one on.
+    pub fn set_tick(&mut self, tick_s: f64) {
+        if tick_s == self.plan.tick_s {
+            return;
+        }
+        let shown = self.leg.shown;
+        self.begin_leg(self.sim_s(), self.ticks());
+        self.leg.shown = shown;
+        self.walk.count_in(tick_s);
+        self.plan.tick_s = tick_s;
+    }
+
+    /// Has the show stand, paused, or walk on. The operator's pause and hold are kept beside it.
+    pub fn set_stands(&mut self, stands: bool) {
+        self.stands = stands;
+        self.steer();
+    }
+
+    /// Whether the operator has paused or held the show.
+    pub fn is_stopped(&self) -> bool {
+        self.paused || self.held
+    }
+
+    /// Show time of the next tick if it runs, in seconds.
+    pub fn next_sim_s(&self) -> f64 {
+        let runs = self.leg.shown && self.state() == ShowState::Running;
+        if runs { self.sim_s_at(self.ticks() + 1.0) } else { self.sim_s() }
+    }
+
     /// The head at this tick.
     pub fn head(&self) -> HeadState {
         let state = self.state();
@@ -194,7 +227,7 @@ impl Motion {
             Self { over: true, .. } => ShowState::Finished,
             _ if rests && self.travel_m() >= self.plan.end_travel_m => ShowState::Finished,
             _ if rests && self.is_at_limit() => ShowState::Held,
-            Self { paused: true, .. } if rests => ShowState::Paused,
+            Self { paused: true, .. } | Self { stands: true, .. } if rests => ShowState::Paused,
             _ => ShowState::Running,
         }
     }
@@ -221,7 +254,7 @@ impl Motion {
 
     /// Tells the walk what all requests so far come to.
     fn steer(&mut self) {
-        let target_mps = if self.held || self.paused { 0.0 } else { self.speed_mps };
+        let target_mps = if self.held || self.paused || self.stands { 0.0 } else { self.speed_mps };
         let granted_to_m = self.granted_to_m().unwrap_or(f64::INFINITY);
         self.walk.steer(self.ticks(), target_mps, granted_to_m.min(self.plan.end_travel_m));
     }

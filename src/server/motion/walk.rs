@@ -75,6 +75,16 @@ impl Walk {
         }
     }
 
+    /// The same walk with ticks of another length, as seen from the instant that instants are counted from.
+    pub(super) fn count_in(&mut self, tick_s: f64) {
+        let shorter = self.tick_s / tick_s;
+        self.tick_s = tick_s;
+        self.phase.start.ticks *= shorter;
+        if let Some(end) = &mut self.phase.end {
+            end.at.ticks *= shorter;
+        }
+    }
+
     /// Since when the head has rested, if it does.
     pub(super) fn rests_since(&self) -> Option<f64> {
         (self.phase.start.speed_mps == 0.0 && self.phase.accel_mps2 == 0.0).then_some(self.phase.start.ticks)
@@ -224,6 +234,20 @@ mod tests {
         let walk = walk(Some(1.0), 5.0, 4.0);
         assert_near(after(walk, 2.0), (2.0, 2.0));
         assert_eq!(after(walk, 4.1), (4.0, 0.0));
+    }
+
+    #[test]
+    fn ticks_of_another_length_change_nothing_but_their_number() {
+        for accel_mps2 in [None, Some(1.0)] {
+            let mut walk = walk(accel_mps2, 2.0, 10.0);
+            walk.advance_to(1.0 / TICK_S);
+            let whole = after(walk, 3.5);
+            walk.count_from(1.0 / TICK_S);
+            walk.count_in(TICK_S * 0.8);
+            let ticks = 2.5 / (TICK_S * 0.8);
+            walk.advance_to(ticks);
+            assert_near((walk.travel_m(ticks), walk.speed_mps(ticks)), whole);
+        }
     }
 
     #[test]

@@ -1,0 +1,131 @@
+//! What `serve` does about timecode beside its loop: the socket, and telling what happens.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use bench_dragon::config::Config;
+use bench_dragon::report::{ServeLine, TimecodeLine};
+use bench_dragon::server::{Following, Server, TimecodeNews};
+use bench_dragon::timecode::{FollowerSettings, Receiver};
+use crossbeam::queue::ArrayQueue;
+
+use crate::cli::{Format, TimecodeArgs};
+use crate::command::BadInput;
+use crate::command::output::{complain, print_json};
+
+/// How often news are looked for.
+const LOOK_PERIOD: Duration = Duration::from_millis(20);
+const DEFAULT_TIMEOUT_S: f64 = 1.0;
+
+/// A server's timecode, being received.
+#[derive(Debug)]
+pub(super) struct Timecode {
+    receiver: Receiver,
+    settings: FollowerSettings,
+    format: Format,
+    telling: Option<Telling>,
+}
+
+/// The thread that tells.
+#[derive(Debug)]
+struct Telling {
+    is_over: Arc<AtomicBool>,
+    thread: JoinHandle<()>,
+}
+
+/// Refuses a pace that timecode would not keep.
+pub(crate) fn check_time_scale(args: &TimecodeArgs, config: &Config) -> Result<(), BadInput> {
+    let time_scale = config.time_scale();
+    if args.source.is_none() || time_scale == 1.0 {
+        return Ok(());
+    }
+    Err(BadInput(format!("time_scale is {time_scale}, must be 1 with --timecode, which sets the pace")))
+}
+
+impl Timecode {
+    /// Begins to listen, where timecode is to be followed.
+    pub(super) fn start(
+        args: &TimecodeArgs,
+        config: &Config,
+        until_s: Option<f64>,
+        format: Format,
+    ) -> anyhow::Result<Option<Self>> {
+        check_time_scale(args, config)?;
+        let Some(source) = &args.source else { return Ok(None) };
+        let timeout_ns = (args.timeout_s.unwrap_or(DEFAULT_TIMEOUT_S) * 1e9) as u64;
+        let settings = FollowerSettings {
+            offset_s: args.offset_s.unwrap_or(0.0),
+            timeout_ns,
+            first_s: config.start_s(),
+            last_s: until_s.map_or(config.end_s(), |until_s| until_s.min(config.end_s())),
+        };
+        let receiver = Receiver::start(source.clone(), args.frame_rate.unwrap_or_default(), timeout_ns)?;
+        Ok(Some(Self { receiver, settings, format, telling: None }))
+    }
+
+    /// Has a server follow, and tells what happens from then on.
+    pub(super) fn lead(&mut self, server: &mut Server) -> anyhow::Result<()> {
+        let following = Following::new(self.settings, self.receiver.inbox());
+        self.telling = Some(Telling::start(following.news(), self.format)?);
+        server.follow(following);
+        let listen = self.receiver.listen();
+        if self.format == Format::Json {
+            return print_json(&ServeLine::Listening { listen });
+        }
+        complain(&format!("listening for timecode on {listen}; the show stands until the first one"));
+        Ok(())
+    }
+
+    /// Tells what is left to tell, and what came in all.
+    pub(super) fn finish(mut self) -> anyhow::Result<()> {
+        if let Some(telling) = self.telling.take() {
+            telling.finish();
+        }
+        let counts = self.receiver.counts();
+        if self.format == Format::Json {
+            return print_json(&ServeLine::TimecodeSummary(counts));
+        }
+        let (malformed, of_others, floods) = (counts.malformed, counts.of_others, counts.floods);
+        complain(&format!(
+            "{} timecodes; dropped: {malformed} malformed, {of_others} of other senders, {floods} floods",
+            counts.taken
+        ));
+        Ok(())
+    }
+}
+
+impl Telling {
+    fn start(news: Arc<ArrayQueue<TimecodeNews>>, format: Format) -> anyhow::Result<Self> {
+        let is_over = Arc::new(AtomicBool::new(false));
+        let over = Arc::clone(&is_over);
+        let thread = thread::Builder::new().name("timecode-news".to_owned()).spawn(move || {
+            loop {
+                let is_last = over.load(Ordering::Relaxed);
+                while let Some(news) = news.pop() {
+                    tell(&TimecodeLine::from(&news), format);
+                }
+                if is_last {
+                    return;
+                }
+                thread::sleep(LOOK_PERIOD);
+            }
+        })?;
+        Ok(Self { is_over, thread })
+    }
+
+    fn finish(self) {
+        self.is_over.store(true, Ordering::Relaxed);
+        // It does not panic, and has nothing to return.
+        let _ = self.thread.join();
+    }
+}
+
+fn tell(line: &TimecodeLine, format: Format) {
+    match format {
+        // Where stdout is gone, the server's end tells.
+        Format::Json => drop(print_json(&ServeLine::Timecode(line.clone()))),
+        Format::Text => complain(&line.to_string()),
+    }
+}

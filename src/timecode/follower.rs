@@ -1,0 +1,242 @@
+//! What a show is to do about the timecode that it follows, from tick to tick. Pure: instants are arguments.
+//!
+//! While the timecode runs, the time scale is that of a proportional-integral controller on the difference between where the
+//! timecode is and where the show is: the integral part learns how fast the timecode runs, the proportional part makes good
+//! the difference. It is critically damped, so that it comes near without swinging.
+
+use super::Sample;
+
+/// Proportional gain, per second: differences are made good within some seconds.
+const GAIN_PER_S: f64 = 1.0;
+/// Integral gain, per square second, at which that is critically damped.
+const INTEGRAL_GAIN_PER_S2: f64 = GAIN_PER_S * GAIN_PER_S / 4.0;
+/// How far the timecode's own pace may be from one second per second.
+const PACE_RANGE: f64 = 0.05;
+/// By how much the time scale may be changed to make good a difference.
+const CORRECTION_RANGE: f64 = 0.05;
+/// A timecode that has told the same position for so long stands: two frames of the slowest, and more.
+const STANDS_AFTER_NS: u64 = 100_000_000;
+/// How often a seek that was refused is tried again.
+const SEEK_PERIOD_NS: u64 = 100_000_000;
+/// More than this between two positions tells nothing of the pace.
+const LONGEST_STEP_S: f64 = 0.5;
+
+/// How to follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FollowerSettings {
+    /// Show time minus the timecode's position, in seconds.
+    pub offset_s: f64,
+    /// Silence after which a timecode is lost, in nanoseconds.
+    pub timeout_ns: u64,
+    /// The least show time that the run has, in seconds.
+    pub first_s: f64,
+    /// The greatest.
+    pub last_s: f64,
+}
+
+/// The show at the tick that is about to begin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Show {
+    /// Show time of the tick if it goes on as before, in seconds.
+    pub sim_time_s: f64,
+    /// Whether the operator has paused or held it.
+    pub is_stopped: bool,
+}
+
+/// What the show is to do from this tick on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Order {
+    /// Show seconds per second.
+    pub time_scale: f64,
+    /// Whether it is to stand.
+    pub stands: bool,
+    /// Show time that it is to be put at, in seconds; [`Follower::note_seek`] is told whether it was.
+    pub seek_s: Option<f64>,
+}
+
+/// What happened to the timecode.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Event {
+    /// It runs, and the show follows.
+    Follows {
+        /// Its position in seconds.
+        position_s: f64,
+    },
+    /// It stands, and the show with it.
+    Stands {
+        /// Its position in seconds.
+        position_s: f64,
+    },
+    /// It is lost. The show goes on at its own pace, unless it stood.
+    Lost {
+        /// Its last position in seconds.
+        position_s: f64,
+    },
+}
+
+/// How the timecode is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum State {
+    /// There was none yet.
+    Awaited,
+    Runs,
+    Stands,
+    /// Lost; whether it stood.
+    Lost {
+        stood: bool,
+    },
+}
+
+/// Follows a timecode.
+#[derive(Clone, Copy, Debug)]
+pub struct Follower {
+    settings: FollowerSettings,
+    state: State,
+    /// The first sample of the position that was heard last.
+    newest: Option<Sample>,
+    /// When a sample came last, of whatever position.
+    heard_ns: u64,
+    /// How fast the timecode runs, as far as that is known.
+    pace: f64,
+    correction: f64,
+    /// The sample that the pace was last learned from.
+    learned_ns: Option<u64>,
+    /// Whether the show has been where the timecode is since it came back.
+    has_met: bool,
+    sought_ns: Option<u64>,
+}
+
+impl Follower {
+    /// Difference in seconds above which the show is put where the timecode is.
+    pub const JUMP_S: f64 = 0.5;
+    /// The least time scale by which a show follows.
+    pub const LEAST_TIME_SCALE: f64 = 1.0 - PACE_RANGE - CORRECTION_RANGE;
+    /// The greatest.
+    pub const GREATEST_TIME_SCALE: f64 = 1.0 + PACE_RANGE + CORRECTION_RANGE;
+
+    /// A follower that has heard nothing yet.
+    pub fn new(settings: FollowerSettings) -> Self {
+        Self {
+            settings,
+            state: State::Awaited,
+            newest: None,
+            heard_ns: 0,
+            pace: 1.0,
+            correction: 0.0,
+            learned_ns: None,
+            has_met: false,
+            sought_ns: None,
+        }
+    }
+
+    /// Takes a sample, later than those before.
+    pub fn hear(&mut self, sample: Sample) {
+        self.heard_ns = sample.arrived_ns;
+        if self.newest.is_none_or(|newest| newest.position_s != sample.position_s) {
+            self.newest = Some(sample);
+        }
+    }
+
+    /// What the show is to do from the tick on that is due now, and what has happened to the timecode.
+    pub fn steer(&mut self, now_ns: u64, show: Show) -> (Order, Option<Event>) {
+        let Some(newest) = self.newest else {
+            return (Order { time_scale: 1.0, stands: true, seek_s: None }, None);
+        };
+        let event = self.look(newest, now_ns);
+        let order = match self.state {
+            State::Awaited => Order { time_scale: 1.0, stands: true, seek_s: None },
+            State::Lost { stood } => Order { time_scale: 1.0, stands: stood || !self.has_met, seek_s: None },
+            State::Runs => self.follow(newest, now_ns, show),
+            State::Stands => self.stand(newest, now_ns, show),
+        };
+        (order, event)
+    }
+
+    /// Takes note whether the show was put where the last order wanted it.
+    pub fn note_seek(&mut self, is_there: bool) {
+        self.has_met |= is_there;
+        if is_there {
+            self.sought_ns = None;
+        }
+    }
+
+    /// Finds out how the timecode is.
+    fn look(&mut self, newest: Sample, now_ns: u64) -> Option<Event> {
+        let position_s = newest.position_s;
+        let (state, event) = if now_ns.saturating_sub(self.heard_ns) > self.settings.timeout_ns {
+            let stood = match self.state {
+                State::Lost { stood } => stood,
+                state => state == State::Stands,
+            };
+            (State::Lost { stood }, Event::Lost { position_s })
+        } else if self.heard_ns.saturating_sub(newest.arrived_ns) > STANDS_AFTER_NS {
+            (State::Stands, Event::Stands { position_s })
+        } else {
+            (State::Runs, Event::Follows { position_s })
+        };
+        let before = std::mem::replace(&mut self.state, state);
+        if before == state {
+            return None;
+        }
+        // What was learned of the pace is of a timecode that ran on.
+        (self.pace, self.correction, self.learned_ns) = (1.0, 0.0, None);
+        Some(event)
+    }
+
+    fn follow(&mut self, newest: Sample, now_ns: u64, show: Show) -> Order {
+        let age_s = now_ns.saturating_sub(newest.arrived_ns) as f64 * 1e-9;
+        let target_s = newest.position_s + self.settings.offset_s + self.pace * age_s;
+        let is_before = target_s < self.settings.first_s;
+        let target_s = target_s.clamp(self.settings.first_s, self.settings.last_s);
+        let difference_s = target_s - show.sim_time_s;
+        if show.is_stopped {
+            return self.order(!self.has_met, None);
+        }
+        if !self.has_met || difference_s.abs() > Self::JUMP_S {
+            (self.pace, self.correction, self.learned_ns) = (1.0, 0.0, None);
+            let seek_s = self.seek(target_s, now_ns);
+            return self.order(!self.has_met || is_before, seek_s);
+        }
+        self.learn(newest, difference_s);
+        self.order(is_before, None)
+    }
+
+    /// Stands where the timecode stands, or, less than a jump away from it, where the show is.
+    fn stand(&mut self, newest: Sample, now_ns: u64, show: Show) -> Order {
+        let target_s = newest.position_s + self.settings.offset_s;
+        let target_s = target_s.clamp(self.settings.first_s, self.settings.last_s);
+        let is_away = !self.has_met || (target_s - show.sim_time_s).abs() > Self::JUMP_S;
+        let seek_s = if is_away && !show.is_stopped { self.seek(target_s, now_ns) } else { None };
+        self.order(true, seek_s)
+    }
+
+    /// Learns from a difference, once for each sample.
+    fn learn(&mut self, newest: Sample, difference_s: f64) {
+        let before_ns = match self.learned_ns {
+            Some(before_ns) if before_ns == newest.arrived_ns => return,
+            before_ns => before_ns,
+        };
+        self.learned_ns = Some(newest.arrived_ns);
+        let step_s = before_ns.map_or(0.0, |before_ns| newest.arrived_ns.saturating_sub(before_ns) as f64 * 1e-9);
+        let correction = GAIN_PER_S * difference_s;
+        self.correction = correction.clamp(-CORRECTION_RANGE, CORRECTION_RANGE);
+        if self.correction == correction {
+            // A difference that is made good as fast as may be tells nothing more of the pace.
+            let pace = self.pace + INTEGRAL_GAIN_PER_S2 * difference_s * step_s.min(LONGEST_STEP_S);
+            self.pace = pace.clamp(1.0 - PACE_RANGE, 1.0 + PACE_RANGE);
+        }
+    }
+
+    fn order(&self, stands: bool, seek_s: Option<f64>) -> Order {
+        Order { time_scale: self.pace + self.correction, stands, seek_s }
+    }
+
+    /// A seek, unless one was tried just before.
+    fn seek(&mut self, target_s: f64, now_ns: u64) -> Option<f64> {
+        let is_due = self.sought_ns.is_none_or(|sought_ns| now_ns.saturating_sub(sought_ns) >= SEEK_PERIOD_NS);
+        is_due.then(|| {
+            self.sought_ns = Some(now_ns);
+            target_s
+        })
+    }
+}

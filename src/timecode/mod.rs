@@ -1,0 +1,45 @@
+//! Timecode: the clock of another machine, which a show follows.
+//!
+//! A *timecode* is a position that a desk, a sequencer or a player sends over the network some 25 times a second. A
+//! [`Receiver`] takes it off a socket on a thread of its own, decodes it ([`art_net`], [`osc`]) and leaves the newest one
+//! where the server's loop finds it without a lock. From tick to tick a [`Follower`] says what the show is to do about it.
+//!
+//! **The contract.** Show time is the timecode's position plus an offset. A show stands until the first timecode, then is
+//! put to its position. From then on it follows by its pace: every tick advances show time by `time_scale / rate`, and what
+//! changes is the time scale, between [`Follower::LEAST_TIME_SCALE`] and [`Follower::GREATEST_TIME_SCALE`]; so show time
+//! never jumps, and never goes back, but by a seek. A seek makes good a difference of more than half a second. It goes the way
+//! of a client's, so a guard refuses what is not proved, and it is tried again.
+//!
+//! **Who sends.** The first sender that is heard is followed until it has been silent for long enough to be lost; others are
+//! counted. A sender that repeats a position stands, and the show with it. One that falls silent is lost: the show goes on at
+//! its own pace, unless it stood, and says so. An operator's pause and hold come first, always.
+//!
+//! **What is hostile** is counted and dropped: what is malformed, what comes from others, what comes too fast.
+
+pub mod art_net;
+pub mod osc;
+
+mod admission;
+mod follower;
+mod frame_rate;
+mod receiver;
+mod source;
+
+pub use admission::Admission;
+pub use follower::{Event, Follower, FollowerSettings, Order, Show};
+pub use frame_rate::{Clock, FrameRate};
+pub use receiver::{Inbox, Receiver, ReceiverError, TimecodeCounts};
+pub use source::TimecodeSource;
+
+/// A position that arrived.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// The timecode's position in seconds.
+    pub position_s: f64,
+    /// Instant of `CLOCK_MONOTONIC` at which it arrived, in nanoseconds.
+    pub arrived_ns: u64,
+}
+
+/// That a packet which should be a timecode is none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Malformed;

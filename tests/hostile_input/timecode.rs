@@ -1,0 +1,47 @@
+//! Packets on the port of timecode, which any process of this machine can send, or any other machine where that was asked for.
+
+use bench_dragon::server::motion::{Motion, MotionPlan};
+use bench_dragon::timecode::{Follower, FollowerSettings, FrameRate, Sample, Show, TimecodeSource};
+use bench_dragon_ipc::Request;
+
+const TICK_NS: u64 = 1_000_000;
+const LAST_S: f64 = 432.75;
+
+/// A packet is a position within a day (drop-frame counting is a little longer), none of ours, or malformed; and whatever
+/// positions come, and whenever, the show stays within its run and goes back only where it is put back. The first byte tells
+/// the source, the second one how many ticks lie between two packets, the third one how long each of them is.
+pub(crate) fn check(input: &[u8]) {
+    let Some((&[source, ticks, length], packets)) = input.split_first_chunk() else { return };
+    let source: TimecodeSource = (if source & 1 == 0 { "osc:0" } else { "artnet" }).parse().expect("a source");
+    let settings = FollowerSettings { offset_s: 0.0, timeout_ns: 100_000_000, first_s: 0.0, last_s: LAST_S };
+    let mut follower = Follower::new(settings);
+    let mut motion = Motion::new(MotionPlan::plain(1e-9 * TICK_NS as f64, 0.0, LAST_S));
+    let mut now_ns = 1_000_000_000;
+    for packet in packets.chunks(usize::from(length).max(1)) {
+        if let Ok(Some(position_s)) = source.position_s(packet, FrameRate::default()) {
+            assert!((0.0..86_500.0).contains(&position_s), "{position_s}");
+            follower.hear(Sample { position_s, arrived_ns: now_ns });
+        }
+        for _ in 0..ticks {
+            now_ns += TICK_NS;
+            tick(&mut follower, &mut motion, now_ns);
+        }
+    }
+}
+
+fn tick(follower: &mut Follower, motion: &mut Motion, now_ns: u64) {
+    let before_ns = motion.head().sim_time_ns;
+    let show = Show { sim_time_s: motion.next_sim_s(), is_stopped: motion.is_stopped() };
+    let (order, _) = follower.steer(now_ns, show);
+    if let Some(sim_time_s) = order.seek_s {
+        motion.request(Request::Seek { sim_time_s }).expect("it is within the run");
+        follower.note_seek(true);
+    }
+    assert!((Follower::LEAST_TIME_SCALE..=Follower::GREATEST_TIME_SCALE).contains(&order.time_scale));
+    motion.set_stands(order.stands);
+    motion.set_tick(order.time_scale * 1e-9 * TICK_NS as f64);
+    motion.advance();
+    let head = motion.head();
+    assert!((0.0..=LAST_S).contains(&head.travel_m), "{head:?}");
+    assert!(order.seek_s.is_some() || head.sim_time_ns >= before_ns, "{head:?} after {before_ns} ns");
+}

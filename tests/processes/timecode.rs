@@ -1,0 +1,274 @@
+//! Timecode from a desk that was written from the protocols: `tests/python/timecode.py`.
+
+use std::io::{BufRead as _, BufReader, Write as _};
+use std::net::UdpSocket;
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+use bench_dragon_ipc::{FrameHeader, ShowState};
+use serde_json::{Value, json};
+
+use crate::process::Process;
+use crate::python;
+use crate::reader::{Reader, Shot};
+use crate::stage::{Server, Stage};
+
+/// Seconds of a frame of timecode.
+const FRAME_S: f64 = 0.04;
+const RATE_HZ: f64 = 50.0;
+
+/// A desk that sends timecode; it ends with the test.
+struct Desk {
+    process: Child,
+    orders: ChildStdin,
+    answers: BufReader<ChildStdout>,
+}
+
+/// Where the desk's clock was when.
+#[derive(Clone, Copy, Debug)]
+struct Clock {
+    position_s: f64,
+    epoch_ns: u64,
+}
+
+impl Desk {
+    fn start(args: &[&str]) -> Self {
+        let mut process = python::python()
+            .arg("tests/python/timecode.py")
+            .args(args)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("a Python interpreter");
+        let orders = process.stdin.take().expect("stdin is piped");
+        let answers = BufReader::new(process.stdout.take().expect("stdout is piped"));
+        Self { process, orders, answers }
+    }
+
+    /// Gives an order, and waits until it is carried out.
+    fn order(&mut self, order: &str) -> Clock {
+        writeln!(self.orders, "{order}").expect("the desk listens");
+        let mut line = String::new();
+        self.answers.read_line(&mut line).expect("the desk answers");
+        let answer: Value = serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error} in {line:?}"));
+        Clock {
+            position_s: answer["position_s"].as_f64().expect("a number"),
+            epoch_ns: answer["epoch_ns"].as_u64().expect("an instant"),
+        }
+    }
+}
+
+impl Drop for Desk {
+    fn drop(&mut self) {
+        // Without effect on one that has ended.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+impl Clock {
+    /// Whether a frame shows what the clock showed when it was due, to a frame of timecode.
+    fn agrees(self, header: &FrameHeader, offset_s: f64) -> bool {
+        let elapsed_s = header.scheduled_ns.saturating_sub(self.epoch_ns) as f64 * 1e-9;
+        (header.sim_time_s() - self.position_s - elapsed_s - offset_s).abs() < FRAME_S
+    }
+}
+
+/// A server that follows timecode, and where it listens.
+fn serve(stage: &Stage, source: &str, args: &[&str]) -> (Server, String) {
+    let mut server = stage.serve(&[&["--rate", "50", "--timecode", source], args].concat());
+    let listening = server.process.json();
+    assert_eq!(listening["type"], "listening", "{listening}");
+    let listen = listening["listen"].as_str().expect("an address").to_owned();
+    (server, listen)
+}
+
+/// The next line of a kind.
+fn event(process: &mut Process, event: &str) -> Value {
+    let is_wanted = |line: &Value| line["type"] == "timecode" && line["event"] == event;
+    process.json_until(is_wanted).pop().expect("the wanted line comes last")
+}
+
+/// Reads until so many frames have shown what the clock showed: far more than half of those after it has settled.
+fn read_following(reader: &mut Reader, clock: Clock, offset_s: f64) -> Vec<Shot> {
+    const WANTED: usize = 50;
+    let (mut shots, mut agreed) = (Vec::new(), 0);
+    while agreed < WANTED {
+        let shot = reader.next();
+        agreed += usize::from(clock.agrees(&shot.header, offset_s));
+        shots.push(shot);
+        assert!(shots.len() < 80 * WANTED, "{agreed} of {} frames are where the timecode is", shots.len());
+    }
+    shots
+}
+
+/// Checks that running frames that follow on each other are their time scale ÷ the rate apart, and counts those that were put
+/// elsewhere.
+fn count_seeks(shots: &[Shot]) -> usize {
+    let runs = |shot: &Shot| shot.state() == ShowState::Running;
+    let neighbours = shots.windows(2).filter(|pair| pair[1].header.tick == pair[0].header.tick + 1 && runs(&pair[1]));
+    let is_seek = |pair: &&[Shot]| {
+        let step_ns = pair[1].header.sim_time_ns - pair[0].header.sim_time_ns;
+        let time_scale = pair[1].header.time_scale;
+        assert!((0.9..=1.1).contains(&time_scale), "{time_scale}");
+        (step_ns as f64 - time_scale / RATE_HZ * 1e9).abs() > 2.0
+    };
+    let seeks = neighbours.filter(is_seek);
+    // A step that is neither that of its time scale nor a jump would be a broken contract.
+    seeks
+        .inspect(|pair| {
+            let step_s = (pair[1].header.sim_time_ns - pair[0].header.sim_time_ns) as f64 * 1e-9;
+            assert!(step_s == 0.0 || step_s.abs() > 0.45, "{step_s} s at {}", pair[1].header.tick);
+        })
+        .filter(|pair| pair[1].header.sim_time_ns != pair[0].header.sim_time_ns)
+        .count()
+}
+
+#[test]
+fn a_show_stands_until_art_net_timecode_comes_and_follows_where_it_goes() {
+    let stage = Stage::new();
+    let (mut server, listen) = serve(&stage, "artnet:127.0.0.1:0", &[]);
+    let mut reader = Reader::join(&stage);
+    let standing = reader.next();
+    assert_eq!((standing.state(), standing.header.sim_time_ns), (ShowState::Paused, 0));
+    let mut desk = Desk::start(&["artnet", &listen]);
+
+    let clock = desk.order("play 60");
+    let mut shots = read_following(&mut reader, clock, 0.0);
+    assert!(shots.iter().all(|shot| shot.header.sim_time_ns == 0 || shot.header.sim_time_s() >= 59.95));
+    let line = event(&mut server.process, "follows");
+    assert!(line["position_s"].as_f64() >= Some(60.0), "{line}");
+
+    let clock = desk.order("play 120");
+    shots.extend(read_following(&mut reader, clock, 0.0));
+    assert!(shots.last().expect("frames").header.sim_time_s() >= 120.0);
+
+    desk.order("silence");
+    let line = event(&mut server.process, "lost");
+    let lost_s = line["time_s"].as_f64().expect("a time");
+    let free = reader.read_until(|header| header.sim_time_s() > lost_s + 0.5);
+    let last = free.last().expect("frames");
+    assert_eq!((last.state(), last.header.time_scale), (ShowState::Running, 1.0), "it goes on by itself");
+    shots.extend(free);
+
+    desk.order("speak");
+    event(&mut server.process, "follows");
+    shots.extend(read_following(&mut reader, clock, 0.0));
+
+    desk.order("stand");
+    event(&mut server.process, "stands");
+    reader.read_until(|header| header.show_state() == Some(ShowState::Paused));
+    // A stall of this machine may be a seek more.
+    assert!(count_seeks(&shots) >= 1, "to 120 s");
+
+    for junk in ["00", "4172742d4e6574000097000e0000", "4172742d4e6574000097000e00001900000001", "ffffffffff"] {
+        desk.order(&format!("send {junk}"));
+    }
+    // ArtDmx is none of ours.
+    desk.order("send 4172742d4e6574000050000e");
+    let mut other = Desk::start(&["artnet", &listen, "--from", "127.0.0.2"]);
+    other.order("play 300");
+    reader.read_until(|header| header.tick > shots.last().expect("frames").header.tick + 100);
+    let lines = server.process.terminate().expect_clean().json_lines();
+    let counts = lines.iter().find(|line| line["type"] == "timecode_summary").expect("a summary");
+    assert_eq!(counts["malformed"], 4, "{counts}");
+    assert!(counts["of_others"].as_u64() > Some(0) && counts["taken"].as_u64() > Some(100), "{counts}");
+    assert!(lines.iter().all(|line| line["position_s"].as_f64() < Some(290.0)), "nobody followed the other one");
+}
+
+#[test]
+fn osc_timecode_is_followed_in_every_form_with_an_offset() {
+    for (form, kind) in [("text", "2"), ("numbers", "1"), ("decimals", "1"), ("float", "0"), ("double", "3")] {
+        let stage = Stage::new();
+        let (server, listen) = serve(&stage, "osc:0", &["--timecode-offset", "-3540"]);
+        let mut reader = Reader::join(&stage);
+        let mut desk = Desk::start(&["osc", &listen, "--form", form, "--kind", kind]);
+        let clock = desk.order("play 3600");
+        let shots = read_following(&mut reader, clock, -3540.0);
+        count_seeks(&shots);
+        server.process.terminate().expect_clean();
+    }
+}
+
+#[test]
+fn an_operators_pause_comes_before_the_timecode() {
+    let stage = Stage::new();
+    let (server, listen) = serve(&stage, "osc:0", &[]);
+    let mut reader = Reader::join(&stage);
+    let mut desk = Desk::start(&["osc", &listen]);
+    let clock = desk.order("play 10");
+    read_following(&mut reader, clock, 0.0);
+    stage.run(&["ctl", "pause"]).expect_clean();
+    let paused = reader.read_until(|header| header.show_state() == Some(ShowState::Paused));
+    let paused_ns = paused.last().expect("frames").header.sim_time_ns;
+    let clock = desk.order("play 200");
+    let last_tick = paused.last().expect("frames").header.tick + 50;
+    assert!(reader.read_to_tick(last_tick).iter().all(|shot| shot.header.sim_time_ns == paused_ns));
+    stage.run(&["ctl", "resume"]).expect_clean();
+    read_following(&mut reader, clock, 0.0);
+    server.process.terminate().expect_clean();
+}
+
+#[test]
+fn a_guarded_show_is_put_where_its_guard_has_proved_the_way() {
+    let stage = Stage::new();
+    let (server, listen) = serve(&stage, "osc:0", &["--guarded"]);
+    let mut reader = Reader::join(&stage);
+    let mut desk = Desk::start(&["osc", &listen]);
+    let clock = desk.order("play 100");
+    let unproved = reader.read_to_tick(60);
+    assert!(unproved.iter().all(|shot| shot.header.sim_time_ns == 0), "nobody has proved the way");
+    let monitor = stage.start(&["monitor", "--guard", "--format", "json"]);
+    read_following(&mut reader, clock, 0.0);
+    server.process.terminate().expect_clean();
+    monitor.terminate();
+}
+
+#[test]
+fn a_monitor_sweeps_the_way_of_a_show_that_follows() {
+    let stage = Stage::new();
+    let (server, listen) = serve(&stage, "osc:0", &["--until", "414"]);
+    let monitor = stage.start(&["monitor", "--format", "json"]);
+    let mut reader = Reader::join(&stage);
+    let mut desk = Desk::start(&["osc", &listen]);
+    desk.order("play 411.2");
+    reader.read_to_end();
+    server.process.end().expect_clean();
+    let lines = monitor.terminate().expect_clean().json_lines();
+    let contact = lines.iter().find(|line| line["kind"] == "contact").unwrap_or_else(|| panic!("{lines:?}"));
+    let time_s = contact["time_s"].as_f64().expect("a time");
+    assert!((time_s - 412.473_838).abs() < 1e-6 && contact["benches"] == json!([0, 8]), "{contact}");
+}
+
+#[test]
+fn what_cannot_be_followed_is_told_in_one_line() {
+    let stage = Stage::new();
+    let taken = UdpSocket::bind("127.0.0.1:0").expect("a port");
+    let source = format!("osc:{}", taken.local_addr().expect("an address").port());
+    let busy = format!(
+        "error: cannot listen for timecode on 127.0.0.1:{}: Address already in use (os error 98)\n",
+        &source[4..]
+    );
+    for (args, code, error) in [
+        (&["--timecode", &source][..], 1, busy.as_str()),
+        (
+            &["--timecode", "midi"],
+            2,
+            "error: invalid value 'midi' for '--timecode <SOURCE>': must be osc:[ADDRESS:]PORT[/MESSAGE] or artnet[:ADDRESS[:PORT]]\n",
+        ),
+        (
+            &["--timecode", "osc:0", "--time-scale", "2"],
+            2,
+            "error: time_scale is 2, must be 1 with --timecode, which sets the pace\n",
+        ),
+        (
+            &["--timecode", "osc:0", "--timecode-fps", "60"],
+            2,
+            "error: invalid value '60' for '--timecode-fps <FPS>': must be 24, 25, 29.97 or 30\n",
+        ),
+    ] {
+        let ended = stage.run(&[&["serve"], args].concat());
+        assert_eq!((ended.code(), ended.stdout.as_str(), ended.stderr.as_str()), (Some(code), "", error), "{args:?}");
+    }
+    let lonely = stage.run(&["serve", "--timecode-offset", "1"]);
+    assert!(lonely.code() == Some(2) && lonely.stderr.lines().count() == 1, "{}", lonely.stderr);
+}

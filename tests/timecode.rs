@@ -1,0 +1,242 @@
+//! A motion that follows timecode, tick by tick, with no clock and no socket.
+
+use bench_dragon::server::motion::{HeadState, Motion, MotionPlan};
+use bench_dragon::timecode::{Event, Follower, FollowerSettings, Sample, Show};
+use bench_dragon_ipc::{Request, ShowState};
+
+const RATE_HZ: u64 = 1000;
+const TICK_NS: u64 = 1_000_000_000 / RATE_HZ;
+const LAST_S: f64 = 400.0;
+/// Seconds of a frame of timecode, and how many ticks it lasts.
+const FRAME_S: f64 = 0.04;
+const FRAME_TICKS: u64 = 40;
+
+/// A show, and the desk that it follows.
+struct Rehearsal {
+    motion: Motion,
+    follower: Follower,
+    tick: u64,
+    events: Vec<Event>,
+}
+
+/// One tick: the head, its time scale and where the desk's clock is.
+#[derive(Clone, Copy, Debug)]
+struct Moment {
+    head: HeadState,
+    time_scale: f64,
+    clock_s: Option<f64>,
+}
+
+impl Rehearsal {
+    fn new(plan: MotionPlan) -> Self {
+        let settings = FollowerSettings { offset_s: 0.0, timeout_ns: 1_000_000_000, first_s: 0.0, last_s: LAST_S };
+        let mut motion = Motion::new(plan);
+        motion.set_stands(true);
+        Self { motion, follower: Follower::new(settings), tick: 0, events: Vec::new() }
+    }
+
+    /// Plays ticks while the desk's clock is at `clock_s` of the seconds since the first of them; it sends at the start of each
+    /// of its frames, and what it sends arrives up to two ticks late.
+    fn play(&mut self, ticks: u64, clock_s: impl Fn(f64) -> Option<f64>) -> Vec<Moment> {
+        (0..ticks).map(|tick| self.tick(clock_s(tick as f64 / RATE_HZ as f64))).collect()
+    }
+
+    fn tick(&mut self, clock_s: Option<f64>) -> Moment {
+        let due_ns = 5_000_000_000 + self.tick * TICK_NS;
+        if let Some(position_s) = clock_s.filter(|_| self.tick.is_multiple_of(FRAME_TICKS)) {
+            let late_ns = self.tick / FRAME_TICKS * 7 % 3 * TICK_NS;
+            self.follower.hear(Sample { position_s, arrived_ns: (due_ns + late_ns).saturating_sub(2 * TICK_NS) });
+        }
+        let show = Show { sim_time_s: self.motion.next_sim_s(), is_stopped: self.motion.is_stopped() };
+        let (order, event) = self.follower.steer(due_ns, show);
+        self.events.extend(event);
+        if let Some(sim_time_s) = order.seek_s {
+            self.follower.note_seek(self.motion.request(Request::Seek { sim_time_s }).is_ok());
+        }
+        self.motion.set_stands(order.stands);
+        self.motion.set_tick(order.time_scale / RATE_HZ as f64);
+        self.motion.advance();
+        self.tick += 1;
+        Moment { head: self.motion.head(), time_scale: order.time_scale, clock_s }
+    }
+}
+
+fn plan() -> MotionPlan {
+    MotionPlan::plain(1.0 / RATE_HZ as f64, 0.0, LAST_S)
+}
+
+impl Moment {
+    fn sim_s(&self) -> f64 {
+        self.head.sim_time_ns as f64 * 1e-9
+    }
+
+    /// How far the show is behind the desk.
+    fn difference_s(&self) -> f64 {
+        self.clock_s.expect("the desk's clock is known") - self.sim_s()
+    }
+}
+
+/// Checks that running ticks are their time scale ÷ the rate apart, and returns those that were put elsewhere.
+fn seeks(moments: &[Moment]) -> Vec<Moment> {
+    let is_seek = |pair: &&[Moment]| {
+        let step_s = pair[1].sim_s() - pair[0].sim_s();
+        let is_step = (step_s - pair[1].time_scale / RATE_HZ as f64).abs() <= 1.5e-9;
+        let is_rest = step_s == 0.0;
+        assert!(is_step || is_rest || step_s.abs() > 0.5, "{pair:?}");
+        !is_step && !is_rest
+    };
+    moments.windows(2).filter(is_seek).map(|pair| pair[1]).collect()
+}
+
+fn assert_near(moments: &[Moment], within_s: f64) {
+    for moment in moments {
+        assert!(moment.difference_s().abs() < within_s, "{moment:?}");
+    }
+}
+
+#[test]
+fn a_show_stands_until_the_first_timecode_and_is_put_where_it_is() {
+    let mut rehearsal = Rehearsal::new(plan());
+    let before = rehearsal.play(500, |_| None);
+    assert!(before.iter().all(|moment| moment.head.state == ShowState::Paused && moment.head.sim_time_ns == 0));
+    let moments = rehearsal.play(10_000, |elapsed_s| Some(60.0 + elapsed_s));
+    assert_eq!(seeks(&[&before[499..], &moments[..]].concat()).len(), 1);
+    assert_near(&moments[FRAME_TICKS as usize..], FRAME_S / 4.0);
+    assert!(matches!(rehearsal.events[..], [Event::Follows { .. }]), "{:?}", rehearsal.events);
+}
+
+#[test]
+fn a_timecode_of_another_pace_is_followed_without_a_jump() {
+    for pace in [0.96, 0.999, 1.001, 1.04] {
+        let mut rehearsal = Rehearsal::new(plan());
+        let moments = rehearsal.play(40_000, |elapsed_s| Some(20.0 + pace * elapsed_s));
+        assert_eq!(seeks(&moments[FRAME_TICKS as usize..]).len(), 0, "at pace {pace}");
+        assert_near(&moments[20_000..], FRAME_S / 4.0);
+        let mean = moments[20_000..].iter().map(|moment| moment.time_scale).sum::<f64>() / 20_000.0;
+        assert!((mean - pace).abs() < 1e-3, "{mean} for {pace}");
+    }
+}
+
+#[test]
+fn a_small_difference_is_made_good_by_the_pace_and_never_backwards() {
+    for leap_s in [-0.4, 0.4] {
+        let mut rehearsal = Rehearsal::new(plan());
+        rehearsal.play(2_000, |elapsed_s| Some(20.0 + elapsed_s));
+        let moments = rehearsal.play(30_000, |elapsed_s| Some(22.0 + leap_s + elapsed_s));
+        assert_eq!(seeks(&moments).len(), 0);
+        for pair in moments.windows(2) {
+            assert!(pair[1].head.sim_time_ns > pair[0].head.sim_time_ns);
+            assert!((Follower::LEAST_TIME_SCALE..=Follower::GREATEST_TIME_SCALE).contains(&pair[1].time_scale));
+        }
+        assert_near(&moments[25_000..], FRAME_S / 4.0);
+    }
+}
+
+#[test]
+fn a_large_difference_is_one_seek() {
+    let mut rehearsal = Rehearsal::new(plan());
+    let mut before = rehearsal.play(2_000, |elapsed_s| Some(20.0 + elapsed_s));
+    for start_s in [200.0, 5.0] {
+        let moments = rehearsal.play(5_000, |elapsed_s| Some(start_s + elapsed_s));
+        assert_near(&moments, FRAME_S / 4.0);
+        before.extend(moments);
+    }
+    let seeks: Vec<f64> = seeks(&before[100..]).iter().map(|moment| moment.sim_s().round()).collect();
+    assert_eq!(seeks, [200.0, 5.0]);
+}
+
+#[test]
+fn a_lost_timecode_lets_the_show_go_on_by_itself_until_it_is_back() {
+    let mut rehearsal = Rehearsal::new(plan());
+    rehearsal.play(20_000, |elapsed_s| Some(20.0 + 1.02 * elapsed_s));
+    let alone = rehearsal.play(5_000, |_| None);
+    assert_eq!(seeks(&alone).len(), 0);
+    assert!(alone.iter().all(|moment| moment.head.state == ShowState::Running));
+    assert!(alone[1_100..].iter().all(|moment| moment.time_scale == 1.0));
+    let back_s = alone[4_999].sim_s() + 0.2;
+    let moments = rehearsal.play(30_000, |elapsed_s| Some(back_s + elapsed_s));
+    assert_eq!(seeks(&moments).len(), 0);
+    assert_near(&moments[25_000..], FRAME_S / 4.0);
+    let names =
+        [matches!(rehearsal.events[0], Event::Follows { .. }), matches!(rehearsal.events[1], Event::Lost { .. })];
+    assert!(names == [true; 2] && matches!(rehearsal.events[2], Event::Follows { .. }), "{:?}", rehearsal.events);
+    assert_eq!(rehearsal.events.len(), 3);
+}
+
+#[test]
+fn a_timecode_that_stands_has_the_show_stand_also_when_it_is_lost_then() {
+    let mut rehearsal = Rehearsal::new(plan());
+    rehearsal.play(2_000, |elapsed_s| Some(20.0 + elapsed_s));
+    let standing = rehearsal.play(1_000, |_| Some(21.96));
+    let rest = standing[200].head;
+    assert_eq!(rest.state, ShowState::Paused);
+    assert!(standing[200..].iter().all(|moment| moment.head == rest));
+    let lost = rehearsal.play(3_000, |_| None);
+    assert!(lost.iter().all(|moment| moment.head == rest), "whoever stopped the desk has not started the dragon");
+    let moments = rehearsal.play(20_000, |elapsed_s| Some(21.96 + elapsed_s));
+    assert_eq!(seeks(&moments).len(), 0);
+    assert_near(&moments[15_000..], FRAME_S / 4.0);
+}
+
+#[test]
+fn before_the_runs_start_the_show_stands_there_and_after_its_end_it_is_finished() {
+    let mut rehearsal = Rehearsal::new(plan());
+    let settings = FollowerSettings { offset_s: -62.0, timeout_ns: 1_000_000_000, first_s: 0.0, last_s: LAST_S };
+    rehearsal.follower = Follower::new(settings);
+    let moments = rehearsal.play(5_000, |elapsed_s| Some(60.0 + elapsed_s));
+    assert!(moments[..1_990].iter().all(|moment| moment.head.sim_time_ns == 0));
+    assert!((moments[4_999].sim_s() - 2.999).abs() < FRAME_S, "{:?}", moments[4_999]);
+    let moments = rehearsal.play(3_000, |elapsed_s| Some(460.0 + elapsed_s));
+    assert_eq!(moments[2_999].head.state, ShowState::Finished);
+    let moments = rehearsal.play(1_000, |elapsed_s| Some(72.0 + elapsed_s));
+    assert_eq!(moments[999].head.state, ShowState::Running, "it is played again");
+    assert!((moments[999].sim_s() - 10.999).abs() < FRAME_S, "{:?}", moments[999]);
+}
+
+#[test]
+fn an_operators_stop_comes_first_and_what_was_missed_is_one_seek() {
+    for (stop, go) in [(Request::Pause, Request::Resume), (Request::Hold, Request::Release)] {
+        let mut rehearsal = Rehearsal::new(plan());
+        rehearsal.play(2_000, |elapsed_s| Some(20.0 + elapsed_s));
+        rehearsal.motion.request(stop).expect("it is accepted");
+        let stopped = rehearsal.play(2_000, |elapsed_s| Some(22.0 + elapsed_s));
+        assert!(stopped.iter().all(|moment| moment.head.sim_time_ns == stopped[0].head.sim_time_ns));
+        rehearsal.motion.request(go).expect("it is accepted");
+        let moments = rehearsal.play(2_000, |elapsed_s| Some(24.0 + elapsed_s));
+        assert_eq!(seeks(&moments).len(), 0, "the first tick is there already");
+        assert_near(&moments[1..], FRAME_S / 2.0);
+    }
+}
+
+#[test]
+fn a_guard_lets_the_show_be_put_where_the_way_is_proved() {
+    let mut rehearsal = Rehearsal::new(MotionPlan { guarded_run: Some(7), ..plan() });
+    let moments = rehearsal.play(1_000, |elapsed_s| Some(100.0 + elapsed_s));
+    assert!(moments.iter().all(|moment| moment.head.sim_time_ns == 0));
+    let asked_m = rehearsal.motion.limits().asked_m.expect("it was asked where to prove the way");
+    assert!((100.0..101.0).contains(&asked_m), "{asked_m}");
+    let grant = Request::Grant { run_id: 7, from_m: asked_m, to_m: asked_m + 5.0 };
+    rehearsal.motion.request(grant).expect("it is of this run");
+    let moments = rehearsal.play(2_000, |elapsed_s| Some(101.0 + elapsed_s));
+    assert_near(&moments[200..], FRAME_S);
+}
+
+#[test]
+fn a_walk_keeps_its_travel_where_the_time_scale_changes() {
+    for accel_mps2 in [None, Some(0.5)] {
+        let mut motion = Motion::new(MotionPlan { accel_mps2, ..plan() });
+        motion.advance();
+        let mut ticks_s = 0.0;
+        for tick in 0..20_000_u32 {
+            if tick % 40 == 0 {
+                motion.set_tick((1.0 + 0.1 * f64::from(tick % 7) / 7.0) / RATE_HZ as f64);
+            }
+            let next_s = motion.next_sim_s();
+            motion.advance();
+            ticks_s = motion.head().sim_time_ns as f64 * 1e-9;
+            assert!((next_s - ticks_s).abs() < 1e-9);
+        }
+        let expected_m = accel_mps2.map_or(ticks_s, |_| ticks_s - 1.0);
+        assert!((motion.head().travel_m - expected_m).abs() < 1e-8, "{:?} at {ticks_s}", motion.head());
+    }
+}
