@@ -148,6 +148,6 @@ fn measure(domain: &Domain, server: Server) -> (AllocationInfo, u64) {
 fn await_status(domain: &Domain) {
     let status = StatusReader::open(domain, "test").expect("the server has made the services");
     while status.poll().expect("the bus is readable").is_none() {
-        std::thread::sleep(std::time::Duration::from_millis(1));
+        thread::sleep(Duration::from_millis(1));
     }
 }
