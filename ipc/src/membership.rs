@@ -2,8 +2,8 @@
 //! the lock with the process, however that ends, so an exclusive lock proves that nobody else is there.
 //!
 //! Whoever is alone in a domain, the first to join and the last to leave, takes away what killed processes have left
-//! there, and what iceoryx2 itself never removes. Clients in other languages hold no lock of ours; their iceoryx2 nodes
-//! say that they are there.
+//! there, and what iceoryx2 itself never removes. A client that holds no lock of ours, such as a stock iceoryx2 one, says by
+//! its iceoryx2 node that it is there.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind};

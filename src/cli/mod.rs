@@ -1,34 +1,36 @@
 //! The command line's types. What the commands do is in [`crate::command`].
 
 mod bridge;
+mod common;
+mod ctl;
+mod doctor;
+mod measure;
+mod monitor;
 mod recording;
+mod serve;
 mod solve;
 mod timecode;
 mod value;
 #[cfg(feature = "zenoh")]
 mod zenoh;
 
-use std::path::PathBuf;
-
-use bench_dragon::config::Priority;
-use bench_dragon_ipc::Instance;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Parser, Subcommand};
 
 pub(crate) use bridge::{Angle, Bridge, BridgeArgs, NetworkArgs, OscArgs, PsnArgs};
-pub(crate) use recording::{ExportArgs, ReplayArgs, TableFile};
+pub(crate) use common::{BusArgs, ChildArgs, ConfigArgs, Format, FormatArgs};
+pub(crate) use ctl::{CtlArgs, Order};
+pub(crate) use doctor::DoctorArgs;
+pub(crate) use measure::{EchoArgs, HzArgs, LatencyArgs};
+pub(crate) use monitor::MonitorArgs;
+pub(crate) use recording::{ExportArgs, RecordArgs, ReplayArgs, TableFile};
+pub(crate) use serve::{PaceArgs, RealTimeArgs, ServeArgs, ShowArgs};
 pub(crate) use solve::{
     ContactArgs, FigureArgs, FigureFile, PitchArgs, PosesArgs, Question, SaveConfigArgs, SensitivityArgs, SolveArgs,
     SpeedLimitArgs, TableFormat, TimesArgs, TurnArgs, TurnPlanArgs,
 };
+pub(crate) use timecode::TimecodeArgs;
 #[cfg(feature = "zenoh")]
 pub(crate) use zenoh::ZenohArgs;
-
-pub(crate) use timecode::TimecodeArgs;
-
-use value::{
-    count, cpu, duration, file_megabytes, finite, instance, period, priority, rate, readers, speed, spin, time_scale,
-    total_megabytes,
-};
 
 /// Real-time motion server for the bench dragon.
 #[derive(Debug, Parser)]
@@ -156,279 +158,4 @@ Status 1 where something is a problem; a warning is none. A running show does no
     #[command(after_help = "Example, with the iox2 command:
   mkdir -p config && bench-dragon iox2-config > config/iceoryx2.toml && iox2 service list")]
     Iox2Config(BusArgs),
-}
-
-/// How to print.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Format {
-    /// For people.
-    #[default]
-    Text,
-    /// For machines; stable.
-    Json,
-}
-
-/// Which instance to talk to.
-#[derive(Clone, Debug, Args)]
-pub(crate) struct BusArgs {
-    /// The instance: 1 to 24 of a-z, 0-9 and -.
-    #[arg(long, value_name = "NAME", default_value_t, value_parser = instance, global = true)]
-    pub(crate) instance: Instance,
-}
-
-/// How to print.
-#[derive(Clone, Copy, Debug, Args)]
-pub(crate) struct FormatArgs {
-    /// How to print.
-    #[arg(long, value_enum, value_name = "FORMAT", default_value_t, global = true)]
-    pub(crate) format: Format,
-}
-
-/// Which dragon.
-#[derive(Clone, Debug, Args)]
-pub(crate) struct ConfigArgs {
-    /// The configuration, TOML; the paper's dragon without one.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) config: Option<PathBuf>,
-}
-
-/// How a server paces.
-#[derive(Clone, Debug, Args)]
-pub(crate) struct PaceArgs {
-    /// Frames a second.
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = rate)]
-    pub(crate) rate: Option<u32>,
-    /// Show seconds per wall-clock second, 0.001 to 1000.
-    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true, value_parser = time_scale)]
-    pub(crate) time_scale: Option<f64>,
-    /// Show time in seconds to start at [default: the run's start].
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
-    pub(crate) start_at: Option<f64>,
-    /// Show time in seconds to end at.
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
-    pub(crate) until: Option<f64>,
-    #[command(flatten)]
-    pub(crate) real_time: RealTimeArgs,
-}
-
-/// What a server asks of the kernel to keep its schedule.
-#[derive(Clone, Copy, Debug, Args)]
-pub(crate) struct RealTimeArgs {
-    /// Keep the server's loop on this processor.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = cpu)]
-    pub(crate) cpu: Option<u32>,
-    /// Run the server's loop as other, fifo:N or rr:N, N from 1 to 99, and lock its memory unless as other.
-    #[arg(long, value_name = "POLICY", value_parser = priority)]
-    pub(crate) priority: Option<Priority>,
-    /// Microseconds before each release from which on the server's loop does not sleep but spins, 0 to 1000.
-    #[arg(long, value_name = "MICROSECONDS", allow_negative_numbers = true, value_parser = spin)]
-    pub(crate) spin_us: Option<u32>,
-}
-
-/// Arguments of `show`.
-#[derive(Clone, Debug, Args)]
-pub(crate) struct ShowArgs {
-    #[command(flatten)]
-    pub(crate) bus: BusArgs,
-    #[command(flatten)]
-    pub(crate) config: ConfigArgs,
-    #[command(flatten)]
-    pub(crate) pace: PaceArgs,
-    #[command(flatten)]
-    pub(crate) timecode: TimecodeArgs,
-    /// Folder for the recording and summary.json [default: show-DATE-TIME in the current folder].
-    #[arg(long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
-    /// Let a restarted server walk on at once, instead of standing held until `ctl release`.
-    #[arg(long)]
-    pub(crate) auto_resume: bool,
-    /// Keep benches from touching: the head rests before they would, and the show ends there.
-    #[arg(long)]
-    pub(crate) guard: bool,
-    /// Exit with status 3 where benches touched.
-    #[arg(long)]
-    pub(crate) fail_on_contact: bool,
-    #[command(flatten)]
-    pub(crate) format: FormatArgs,
-}
-
-/// Arguments of `serve`.
-#[derive(Clone, Debug, Args)]
-pub(crate) struct ServeArgs {
-    #[command(flatten)]
-    pub(crate) bus: BusArgs,
-    #[command(flatten)]
-    pub(crate) config: ConfigArgs,
-    #[command(flatten)]
-    pub(crate) pace: PaceArgs,
-    #[command(flatten)]
-    pub(crate) timecode: TimecodeArgs,
-    /// Stand held at the start, until `ctl release`.
-    #[arg(long)]
-    pub(crate) held: bool,
-    /// Move the head only where `monitor --guard` has proved the way free.
-    #[arg(long)]
-    pub(crate) guarded: bool,
-    /// Stand paused at the start, or once the hold is lifted.
-    #[arg(long, hide = true)]
-    pub(crate) paused: bool,
-    /// Begin once this many readers are connected, after ten seconds at the latest.
-    #[arg(long, value_name = "COUNT", default_value_t = 0, allow_negative_numbers = true, value_parser = readers)]
-    pub(crate) readers: usize,
-    /// Travel in metres to start at, where the speed was changed on the way.
-    #[arg(long, value_name = "METRES", hide = true, allow_negative_numbers = true, value_parser = finite)]
-    pub(crate) start_travel: Option<f64>,
-    /// Speed in m/s to start with, where it was changed on the way.
-    #[arg(long, value_name = "MPS", hide = true, value_parser = finite)]
-    pub(crate) start_speed: Option<f64>,
-    #[command(flatten)]
-    pub(crate) child: ChildArgs,
-    #[command(flatten)]
-    pub(crate) format: FormatArgs,
-}
-
-/// Arguments of a process that `show` starts.
-#[derive(Clone, Copy, Debug, Args)]
-pub(crate) struct ChildArgs {
-    /// End when this process, the parent, ends.
-    #[arg(long, value_name = "PID", hide = true)]
-    pub(crate) parent: Option<u32>,
-}
-
-/// Arguments of `monitor`.
-#[derive(Clone, Debug, Args)]
-pub(crate) struct MonitorArgs {
-    #[command(flatten)]
-    pub(crate) bus: BusArgs,
-    /// Keep the benches of a guarded server from touching: let the head walk only where the way is proved free.
-    #[arg(long)]
-    pub(crate) guard: bool,
-    /// End with status 3 at the first contact.
-    #[arg(long)]
-    pub(crate) fail_on_contact: bool,
-    /// With --format json, print a line of progress this often.
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = period)]
-    pub(crate) progress: Option<f64>,
-    #[command(flatten)]
-    pub(crate) child: ChildArgs,
-    #[command(flatten)]
-    pub(crate) format: FormatArgs,
-}
-
-/// Arguments of `record`.
-#[derive(Clone, Debug, Args)]
-pub(crate) struct RecordArgs {
-    /// The recording to write, or with --repair to finish.
-    #[arg(value_name = "FILE")]
-    pub(crate) file: PathBuf,
-    /// Finish a recording whose recorder was killed, instead of recording.
-    #[arg(long, conflicts_with_all = ["rotate_mb", "max_total_mb"])]
-    pub(crate) repair: bool,
-    /// Begin a new file after this many megabytes.
-    #[arg(long, value_name = "MB", allow_negative_numbers = true, value_parser = file_megabytes)]
-    pub(crate) rotate_mb: Option<u64>,
-    /// Remove the oldest files of this recording over this many megabytes in all.
-    #[arg(long, value_name = "MB", allow_negative_numbers = true, value_parser = total_megabytes)]
-    pub(crate) max_total_mb: Option<u64>,
-    #[command(flatten)]
-    pub(crate) bus: BusArgs,
-    #[command(flatten)]
-    pub(crate) child: ChildArgs,
-    #[command(flatten)]
-    pub(crate) format: FormatArgs,
-}
-
-/// Arguments of `ctl`.
-#[derive(Clone, Debug, Args)]
-pub(crate) struct CtlArgs {
-    /// The command.
-    #[command(subcommand)]
-    pub(crate) order: Order,
-    #[command(flatten)]
-    pub(crate) bus: BusArgs,
-    #[command(flatten)]
-    pub(crate) format: FormatArgs,
-}
-
-/// Commands to the server.
-#[derive(Clone, Copy, Debug, Subcommand)]
-pub(crate) enum Order {
-    /// Stop walking until `resume`.
-    Pause,
-    /// Go on after a pause.
-    Resume,
-    /// Walk at another speed of the head.
-    Speed {
-        /// Metres per show second, 0 to 10.
-        #[arg(value_name = "MPS", allow_negative_numbers = true, value_parser = speed)]
-        speed_mps: f64,
-    },
-    /// Go to a show time.
-    Seek {
-        /// Seconds.
-        #[arg(value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
-        sim_time_s: f64,
-    },
-    /// Stop for safety; only `release` lifts it.
-    Hold,
-    /// Lift a hold.
-    Release,
-    /// End the server.
-    Stop,
-}
-
-/// Arguments of `echo`.
-#[derive(Clone, Debug, Args)]
-pub(crate) struct EchoArgs {
-    /// Frames to print; until Ctrl-C without it.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
-    pub(crate) count: Option<u64>,
-    #[command(flatten)]
-    pub(crate) bus: BusArgs,
-    #[command(flatten)]
-    pub(crate) format: FormatArgs,
-}
-
-/// Arguments of `hz`.
-#[derive(Clone, Debug, Args)]
-pub(crate) struct HzArgs {
-    /// Lines to print, one a second; until Ctrl-C without it.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
-    pub(crate) seconds: Option<u64>,
-    #[command(flatten)]
-    pub(crate) bus: BusArgs,
-    #[command(flatten)]
-    pub(crate) format: FormatArgs,
-}
-
-/// Arguments of `latency`.
-#[derive(Clone, Debug, Args)]
-pub(crate) struct LatencyArgs {
-    /// How long to measure; Ctrl-C ends it early, with the report.
-    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, allow_negative_numbers = true, value_parser = duration)]
-    pub(crate) seconds: f64,
-    /// Look for the next frame all the time, instead of being woken by it.
-    #[arg(long)]
-    pub(crate) poll: bool,
-    /// Write the distribution from due to read as .hgrm, which the HDR histogram plotter reads, in microseconds.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) hgrm: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) bus: BusArgs,
-    #[command(flatten)]
-    pub(crate) format: FormatArgs,
-}
-
-/// Arguments of `doctor`.
-#[derive(Clone, Debug, Args)]
-pub(crate) struct DoctorArgs {
-    /// First clean up what no living process of the instance owns.
-    #[arg(long)]
-    pub(crate) fix: bool,
-    #[command(flatten)]
-    pub(crate) config: ConfigArgs,
-    #[command(flatten)]
-    pub(crate) bus: BusArgs,
-    #[command(flatten)]
-    pub(crate) format: FormatArgs,
 }

@@ -1,4 +1,4 @@
-//! The arguments of what reads recordings.
+//! The commands about recordings: `record`, `replay`, `export`.
 
 use std::path::PathBuf;
 
@@ -7,9 +7,32 @@ use bench_dragon::number::Number;
 use bench_dragon::record::ShowInterval;
 use clap::{ArgGroup, Args};
 
-use super::value::{MAX_STEPPED_S, count, nanoseconds, play_rate, readers};
-use super::{BusArgs, FormatArgs};
+use super::value::{MAX_STEPPED_S, count, file_megabytes, nanoseconds, play_rate, readers, total_megabytes};
+use super::{BusArgs, ChildArgs, FormatArgs};
 use crate::command::BadInput;
+
+/// Arguments of `record`.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct RecordArgs {
+    /// The recording to write, or with --repair to finish.
+    #[arg(value_name = "FILE")]
+    pub(crate) file: PathBuf,
+    /// Finish a recording whose recorder was killed, instead of recording.
+    #[arg(long, conflicts_with_all = ["rotate_mb", "max_total_mb"])]
+    pub(crate) repair: bool,
+    /// Begin a new file after this many megabytes.
+    #[arg(long, value_name = "MB", allow_negative_numbers = true, value_parser = file_megabytes)]
+    pub(crate) rotate_mb: Option<u64>,
+    /// Remove the oldest files of this recording over this many megabytes in all.
+    #[arg(long, value_name = "MB", allow_negative_numbers = true, value_parser = total_megabytes)]
+    pub(crate) max_total_mb: Option<u64>,
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    #[command(flatten)]
+    pub(crate) child: ChildArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
 
 /// Arguments of `replay`.
 #[derive(Clone, Debug, Args)]

@@ -15,7 +15,8 @@ import tomllib
 import iceoryx2 as iox2
 import pytest
 import zenoh
-from bus import Command, CommandReply, FrameHeader, HandleState
+from bench_dragon import FrameHeader, HandleState
+from bench_dragon.command import Command, CommandReply
 
 PROGRAM = os.environ["BENCH_DRAGON"]
 INSTANCE = os.environ["BENCH_DRAGON_INSTANCE"]

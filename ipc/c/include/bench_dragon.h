@@ -266,6 +266,18 @@ typedef enum {
    * The source replays a recording, which is as it is.
    */
   BD_REFUSED_REPLAYED = 10,
+  /**
+   * The source is on another host, which does not answer.
+   */
+  BD_REFUSED_UNREACHABLE = 11,
+  /**
+   * The source is on another host, whose bridge takes no commands.
+   */
+  BD_REFUSED_NOT_TAKEN = 12,
+  /**
+   * More commands at a time than a bridge to another host passes on.
+   */
+  BD_REFUSED_TOO_MANY = 13,
 } bd_refusal_t;
 
 /**

@@ -75,6 +75,12 @@ pub enum bd_refusal_t {
     BD_REFUSED_HELD_BY_GUARD = 9,
     /// The source replays a recording, which is as it is.
     BD_REFUSED_REPLAYED = 10,
+    /// The source is on another host, which does not answer.
+    BD_REFUSED_UNREACHABLE = 11,
+    /// The source is on another host, whose bridge takes no commands.
+    BD_REFUSED_NOT_TAKEN = 12,
+    /// More commands at a time than a bridge to another host passes on.
+    BD_REFUSED_TOO_MANY = 13,
 }
 
 /// Sends a command, a `bd_command_t`, and waits for the reply, at most `timeout_ns`: about one period of the server. `value`
@@ -126,5 +132,18 @@ impl From<&CommandReply> for bd_reply_t {
     fn from(reply: &CommandReply) -> Self {
         let CommandReply { run_id, tick, lowest, highest, refusal, reserved } = *reply;
         Self { run_id, tick, lowest, highest, refusal, reserved }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_reason_of_a_server_has_its_number_here() {
+        let outcome = |refusal| CommandReply { refusal, ..CommandReply::default() }.outcome();
+        let last = bd_refusal_t::BD_REFUSED_TOO_MANY as u32;
+        assert_ne!(outcome(last), Err(bench_dragon_ipc::Refusal::Unknown));
+        assert_eq!(outcome(last + 1), Err(bench_dragon_ipc::Refusal::Unknown), "a reason that C does not know");
     }
 }

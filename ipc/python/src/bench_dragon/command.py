@@ -106,6 +106,12 @@ class Refusal(WireCode):
     """The guard holds the dragon, and only its next grant moves it on."""
     REPLAYED = 10
     """The source replays a recording, which is as it is."""
+    UNREACHABLE = 11
+    """The source is on another host, which does not answer."""
+    NOT_TAKEN = 12
+    """The source is on another host, whose bridge takes no commands: it was not started with `--allow-commands`."""
+    TOO_MANY = 13
+    """More commands at a time than a bridge to another host passes on."""
 
 
 REASONS = {
@@ -118,6 +124,9 @@ REASONS = {
     Refusal.OTHER_RUN: "the grant is for another run",
     Refusal.HELD_BY_GUARD: "the guard holds the dragon: it walks on when the guard has proved the way ahead",
     Refusal.REPLAYED: "a recording is replayed: all that it can be told is to stop",
+    Refusal.UNREACHABLE: "the server is on another host, which does not answer",
+    Refusal.NOT_TAKEN: "the server is on another host, whose bridge takes no commands without --allow-commands",
+    Refusal.TOO_MANY: "more commands at a time than are passed on to another host: try again",
 }
 
 

@@ -1,0 +1,60 @@
+//! Commands and their replies.
+
+use bench_dragon_ipc::{Command, CommandReply};
+
+use super::WireError;
+use super::fields::{Fields, concatenated, pair_of, run_id};
+
+/// Encoding of commands, see [`encode_command`].
+pub const COMMAND_ENCODING: &str = "application/octet-stream;bench_dragon.Command.v2";
+/// Encoding of replies, see [`encode_reply`].
+pub const REPLY_ENCODING: &str = "application/octet-stream;bench_dragon.CommandReply.v1";
+/// Bytes of a command.
+pub const COMMAND_BYTES: usize = size_of::<Command>();
+/// Bytes of a reply.
+pub const REPLY_BYTES: usize = size_of::<CommandReply>();
+
+/// A command as bytes, in the order of its fields.
+pub fn encode_command(command: &Command) -> [u8; COMMAND_BYTES] {
+    let [first, second] = command.values.map(f64::to_bits);
+    concatenated([pair_of(command.kind, command.reserved), command.run_id, first, second])
+}
+
+/// Reads a command. Its kind and values are the server's to judge.
+///
+/// # Errors
+/// [`WireError::Length`].
+pub fn decode_command(bytes: &[u8]) -> Result<Command, WireError> {
+    let mut fields = Fields::of(bytes, COMMAND_BYTES)?;
+    Ok(Command { kind: fields.half(), reserved: fields.half(), run_id: fields.word(), values: fields.doubles() })
+}
+
+/// A reply as bytes, in the order of its fields.
+pub fn encode_reply(reply: &CommandReply) -> [u8; REPLY_BYTES] {
+    let words = [
+        reply.run_id,
+        reply.tick,
+        reply.lowest.to_bits(),
+        reply.highest.to_bits(),
+        pair_of(reply.refusal, reply.reserved),
+    ];
+    concatenated(words)
+}
+
+/// Reads a reply. A reason that this version does not know is one all the same.
+///
+/// # Errors
+/// [`WireError::Length`], [`WireError::RunId`].
+pub fn decode_reply(bytes: &[u8]) -> Result<CommandReply, WireError> {
+    let mut fields = Fields::of(bytes, REPLY_BYTES)?;
+    let reply = CommandReply {
+        run_id: fields.word(),
+        tick: fields.word(),
+        lowest: fields.double(),
+        highest: fields.double(),
+        refusal: fields.half(),
+        reserved: fields.half(),
+    };
+    run_id(reply.run_id)?;
+    Ok(reply)
+}

@@ -1,0 +1,25 @@
+//! What the processes say of themselves: the JSON lines that they print, and that `show` reads.
+//!
+//! Each line is one object whose `type` tells which. Times are seconds of show time, lengths metres.
+
+mod bridge;
+mod export;
+mod latency;
+mod monitor;
+mod record;
+mod replay;
+mod serve;
+mod show;
+mod timecode;
+
+pub use bridge::{BridgeLine, BridgeSummary};
+pub use export::ExportReport;
+pub use latency::{LatencyReport, ReadMode};
+pub use monitor::{
+    AlertLine, ClearanceReport, ContactReport, GuardReport, MonitorLine, MonitorProgress, MonitorSummary,
+};
+pub use record::{RecordLine, RecordSummary};
+pub use replay::ReplayLine;
+pub use serve::ServeLine;
+pub use show::{FrameCounts, Restarts, ShowSummary};
+pub use timecode::{TimecodeEvent, TimecodeLine};

@@ -1,0 +1,59 @@
+//! What a show says in the end.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use super::{ContactReport, GuardReport};
+use crate::histogram::Percentiles;
+
+/// `summary.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ShowSummary {
+    /// Number of the last run.
+    pub run_id: u64,
+    /// Who got how many.
+    pub frames: FrameCounts,
+    /// First contact, or null.
+    pub contact: Option<ContactReport>,
+    /// Where the guard held the head for good; null where it did not.
+    pub guard: Option<GuardReport>,
+    /// From each release to the start of its tick, in microseconds.
+    pub lateness_us: Percentiles,
+    /// From the instant a frame was due to the instant the monitor had read it, in microseconds.
+    pub latency_us: Percentiles,
+    /// Releases that the server skipped.
+    pub overruns: u64,
+    /// Processes that were started again.
+    pub restarts: Restarts,
+    /// The recording; where the recorder was started again, the first one.
+    pub recording: PathBuf,
+    /// All recordings, oldest first.
+    pub recordings: Vec<PathBuf>,
+}
+
+/// Frames over the whole show.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FrameCounts {
+    /// Published by the server.
+    pub published: u64,
+    /// Read by the monitor.
+    pub monitored: u64,
+    /// Written by the recorder.
+    pub recorded: u64,
+    /// Published and not read by the monitor.
+    pub missed_by_monitor: u64,
+    /// Published and not written by the recorder.
+    pub missed_by_recorder: u64,
+}
+
+/// How often each process was started again.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Restarts {
+    /// The server.
+    pub serve: u32,
+    /// The monitor.
+    pub monitor: u32,
+    /// The recorder.
+    pub record: u32,
+}
