@@ -12,40 +12,27 @@ mod crowd;
 mod program;
 mod witness;
 
-use std::process::ExitCode;
 use std::time::Duration;
 
 use bench_dragon_ipc::FrameSubscriber;
 use bench_dragon_ipc::service::MAX_BORROWED_FRAMES;
 use rustix::process::Signal;
-use shared::{Figures, median, quantile};
+use shared::{Figures, median, quantile, seconds_or};
 
 use crowd::Crowd;
 use program::Program;
 use witness::Witness;
 
 /// How long each phase lasts where `--seconds` does not say; a stopped reader is stopped three times as long.
-const SECONDS: u64 = 10;
+const SECONDS: u32 = 10;
 const STOPPED_PHASES: u32 = 3;
 /// How often all phases are played: what one of them owes to the moment shows.
 const ROUNDS: usize = 3;
 /// Quantiles that are told of each phase.
 const QUANTILES: [(&str, f64); 3] = [("p50", 0.5), ("p99", 0.99), ("p999", 0.999)];
 
-#[allow(clippy::print_stderr, reason = "a bench prints")]
-fn main() -> ExitCode {
-    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
-    let seconds = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        [] => Some(SECONDS),
-        ["--seconds", seconds] => seconds.parse().ok().filter(|&seconds| seconds > 0),
-        _ => None,
-    };
-    let Some(seconds) = seconds else {
-        eprintln!("arguments are {arguments:?}, must be none or --seconds and a number above 0");
-        return ExitCode::from(2);
-    };
-    measure(Duration::from_secs(seconds));
-    ExitCode::SUCCESS
+fn main() {
+    measure(Duration::from_secs(seconds_or(SECONDS).into()));
 }
 
 /// Plays all rounds and writes the figures.

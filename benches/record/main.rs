@@ -16,7 +16,7 @@ use std::process::ExitCode;
 use bench_dragon::record::{Size, space::DiskSpace};
 use bench_dragon::stop::StopFlag;
 use serde_json::Value;
-use shared::Figures;
+use shared::{Figures, seconds_or};
 
 use proof::prove;
 use show::{Show, record_show};
@@ -30,12 +30,9 @@ const INTERRUPTED: u8 = 130;
 /// Seconds that are recorded where nothing else is said.
 const SECONDS: u32 = 60;
 
-#[allow(clippy::print_stdout, clippy::print_stderr, reason = "a bench prints")]
+#[allow(clippy::print_stdout, reason = "a bench prints")]
 fn main() -> ExitCode {
-    let Some(seconds) = seconds_of_arguments() else {
-        eprintln!("the only argument is --seconds, with a whole number from 1 to 3600");
-        return ExitCode::from(2);
-    };
+    let seconds = seconds_or(SECONDS);
     // In cargo's folder, because temporary files may lie in memory; removed at the end, whatever happens.
     let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("cargo's target folder is ours");
     let file = folder.path().join("show.mcap");
@@ -80,16 +77,6 @@ fn report(figures: &mut Figures, show: &Show) {
     figures.set("server_tick_p999_us", show.tick_p999_us);
     for (core, busy_share) in show.busy_shares.iter().enumerate() {
         figures.set(&format!("busy_share_core_{core}"), *busy_share);
-    }
-}
-
-/// The seconds to record; `None` where the arguments make no sense. Cargo adds one of its own.
-fn seconds_of_arguments() -> Option<u32> {
-    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
-    match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        [] => Some(SECONDS),
-        ["--seconds", text] => text.parse().ok().filter(|seconds| (1..=3600).contains(seconds)),
-        _ => None,
     }
 }
 

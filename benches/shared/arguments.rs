@@ -1,12 +1,32 @@
-//! What a bench is called with.
+//! What a bench is called with, beside cargo's own `--bench`. What it is not called with ends the program.
 
 use std::process;
 
-/// Ends the program where it was called with an argument beside cargo's own.
-#[allow(clippy::print_stderr, reason = "a bench prints")]
+/// For a bench that takes none.
 pub fn require_no_arguments() {
-    if let Some(argument) = std::env::args().skip(1).find(|argument| argument != "--bench") {
-        eprintln!("{argument} is no argument of this bench, which takes none");
-        process::exit(2);
+    if let Some(argument) = given().first() {
+        refuse(&format!("{argument} is no argument of this bench, which takes none"));
     }
+}
+
+/// How long a bench measures: the N of `--seconds N`, or `default_s`.
+pub fn seconds_or(default_s: u32) -> u32 {
+    let arguments = given();
+    let seconds = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        [] => Some(default_s),
+        ["--seconds", seconds] => seconds.parse().ok().filter(|seconds| (1..=3_600).contains(seconds)),
+        _ => None,
+    };
+    let allowed = "must be none or --seconds and a whole number from 1 to 3600";
+    seconds.unwrap_or_else(|| refuse(&format!("arguments are {arguments:?}, {allowed}")))
+}
+
+fn given() -> Vec<String> {
+    std::env::args().skip(1).filter(|argument| argument != "--bench").collect()
+}
+
+#[allow(clippy::print_stderr, reason = "a bench prints")]
+fn refuse(why: &str) -> ! {
+    eprintln!("{why}");
+    process::exit(2)
 }

@@ -8,7 +8,7 @@ mod timing;
 
 #[allow(unused_imports, reason = "each bench uses a part of this")]
 pub use self::{
-    arguments::require_no_arguments,
+    arguments::{require_no_arguments, seconds_or},
     figures::Figures,
     paper::{dimensions, dragon},
     timing::{interleaved, median, nanoseconds_a_call, quantile},

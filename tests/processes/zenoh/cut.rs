@@ -1,54 +1,14 @@
-//! The way between two machines, cut and joined again: two network namespaces, which take root.
+//! The way between two machines, cut and joined again.
 
 use std::process::Command;
 
 use bench_dragon_ipc::Continuity;
 
 use super::bridges::{Bridge, arguments};
+use super::cable::Cable;
 use crate::process::Process;
 use crate::reader::Reader;
 use crate::stage::Stage;
-
-/// Two namespaces with a cable between them, which go when this does.
-struct Cable {
-    near: String,
-    far: String,
-}
-
-impl Cable {
-    /// `None` where this machine does not allow it.
-    fn lay() -> Option<Self> {
-        let name = |side: &str| format!("bd-{}-{side}", std::process::id());
-        let cable = Self { near: name("near"), far: name("far") };
-        let (near, far) = (&cable.near, &cable.far);
-        let laid = [
-            format!("netns add {near}"),
-            format!("netns add {far}"),
-            format!("-netns {near} link add cable type veth peer name cable netns {far}"),
-            format!("-netns {near} address add 10.99.0.1/24 dev cable"),
-            format!("-netns {far} address add 10.99.0.2/24 dev cable"),
-            format!("-netns {near} link set cable up"),
-            format!("-netns {far} link set cable up"),
-        ];
-        laid.iter().all(|line| ip(line)).then_some(cable)
-    }
-
-    fn set(&self, state: &str) {
-        assert!(ip(&format!("-netns {} link set cable {state}", self.near)), "the cable is ours");
-    }
-}
-
-impl Drop for Cable {
-    fn drop(&mut self) {
-        for namespace in [&self.near, &self.far] {
-            ip(&format!("netns delete {namespace}"));
-        }
-    }
-}
-
-fn ip(line: &str) -> bool {
-    Command::new("ip").args(line.split(' ')).output().is_ok_and(|output| output.status.success())
-}
 
 /// Starts a bridge of a stage within a namespace.
 fn start_within(namespace: &str, stage: &Stage, args: &[&str]) -> Bridge {
@@ -70,9 +30,9 @@ fn a_run_whose_way_is_cut_goes_on_as_the_same_run_when_it_is_joined_again() {
     };
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "50"]);
-    let mut sender = start_within(&cable.near, &near, &["--listen", "tcp/10.99.0.1:7447"]);
+    let mut sender = start_within(&cable.near, &near, &["--listen", Cable::ENDPOINT]);
     sender.until("sending");
-    let mut receiver = start_within(&cable.far, &far, &["--receive", "--connect", "tcp/10.99.0.1:7447"]);
+    let mut receiver = start_within(&cable.far, &far, &["--receive", "--connect", Cable::ENDPOINT]);
     let receiving = receiver.until("receiving");
     let mut reader = Reader::join(&far);
     let before = reader.next();
