@@ -37,6 +37,9 @@ strip --strip-debug "$lib/libbench_dragon_c.a" "$lib/libbench_dragon_c.so.$versi
 ln --symbolic --force "libbench_dragon_c.so.$version" "$lib/libbench_dragon_c.so.0"
 ln --symbolic --force libbench_dragon_c.so.0 "$lib/libbench_dragon_c.so"
 
-install -D --mode 0644 bench_dragon-config.cmake "$lib/cmake/bench_dragon/bench_dragon-config.cmake"
-mkdir -p "$lib/pkgconfig"
-sed -e "s|@PREFIX@|$prefix|" -e "s|@VERSION@|$version|" bench-dragon.pc.in > "$lib/pkgconfig/bench-dragon.pc"
+package=$lib/cmake/bench_dragon
+mkdir -p "$package" "$lib/pkgconfig"
+install --mode 0644 bench_dragon-config.cmake "$package"
+fill() { sed -e "s|@PREFIX@|$prefix|" -e "s|@VERSION@|$version|" "$1"; }
+fill bench_dragon-config-version.cmake.in > "$package/bench_dragon-config-version.cmake"
+fill bench-dragon.pc.in > "$lib/pkgconfig/bench-dragon.pc"

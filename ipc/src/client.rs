@@ -163,24 +163,26 @@ impl CommandClient {
     /// The server answers at the start of its next tick, so a reply takes about one period.
     ///
     /// # Errors
-    /// [`BusError::NoServer`] where no server took the command or none answered in time, else
-    /// [`BusError::Failed`].
+    /// [`BusError::NoServer`] where no server took the command or it ended before it answered, [`BusError::NoAnswer`] where it
+    /// has not answered in time, else [`BusError::Failed`].
     pub fn call(&self, request: Request, timeout: Duration) -> Result<CommandReply, BusError> {
         const POLL_PERIOD: Duration = Duration::from_micros(200);
-        let no_server = || BusError::NoServer { instance: self.instance.clone() };
         let pending = self.client.send_copy(request.to_wire()).map_err(|error| BusError::failed(COMMANDS, error))?;
         if pending.number_of_server_connections() == 0 {
-            return Err(no_server());
+            return Err(BusError::NoServer { instance: self.instance.clone() });
         }
-        let deadline = Instant::now() + timeout;
+        let began = Instant::now();
         loop {
             // Asked before the reply is looked for: a server lets go of a command as soon as it has answered.
-            let is_over = !pending.is_connected() || Instant::now() >= deadline;
+            let (is_gone, is_late) = (!pending.is_connected(), began.elapsed() >= timeout);
             if let Some(reply) = pending.receive().map_err(|error| BusError::failed(COMMANDS, error))? {
                 return Ok(*reply.payload());
             }
-            if is_over {
-                return Err(no_server());
+            if is_gone {
+                return Err(BusError::NoServer { instance: self.instance.clone() });
+            }
+            if is_late {
+                return Err(BusError::NoAnswer { instance: self.instance.clone(), waited: timeout });
             }
             std::thread::sleep(POLL_PERIOD);
         }

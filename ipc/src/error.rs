@@ -2,6 +2,7 @@
 
 use core::fmt;
 use std::io;
+use std::time::Duration;
 
 use crate::domain_error::DomainError;
 
@@ -13,6 +14,13 @@ pub enum BusError {
     NoServer {
         /// The instance.
         instance: String,
+    },
+    /// The server has not answered in time. It may have taken what it was told all the same.
+    NoAnswer {
+        /// The instance.
+        instance: String,
+        /// How long it was waited for.
+        waited: Duration,
     },
     /// Another source publishes on this instance.
     SourceRunning {
@@ -92,6 +100,11 @@ impl fmt::Display for BusError {
             Self::NoServer { instance } => {
                 write!(formatter, "no server runs on instance {instance:?}: start one with `bench-dragon serve`")
             }
+            Self::NoAnswer { instance, waited } => write!(
+                formatter,
+                "the server on instance {instance:?} has not answered within {} s: it may have taken the command",
+                waited.as_secs_f64()
+            ),
             Self::SourceRunning { instance, pid } => write!(
                 formatter,
                 "a server already runs on instance {instance:?}, pid {pid}: stop it, or choose another --instance"

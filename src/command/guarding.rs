@@ -143,7 +143,7 @@ impl Watch {
             match self.commands.call(grant, PATIENCE).map(|reply| reply.outcome()) {
                 Ok(Ok(_)) => guard.note_granted(from_m, to_m),
                 // It has just been started again, or is gone: the next frame tells.
-                Ok(Err(_)) | Err(BusError::NoServer { .. }) => return Ok(()),
+                Ok(Err(_)) | Err(BusError::NoServer { .. } | BusError::NoAnswer { .. }) => return Ok(()),
                 Err(error) => return Err(News::Failed(error)),
             }
             header = self.frames.pop().unwrap_or(header);

@@ -109,9 +109,10 @@ impl Server {
         let report = SourceReport::start(domain.clone(), description, bench_count, settings.config.rate_hz())?;
         let server = Self {
             simulation: Simulation::new(settings.config.dragon().clone(), plan(&settings, run_id)),
-            frames: FramePublisher::create(domain, &member, bench_count)?,
             commands: CommandServer::create(&member)?,
             _alerts: (member.alerts()?, member.alert_events()?),
+            // The last service: clients take it for the sign that all are there.
+            frames: FramePublisher::create(domain, &member, bench_count)?,
             report,
             _member: member,
             _lock: lock,

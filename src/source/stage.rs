@@ -32,10 +32,11 @@ impl Stage {
         let run_id = random_run_id();
         let description = Description { run_id, toml: toml.to_owned() };
         Ok(Self {
-            frames: FramePublisher::create(domain, &member, bench_count)?,
             commands: CommandServer::create(&member)?,
             _alerts: (member.alerts()?, member.alert_events()?),
             report: SourceReport::start(domain.clone(), description, bench_count, described_rate_hz(toml))?,
+            // The last service: clients take it for the sign that all are there.
+            frames: FramePublisher::create(domain, &member, bench_count)?,
             _member: member,
             run_id,
         })

@@ -9,6 +9,7 @@ use rustix::process::Signal;
 
 use crate::process::Process;
 use crate::reader::Reader;
+use crate::skip::skip;
 use crate::stage::{Stage, program};
 
 /// A minute: longer than anything here takes on any machine.
@@ -159,7 +160,7 @@ fn a_network_that_comes_is_used_and_one_that_goes_is_told() {
     let pair = "link add stage type veth peer name desk";
     let trial = Command::new("unshare").args(["--net", "ip"]).args(pair.split(' ')).output();
     if !trial.is_ok_and(|ended| ended.status.success()) {
-        println!("skipped: no network can be made here in a namespace of its own");
+        skip("no network can be made here in a namespace of its own");
         return;
     }
     let server = stage.serve(&["--rate", "50"]);

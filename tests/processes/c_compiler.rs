@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
+use crate::skip::skip;
 use crate::stage::Stage;
 
 const SOURCES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/ipc/c");
@@ -46,7 +47,7 @@ pub(crate) fn has_tools(tools: &[&str]) -> bool {
         |tool: &&str| Command::new(tool).arg("--version").output().is_ok_and(|output| output.status.success());
     let missing = tools.iter().find(|tool| !is_there(tool));
     if let Some(tool) = missing {
-        println!("skipped: {tool} is not installed (tests/run installs it on Debian as root)");
+        skip(&format!("{tool} is not installed (tests/run installs it on Debian as root)"));
     }
     missing.is_none()
 }

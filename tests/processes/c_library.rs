@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use bench_dragon_ipc::service::frame_buffer;
 use bench_dragon_ipc::{
-    Alert, AlertSubscriber, BenchState, CommandClient, Continuity, DescriptionReader, FrameHeader, HandleState, Request,
+    Alert, AlertSubscriber, BenchState, CommandClient, Continuity, DescriptionReader, HandleState, Request,
 };
 
 use crate::c_compiler::Language::{C99, Cpp17};
@@ -206,7 +206,7 @@ fn the_examples_are_built_by_cmake_and_tell_where_the_dragon_is() {
             .args(["-S", example, "-B"])
             .arg(&build)
             .arg(installed)
-            .arg("-DCMAKE_C_FLAGS=-Wall -Wextra -Werror"),
+            .args(["-DCMAKE_C_FLAGS=-Wall -Wextra -Werror", "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Werror"]),
     );
     succeed(Command::new("cmake").arg("--build").arg(&build));
 
@@ -230,7 +230,7 @@ fn line_of(shot: &Shot) -> String {
         let [vx, vy, vz] = bench.velocity_mps;
         [x, y, z, bench.heading_rad, vx, vy, vz, bench.turn_rate_radps]
     });
-    let words = header_words(&shot.header).into_iter().chain(numbers.chain(benches).map(f64::to_bits));
+    let words = shot.header_words().into_iter().chain(numbers.chain(benches).map(f64::to_bits));
     let continuity = match shot.continuity {
         Continuity::First => "0 0".to_owned(),
         Continuity::Next => "1 0".to_owned(),
@@ -238,21 +238,6 @@ fn line_of(shot: &Shot) -> String {
         Continuity::Restarted => "3 0".to_owned(),
     };
     words.map(|word| format!("{word:x}")).chain([continuity]).collect::<Vec<_>>().join(" ")
-}
-
-fn header_words(header: &FrameHeader) -> [u64; 10] {
-    [
-        header.run_id,
-        header.tick,
-        header.sim_time_ns as u64,
-        header.scheduled_ns,
-        header.published_ns,
-        header.head_travel_m.to_bits(),
-        header.head_speed_mps.to_bits(),
-        header.time_scale.to_bits(),
-        header.bench_count.into(),
-        header.state.into(),
-    ]
 }
 
 /// An alert as the client `alerts` prints it.

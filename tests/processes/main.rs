@@ -46,6 +46,7 @@ mod seed;
 mod service_manager;
 mod show;
 mod signals;
+mod skip;
 mod slow_readers;
 mod stage;
 mod suspended;

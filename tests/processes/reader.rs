@@ -77,8 +77,16 @@ impl Shot {
 
     /// The frame as the bytes it has in shared memory.
     pub(crate) fn wire_bytes(&self) -> Vec<u8> {
+        let [words @ .., benches, state] = self.header_words();
+        let values = self.handles.iter().flat_map(|handle| [handle.position_m, handle.velocity_mps]).flatten();
+        let words = words.into_iter().chain([state << 32 | benches]).chain(values.map(f64::to_bits));
+        words.flat_map(u64::to_le_bytes).collect()
+    }
+
+    /// The header's values in their order, as their bits.
+    pub(crate) fn header_words(&self) -> [u64; 10] {
         let header = &self.header;
-        let words = [
+        [
             header.run_id,
             header.tick,
             header.sim_time_ns as u64,
@@ -87,10 +95,9 @@ impl Shot {
             header.head_travel_m.to_bits(),
             header.head_speed_mps.to_bits(),
             header.time_scale.to_bits(),
-            u64::from(header.state) << 32 | u64::from(header.bench_count),
-        ];
-        let values = self.handles.iter().flat_map(|handle| [handle.position_m, handle.velocity_mps]).flatten();
-        words.into_iter().chain(values.map(f64::to_bits)).flat_map(u64::to_le_bytes).collect()
+            header.bench_count.into(),
+            header.state.into(),
+        ]
     }
 }
 

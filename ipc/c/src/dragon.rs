@@ -58,15 +58,8 @@ impl bd_dragon_t {
             return Err(Failure::new(bd_result_t::BD_INVALID_ARGUMENT, text));
         }
         let origin = Origin { domain: Domain::new(instance).map_err(BusError::from)?, name: name.to_owned() };
-        let mut absent = None;
-        let opened = look(timeout_ns, || match FrameSubscriber::open(&origin.domain, &origin.name) {
-            Err(error) if error.is_absent() => {
-                absent = Some(error);
-                Ok(None)
-            }
-            opened => Ok(Some(opened?)),
-        })?;
-        let subscriber = opened.ok_or_else(|| absent.expect("told why there is none"))?;
+        let open = || Ok(Some(FrameSubscriber::open(&origin.domain, &origin.name)?));
+        let subscriber = look(timeout_ns, open)?.expect("opened, or a failure");
         Ok(Self {
             origin,
             frames: Arc::new(FrameReader::new(subscriber)),

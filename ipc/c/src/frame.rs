@@ -4,11 +4,11 @@ use core::mem::MaybeUninit;
 use core::ptr::NonNull;
 use std::sync::Arc;
 
-use bench_dragon_ipc::{BenchState, Continuity, Frame, FrameHeader, HandleState};
+use bench_dragon_ipc::{Continuity, Frame, FrameHeader, HandleState};
 
 use crate::frames::FrameReader;
 use crate::layout::same_layout;
-use crate::result::{Failure, answer, bd_result_t, release};
+use crate::result::release;
 
 /// What a frame says about the whole dragon. 72 bytes.
 #[repr(C)]
@@ -66,20 +66,6 @@ pub struct bd_handle_state_t {
 
 same_layout!(bd_handle_state_t, HandleState { position_m, velocity_mps });
 
-/// Where one bench is and how it moves.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct bd_bench_state_t {
-    /// Centre of the board in metres.
-    pub centre_m: [f64; 3],
-    /// Direction from the rear handle to the front one, in radians counter-clockwise from +x, -pi to pi.
-    pub heading_rad: f64,
-    /// Velocity of the centre in metres per show second; 0 while paused, held or finished.
-    pub velocity_mps: [f64; 3],
-    /// How fast the heading turns, in radians per show second, counter-clockwise.
-    pub turn_rate_radps: f64,
-}
-
 /// What the show is doing.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,20 +78,6 @@ pub enum bd_show_state_t {
     BD_HELD = 2,
     /// The end of the route, of the run, or of the time asked for is reached.
     BD_FINISHED = 3,
-}
-
-/// How a frame stands to the one that the same reader received before it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum bd_continuity_t {
-    /// The first frame that this reader has received.
-    BD_FIRST = 0,
-    /// The next tick of the same run.
-    BD_NEXT = 1,
-    /// The same run, but frames between the two never reached the reader.
-    BD_LOST = 2,
-    /// Another run: the source was started again. What was lost of either run is not known.
-    BD_RESTARTED = 3,
 }
 
 /// A frame. Nothing is copied, and nothing in it changes while it is held.
@@ -131,9 +103,13 @@ impl bd_frame_t {
         unsafe { self.header.as_ref() }
     }
 
-    fn handles(&self) -> &[HandleState] {
+    pub(crate) fn handles(&self) -> &[HandleState] {
         // SAFETY: as in `header`.
         unsafe { self.handles.as_ref() }
+    }
+
+    pub(crate) fn continuity(&self) -> Continuity {
+        self.continuity
     }
 }
 
@@ -161,53 +137,6 @@ pub extern "C" fn bd_frame_handles(
         count.write(handles.len());
     }
     if handles.is_empty() { core::ptr::null() } else { handles.as_ptr().cast() }
-}
-
-/// Works out bench `index`, 0 being the head, from its two handles.
-///
-/// `BD_INVALID_ARGUMENT` where there is no such bench.
-#[unsafe(no_mangle)]
-pub extern "C" fn bd_frame_bench(
-    frame: Option<&bd_frame_t>,
-    index: usize,
-    bench: Option<&mut MaybeUninit<bd_bench_state_t>>,
-) -> bd_result_t {
-    answer(|| {
-        let handles = frame.ok_or_else(|| Failure::missing("frame"))?.handles();
-        let bench = bench.ok_or_else(|| Failure::missing("bench"))?;
-        let (Some(front), Some(rear)) = (handles.get(index), handles.get(index.saturating_add(1))) else {
-            let benches = handles.len() - 1;
-            let text = format!("index is {index}, must be under the number of benches, {benches}");
-            return Err(Failure::new(bd_result_t::BD_INVALID_ARGUMENT, text));
-        };
-        let BenchState { centre_m, heading_rad, velocity_mps, turn_rate_radps } = BenchState::between(front, rear);
-        bench.write(bd_bench_state_t { centre_m, heading_rad, velocity_mps, turn_rate_radps });
-        Ok(Some(()))
-    })
-}
-
-/// How the frame stands to the one received before it, and where `lost` is not NULL how many frames were lost between the two.
-#[unsafe(no_mangle)]
-pub extern "C" fn bd_frame_continuity(
-    frame: Option<&bd_frame_t>,
-    continuity: Option<&mut MaybeUninit<bd_continuity_t>>,
-    lost: Option<&mut MaybeUninit<u64>>,
-) -> bd_result_t {
-    answer(|| {
-        let frame = frame.ok_or_else(|| Failure::missing("frame"))?;
-        let continuity = continuity.ok_or_else(|| Failure::missing("continuity"))?;
-        let (kind, frames) = match frame.continuity {
-            Continuity::First => (bd_continuity_t::BD_FIRST, 0),
-            Continuity::Next => (bd_continuity_t::BD_NEXT, 0),
-            Continuity::Lost(frames) => (bd_continuity_t::BD_LOST, frames),
-            Continuity::Restarted => (bd_continuity_t::BD_RESTARTED, 0),
-        };
-        continuity.write(kind);
-        if let Some(lost) = lost {
-            lost.write(frames);
-        }
-        Ok(Some(()))
-    })
 }
 
 /// Gives a frame back. What its header and its handles pointed to must not be read any more. NULL is nothing.

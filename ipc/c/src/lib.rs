@@ -16,7 +16,9 @@
 #![allow(non_camel_case_types, reason = "types have their C names")]
 
 pub mod alert;
+pub mod bench;
 pub mod command;
+pub mod continuity;
 pub mod description;
 pub mod dragon;
 pub mod frame;

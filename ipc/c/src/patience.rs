@@ -7,7 +7,8 @@ use crate::result::Failure;
 
 const LOOK_PERIOD: Duration = Duration::from_millis(10);
 
-/// Looks until there is something, at least once, and for at most so long.
+/// Looks until there is something, at least once, and for at most so long. That there is no server is nothing yet, and the
+/// failure in the end.
 pub(crate) fn look<Found>(
     timeout_ns: u64,
     mut look: impl FnMut() -> Result<Option<Found>, Failure>,
@@ -15,10 +16,14 @@ pub(crate) fn look<Found>(
     let began = Instant::now();
     let timeout = Duration::from_nanos(timeout_ns);
     loop {
-        let found = look()?;
+        let outcome = look();
         let left = timeout.saturating_sub(began.elapsed());
-        if found.is_some() || left.is_zero() {
-            return Ok(found);
+        let is_nothing_yet = match &outcome {
+            Ok(found) => found.is_none(),
+            Err(failure) => failure.is_absence(),
+        };
+        if !is_nothing_yet || left.is_zero() {
+            return outcome;
         }
         thread::sleep(left.min(LOOK_PERIOD));
     }

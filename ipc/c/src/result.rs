@@ -52,6 +52,11 @@ impl Failure {
         Self { result, text: text.into() }
     }
 
+    /// Whether there may be a server later.
+    pub(crate) fn is_absence(&self) -> bool {
+        self.result == bd_result_t::BD_NO_SERVER
+    }
+
     /// An argument that has to be there is not.
     pub(crate) fn missing(argument: &str) -> Self {
         Self::new(bd_result_t::BD_INVALID_ARGUMENT, format!("{argument} is NULL, must not be"))
@@ -62,6 +67,7 @@ impl From<BusError> for Failure {
     fn from(error: BusError) -> Self {
         let result = match &error {
             error if error.is_absent() => bd_result_t::BD_NO_SERVER,
+            BusError::NoAnswer { .. } => bd_result_t::BD_NO_SERVER,
             BusError::VersionMismatch { .. } => bd_result_t::BD_VERSION_MISMATCH,
             BusError::SharedMemoryFull { .. } | BusError::SharedMemoryUnusable { .. } => bd_result_t::BD_SHARED_MEMORY,
             BusError::TooFewFiles { .. } => bd_result_t::BD_TOO_FEW_FILES,
@@ -127,7 +133,7 @@ fn broken(panic: &(dyn Any + Send)) -> Failure {
 }
 
 fn keep(text: &str) {
-    let line = CString::new(text.replace('\0', "")).unwrap_or_default();
+    let line = CString::new(text.replace(['\0', '\n'], " ")).unwrap_or_default();
     // A thread that is ending has nobody left to ask for it.
     let _ = LAST_ERROR.try_with(|last| last.replace(line));
 }
@@ -143,7 +149,7 @@ mod tests {
 
     #[test]
     fn a_panic_is_an_error_with_its_text() {
-        assert_eq!(answer(|| panic!("the {} fell", "sky")), bd_result_t::BD_FAILED);
+        assert_eq!(answer(|| panic!("the {}\nfell", "sky")), bd_result_t::BD_FAILED);
         assert_eq!(last_error(), "a defect of bench_dragon: the sky fell");
     }
 

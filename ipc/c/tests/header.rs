@@ -1,12 +1,22 @@
 //! The header that is checked in is the one that cbindgen makes of the sources.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::{env, fs};
 
 /// Set, it lets the test write the header instead of looking at it.
 const WRITE: &str = "BENCH_DRAGON_WRITE_HEADER";
 /// In the order in which the header has them. Each function stands beside its types.
-const SOURCES: [&str; 8] = ["result", "dragon", "frames", "frame", "description", "status", "alert", "command"];
+const SOURCES: [&str; 10] =
+    ["result", "dragon", "frames", "frame", "bench", "continuity", "description", "status", "alert", "command"];
+
+#[test]
+fn every_public_module_is_in_the_header() {
+    let root = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs")).expect("it is there");
+    let public: BTreeSet<&str> =
+        root.lines().filter_map(|line| line.strip_prefix("pub mod ")?.strip_suffix(';')).collect();
+    assert_eq!(BTreeSet::from(SOURCES), public);
+}
 
 #[test]
 fn the_header_is_that_of_the_sources() {

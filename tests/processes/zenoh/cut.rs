@@ -8,6 +8,7 @@ use super::bridges::{Bridge, arguments};
 use super::cable::Cable;
 use crate::process::Process;
 use crate::reader::Reader;
+use crate::skip::skip;
 use crate::stage::Stage;
 
 /// Starts a bridge of a stage within a namespace.
@@ -25,7 +26,7 @@ fn start_within(namespace: &str, stage: &Stage, args: &[&str]) -> Bridge {
 #[test]
 fn a_run_whose_way_is_cut_goes_on_as_the_same_run_when_it_is_joined_again() {
     let Some(cable) = Cable::lay() else {
-        println!("skipped: no network namespaces here; they take root and iproute2");
+        skip("no network namespaces here; they take root and iproute2");
         return;
     };
     let (near, far) = (Stage::new(), Stage::new());

@@ -7,6 +7,7 @@ use std::process::Command;
 
 use super::bridges::{ANY_PORT, Bridge};
 use crate::reader::Reader;
+use crate::skip::skip;
 use crate::stage::Stage;
 
 /// Makes an authority and certificates of both sides in a folder. False where there is no `openssl`.
@@ -16,7 +17,7 @@ fn make_certificates(folder: &Path) -> bool {
         output.map(|output| assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr)))
     };
     if openssl("version").is_err() {
-        println!("skipped: openssl is not installed");
+        skip("openssl is not installed");
         return false;
     }
     let made = || {

@@ -1,0 +1,45 @@
+//! A bench of a frame, worked out from its two handles.
+
+use core::mem::MaybeUninit;
+
+use bench_dragon_ipc::BenchState;
+
+use crate::frame::bd_frame_t;
+use crate::result::{Failure, answer, bd_result_t};
+
+/// Where one bench is and how it moves.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct bd_bench_state_t {
+    /// Centre of the board in metres.
+    pub centre_m: [f64; 3],
+    /// Direction from the rear handle to the front one, in radians counter-clockwise from +x, -pi to pi.
+    pub heading_rad: f64,
+    /// Velocity of the centre in metres per show second; 0 while paused, held or finished.
+    pub velocity_mps: [f64; 3],
+    /// How fast the heading turns, in radians per show second, counter-clockwise.
+    pub turn_rate_radps: f64,
+}
+
+/// Works out bench `index`, 0 being the head, from its two handles.
+///
+/// `BD_INVALID_ARGUMENT` where there is no such bench.
+#[unsafe(no_mangle)]
+pub extern "C" fn bd_frame_bench(
+    frame: Option<&bd_frame_t>,
+    index: usize,
+    bench: Option<&mut MaybeUninit<bd_bench_state_t>>,
+) -> bd_result_t {
+    answer(|| {
+        let handles = frame.ok_or_else(|| Failure::missing("frame"))?.handles();
+        let bench = bench.ok_or_else(|| Failure::missing("bench"))?;
+        let (Some(front), Some(rear)) = (handles.get(index), handles.get(index.saturating_add(1))) else {
+            let benches = handles.len() - 1;
+            let text = format!("index is {index}, must be under the number of benches, {benches}");
+            return Err(Failure::new(bd_result_t::BD_INVALID_ARGUMENT, text));
+        };
+        let BenchState { centre_m, heading_rad, velocity_mps, turn_rate_radps } = BenchState::between(front, rear);
+        bench.write(bd_bench_state_t { centre_m, heading_rad, velocity_mps, turn_rate_radps });
+        Ok(Some(()))
+    })
+}
