@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use bench_dragon::config::ConfigError;
 use bench_dragon::export::ExportError;
-use bench_dragon::record::{RecordError, RepairError};
+use bench_dragon::record::{NothingFound, RecordError, RepairError};
 use bench_dragon::replay::ReplayError;
 use clap::Parser as _;
 use clap::error::ErrorKind as ClapErrorKind;
@@ -64,11 +64,9 @@ fn is_bad_input(error: &anyhow::Error) -> bool {
         cause.is::<BadInput>()
             || cause.is::<ConfigError>()
             || matches!(cause.downcast_ref(), Some(RecordError::Exists { .. } | RecordError::Create { .. }))
-            || matches!(cause.downcast_ref(), Some(ReplayError::Open(_) | ReplayError::NothingThere { .. }))
-            || matches!(
-                cause.downcast_ref(),
-                Some(ExportError::Open(_) | ExportError::NothingThere { .. } | ExportError::TooMuch { .. })
-            )
+            || matches!(cause.downcast_ref(), Some(NothingFound::NothingThere { .. }))
+            || matches!(cause.downcast_ref(), Some(ReplayError::Open(_)))
+            || matches!(cause.downcast_ref(), Some(ExportError::Open(_) | ExportError::TooMuch { .. }))
             || matches!(cause.downcast_ref(), Some(RepairError::Read { .. } | RepairError::Foreign { .. }))
     })
 }

@@ -6,13 +6,13 @@ use std::io::{self, BufWriter};
 use std::path::Path;
 use std::process::ExitCode;
 
-use bench_dragon::export::{ExportError, ExportSettings, Flaws, Selection, Workbook, write_csv};
+use bench_dragon::export::{ExportError, ExportSettings, Selection, Workbook, write_csv};
 use bench_dragon::report::ExportReport;
 
 use super::progress::Progress;
 use super::whole_file::{self, WholeFile};
 use crate::cli::{ExportArgs, Format, TableFile};
-use crate::command::output::{complain, print_json, print_line};
+use crate::command::output::{complain_of_flaws, print_json, print_line};
 
 const WRITE_BUFFER_BYTES: usize = 1 << 20;
 
@@ -26,7 +26,7 @@ pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
             let written = write_csv(&mut selection, sink, |selection| reading.show(selection));
             written.map_err(|error| named(error, "to stdout"))?;
             drop(reading);
-            tell_flaws(args, selection.flaws());
+            complain_of_flaws(&args.file, selection.flaws(), "exported");
         }
         TableFile::Csv(path) => {
             let mut file = WholeFile::create(path)?;
@@ -79,7 +79,7 @@ impl Reading {
 }
 
 fn tell(args: &ExportArgs, report: ExportReport) -> anyhow::Result<()> {
-    tell_flaws(args, report.flaws);
+    complain_of_flaws(&args.file, report.flaws, "exported");
     if args.format.format == Format::Json {
         return print_json(&report);
     }
@@ -87,14 +87,4 @@ fn tell(args: &ExportArgs, report: ExportReport) -> anyhow::Result<()> {
     let runs = if counts.runs > 1 { format!(" of {} runs", counts.runs) } else { String::new() };
     let (frames, alerts, file) = (counts.frames, counts.alerts, file.display());
     Ok(print_line(format_args!("{frames} frames{runs} and {alerts} alerts written to {file}"))?)
-}
-
-fn tell_flaws(args: &ExportArgs, Flaws { cut, skipped_bytes }: Flaws) {
-    let file = args.file.display();
-    if cut {
-        complain(&format!("{file} stops in the middle: what is whole of it was exported"));
-    }
-    if skipped_bytes > 0 {
-        complain(&format!("{skipped_bytes} bytes of {file} are damaged and were passed over"));
-    }
 }

@@ -2,8 +2,10 @@
 
 use std::fmt::Display;
 use std::io::{self, Write as _};
+use std::path::Path;
 
 use bench_dragon::histogram::Percentiles;
+use bench_dragon::record::Flaws;
 use serde::Serialize;
 
 /// Prints one line.
@@ -32,6 +34,17 @@ fn print(bytes: &[u8]) -> io::Result<()> {
 pub(crate) fn complain(line: &str) {
     // Where stderr is gone too, there is nobody left to tell.
     let _ = writeln!(io::stderr().lock(), "{line}");
+}
+
+/// Says what could not be read of a recording. `done` is what was done with the rest.
+pub(crate) fn complain_of_flaws(recording: &Path, Flaws { cut, skipped_bytes }: Flaws, done: &str) {
+    let file = recording.display();
+    if cut {
+        complain(&format!("{file} stops in the middle: what is whole of it was {done}"));
+    }
+    if skipped_bytes > 0 {
+        complain(&format!("{skipped_bytes} bytes of {file} are damaged and were passed over"));
+    }
 }
 
 /// Percentiles as one line has them.

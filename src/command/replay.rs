@@ -8,7 +8,7 @@ use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::Domain;
 
 use crate::cli::{Format, ReplayArgs};
-use crate::command::output::{complain, percentiles, print_json, print_line};
+use crate::command::output::{complain, complain_of_flaws, percentiles, print_json, print_line};
 
 pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::new(args.bus.instance.clone())?;
@@ -19,13 +19,7 @@ pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
         print_pass(args.format.format, pass.play(stop.as_atomic())?)?;
     }
     let summary = replay.finish();
-    if summary.cut {
-        complain(&format!("{} stops in the middle: what is whole of it was replayed", args.file.display()));
-    }
-    if summary.skipped_bytes > 0 {
-        let (bytes, file) = (summary.skipped_bytes, args.file.display());
-        complain(&format!("{bytes} bytes of {file} are damaged and were passed over"));
-    }
+    complain_of_flaws(&args.file, summary.flaws, "replayed");
     if args.format.format == Format::Json {
         print_json(&ReplayLine::Summary(summary))?;
     }

@@ -2,15 +2,18 @@
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write as _};
+use std::os::fd::AsRawFd as _;
 use std::path::{Path, PathBuf};
 use std::process;
 
 use anyhow::Context as _;
+use rustix::fs::{AtFlags, CWD, Mode, OFlags, linkat, open};
+use rustix::io::Errno;
 
 /// Writes a file in one go, in place of one of that name. Where that fails, what was there before is left as it was.
 ///
-/// The bytes go into a file beside it, which takes its name when they are on the disk. What is no ordinary file, such as
-/// a pipe or a terminal, is written to as it is.
+/// The bytes go into a file without a name, which gets one when they are on the disk: a process that is killed before leaves
+/// nothing. What is no ordinary file, such as a pipe or a terminal, is written to as it is.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     write_or_leave(path, bytes).with_context(|| format!("cannot write {}", path.display()))
 }
@@ -29,9 +32,7 @@ fn create_beside(path: &Path) -> io::Result<()> {
         // To open and close a pipe would be its end to whoever reads it.
         return Ok(());
     }
-    let unfinished = unfinished(&path)?;
-    File::create_new(&unfinished)?;
-    fs::remove_file(&unfinished)
+    create_unfinished(&path).map(|(_file, unfinished)| drop(unfinished))
 }
 
 /// Behind a symbolic link it is the file linked to that is replaced.
@@ -53,8 +54,17 @@ fn write_or_leave(path: &Path, bytes: &[u8]) -> io::Result<()> {
 pub(crate) struct WholeFile {
     file: File,
     path: PathBuf,
-    /// Where the bytes are meanwhile; nowhere else where the path is that of no ordinary file.
-    unfinished: Option<PathBuf>,
+    /// What it is until then; nothing where the path is that of no ordinary file.
+    unfinished: Option<Unfinished>,
+}
+
+/// A file that has not got its name yet.
+#[derive(Debug)]
+struct Unfinished {
+    /// A hidden name in the same folder, of this process alone.
+    hidden: PathBuf,
+    /// Whether it has that one already, because this file system has no files without a name.
+    is_named: bool,
 }
 
 impl WholeFile {
@@ -75,15 +85,16 @@ impl WholeFile {
             let file = fs::OpenOptions::new().write(true).open(&path)?;
             return Ok(Self { file, path, unfinished: None });
         }
-        let unfinished = unfinished(&path)?;
-        Ok(Self { file: File::create_new(&unfinished)?, path, unfinished: Some(unfinished) })
+        let (file, unfinished) = create_unfinished(&path)?;
+        Ok(Self { file, path, unfinished: Some(unfinished) })
     }
 
     fn finish_or_leave(mut self) -> io::Result<()> {
-        let Some(unfinished) = &self.unfinished else { return Ok(()) };
+        let Some(unfinished) = &mut self.unfinished else { return Ok(()) };
         self.file.sync_all()?;
-        fs::rename(unfinished, &self.path)?;
-        self.unfinished = None;
+        unfinished.give_name(&self.file)?;
+        fs::rename(&unfinished.hidden, &self.path)?;
+        unfinished.is_named = false;
         Ok(())
     }
 }
@@ -98,20 +109,89 @@ impl io::Write for WholeFile {
     }
 }
 
-impl Drop for WholeFile {
-    fn drop(&mut self) {
-        if let Some(unfinished) = &self.unfinished {
-            // What kept it from being finished is told already.
-            let _ = fs::remove_file(unfinished);
+impl Unfinished {
+    /// Gives the file its hidden name, by which it can be moved onto another one.
+    fn give_name(&mut self, file: &File) -> io::Result<()> {
+        if !self.is_named {
+            self.clear()?;
+            let descriptor = format!("/proc/self/fd/{}", file.as_raw_fd());
+            linkat(CWD, descriptor, CWD, &self.hidden, AtFlags::SYMLINK_FOLLOW)?;
+            self.is_named = true;
+        }
+        Ok(())
+    }
+
+    /// Removes what a process of the same number left when it was killed.
+    fn clear(&self) -> io::Result<()> {
+        match fs::remove_file(&self.hidden) {
+            Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
+            _ => Ok(()),
         }
     }
 }
 
-/// A hidden name in the same folder, of this process alone.
-fn unfinished(path: &Path) -> io::Result<PathBuf> {
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        if self.is_named {
+            // What kept it from being finished is told already.
+            let _ = fs::remove_file(&self.hidden);
+        }
+    }
+}
+
+/// Creates a file that is to be at a path: without a name where the file system has that, else under a hidden one.
+fn create_unfinished(path: &Path) -> io::Result<(File, Unfinished)> {
+    const MODE: Mode = Mode::from_raw_mode(0o666);
     let name = path.file_name().ok_or(ErrorKind::IsADirectory)?;
     let mut hidden = std::ffi::OsString::from(".");
     hidden.push(name);
     hidden.push(format!(".{}", process::id()));
-    Ok(path.with_file_name(hidden))
+    let hidden = path.with_file_name(hidden);
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    match open(folder, OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC, MODE) {
+        Ok(file) => Ok((file.into(), Unfinished { hidden, is_named: false })),
+        Err(Errno::OPNOTSUPP | Errno::ISDIR | Errno::INVAL) => {
+            let mut unfinished = Unfinished { hidden, is_named: false };
+            unfinished.clear()?;
+            let file = File::create_new(&unfinished.hidden)?;
+            unfinished.is_named = true;
+            Ok((file, unfinished))
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).expect("the folder is ours");
+        entries.map(|entry| entry.expect("a name").file_name().to_string_lossy().into_owned()).collect()
+    }
+
+    #[test]
+    fn a_file_that_is_being_written_is_not_there_and_one_that_is_dropped_never_was() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("dance.csv");
+        let mut file = WholeFile::create(&path).expect("the folder is ours");
+        file.write_all(b"whole").expect("there is room");
+        let is_named = file.unfinished.as_ref().is_some_and(|unfinished| unfinished.is_named);
+        assert_eq!(names(folder.path()).len(), usize::from(is_named), "a name only where files cannot be without");
+        file.finish().expect("it takes its place");
+        assert_eq!(names(folder.path()), ["dance.csv"]);
+        assert_eq!(fs::read(&path).expect("it is there"), b"whole");
+        drop(WholeFile::create(&path).expect("there may be one already"));
+        assert_eq!(fs::read(&path).expect("it is still there"), b"whole");
+        assert_eq!(names(folder.path()), ["dance.csv"]);
+    }
+
+    #[test]
+    fn what_a_process_of_the_same_number_left_is_in_nobodys_way() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("dance.csv");
+        fs::write(folder.path().join(format!(".dance.csv.{}", process::id())), b"half").expect("the folder is ours");
+        write(&path, b"whole").expect("it is written");
+        assert_eq!(names(folder.path()), ["dance.csv"]);
+    }
 }

@@ -1,9 +1,8 @@
 //! Why a recording could not be exported.
 
 use std::io;
-use std::path::PathBuf;
 
-use crate::record::{ReadError, ShowInterval};
+use crate::record::{NothingFound, ReadError};
 use crate::table;
 
 /// Why a recording could not be exported.
@@ -17,21 +16,8 @@ pub enum ExportError {
     #[error("the export ends early")]
     Read(#[source] ReadError),
     /// There is nothing to export.
-    #[error("{} holds no frames", path.display())]
-    NoFrames {
-        /// The file.
-        path: PathBuf,
-    },
-    /// There are frames, but none of the show times that were asked for.
-    #[error("{} holds no frames {asked}: its show times are {there}", path.display())]
-    NothingThere {
-        /// The file.
-        path: PathBuf,
-        /// What was asked for.
-        asked: ShowInterval,
-        /// From the least show time to the greatest.
-        there: ShowInterval,
-    },
+    #[error(transparent)]
+    Nothing(#[from] NothingFound),
     /// A workbook has no room for it.
     #[error("{what}, a workbook has room for {most}: choose a greater --every, a shorter --from and --to, or .csv")]
     TooMuch {

@@ -8,7 +8,7 @@
 //! a column for each frame, as `solve poses` writes them; whether it fits is known before it is begun. Its numbers are
 //! whole as well, and shown with six decimals.
 //!
-//! **A damaged file** is exported without what is damaged, one without its end as far as it goes; [`Flaws`] tells.
+//! **A damaged file** is exported without what is damaged, one without its end as far as it goes; [`Flaws`](crate::record::Flaws) tells.
 
 mod csv;
 mod error;
@@ -23,7 +23,7 @@ use crate::record::ShowInterval;
 
 pub use csv::write_csv;
 pub use error::ExportError;
-pub use selection::{Flaws, Selection};
+pub use selection::Selection;
 pub use workbook::Workbook;
 
 /// What is exported of a recording.

@@ -5,16 +5,7 @@ use bench_dragon_ipc::FrameHeader;
 use super::error::ExportError;
 use super::sampling::Sampling;
 use super::{ExportCounts, ExportSettings, Subject};
-use crate::record::{Configuration, FrameReader, Recorded, ShowInterval};
-
-/// What could not be read of a recording.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct Flaws {
-    /// Whether what was read of the file stopped in the middle, as a killed recorder leaves it.
-    pub cut: bool,
-    /// Bytes of damaged chunks that were passed over.
-    pub skipped_bytes: u64,
-}
+use crate::record::{Configuration, Flaws, FrameReader, IntervalSearch, Recorded};
 
 /// Reads what is exported, one after the other; the file is never in memory as a whole.
 #[derive(Debug)]
@@ -24,8 +15,7 @@ pub struct Selection {
     sampling: Sampling,
     counts: ExportCounts,
     last_run_id: Option<u64>,
-    /// Show times of all frames so far: the least and the greatest.
-    seen_ns: Option<(i64, i64)>,
+    search: IntervalSearch,
 }
 
 impl Selection {
@@ -37,10 +27,10 @@ impl Selection {
         Ok(Self {
             reader: FrameReader::open(&settings.file).map_err(ExportError::Open)?,
             sampling: Sampling::new(settings.every_ns),
+            search: IntervalSearch::new(settings.interval),
             settings,
             counts: ExportCounts::default(),
             last_run_id: None,
-            seen_ns: None,
         })
     }
 
@@ -48,7 +38,7 @@ impl Selection {
     ///
     /// # Errors
     /// [`ExportError::Read`]; and at the end, where it was no alerts that were asked for and there was no frame,
-    /// [`ExportError::NoFrames`] or [`ExportError::NothingThere`].
+    /// [`ExportError::Nothing`].
     pub fn next_recorded(&mut self) -> Result<Option<Recorded>, ExportError> {
         loop {
             let Some(recorded) = self.read()? else { return self.end().map(|()| None) };
@@ -83,16 +73,14 @@ impl Selection {
 
     /// What could not be read; known once all is read.
     pub fn flaws(&self) -> Flaws {
-        Flaws { cut: self.reader.was_cut(), skipped_bytes: self.reader.skipped_bytes() }
+        self.reader.flaws()
     }
 
     fn read(&mut self) -> Result<Option<Recorded>, ExportError> {
-        let Self { settings: ExportSettings { interval, subject, .. }, reader, sampling, seen_ns, .. } = self;
+        let Self { settings: ExportSettings { subject, .. }, reader, sampling, search, .. } = self;
         let is_wanted = |header: &FrameHeader| {
             let time_ns = header.sim_time_ns;
-            let (first_ns, last_ns) = seen_ns.unwrap_or((time_ns, time_ns));
-            *seen_ns = Some((first_ns.min(time_ns), last_ns.max(time_ns)));
-            let is_taken = interval.contains(time_ns) && sampling.takes(header.run_id, time_ns);
+            let is_taken = search.comes_by(time_ns) && sampling.takes(header.run_id, time_ns);
             is_taken && *subject != Subject::Alerts
         };
         reader.next_wanted(is_wanted).map_err(ExportError::Read)
@@ -106,15 +94,9 @@ impl Selection {
     }
 
     fn end(&self) -> Result<(), ExportError> {
-        let ExportSettings { file, interval, subject, .. } = &self.settings;
-        match self.seen_ns {
-            _ if self.counts.frames > 0 || *subject == Subject::Alerts => Ok(()),
-            None => Err(ExportError::NoFrames { path: file.clone() }),
-            Some((from_ns, to_ns)) => Err(ExportError::NothingThere {
-                path: file.clone(),
-                asked: *interval,
-                there: ShowInterval { from_ns, to_ns },
-            }),
+        if self.counts.frames > 0 || self.settings.subject == Subject::Alerts {
+            return Ok(());
         }
+        Err(self.search.nothing_found(&self.settings.file).into())
     }
 }

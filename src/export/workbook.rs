@@ -4,9 +4,9 @@ use bench_dragon_ipc::BenchState;
 
 use super::error::ExportError;
 use super::rows::{DECIMALS, alert_row, columns, frame_row, seconds};
-use super::selection::{Flaws, Selection};
+use super::selection::Selection;
 use super::{ExportCounts, ExportSettings, Subject};
-use crate::record::{Configuration, Recorded, RecordedFrame};
+use crate::record::{Configuration, Flaws, Recorded, RecordedFrame};
 use crate::table::{Book, Cell, Column, Xlsx};
 
 /// Handles, or benches, of all frames together that a workbook may have: the whole width of a sheet of the paper's dragon.

@@ -8,8 +8,8 @@ const SIM_TIME_TOLERANCE_S: f64 = 2e-9;
 /// How far travel may be from speed times show time, in metres: that resolution at the greatest speed.
 const TRAVEL_TOLERANCE_M: f64 = SIM_TIME_TOLERANCE_S * Request::MAX_SPEED_MPS;
 
-/// By how much the time scale may have been greater for a while between two frames in which it differs.
-const TIME_SCALE_CHANGE: f64 = 1.25;
+/// How much faster than configured a source may have gone for a while that follows timecode, with some room.
+const TIMECODE_HASTE: f64 = 1.25;
 
 /// How a source moves the head.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,9 +44,9 @@ fn walked(last: &FrameHeader, next: &FrameHeader, Pace { tick_s, rate_hz, accel_
     let travel_step_m = next.head_travel_m - last.head_travel_m;
     let ticks = next.tick - last.tick;
     let [last_s, next_s] = [last, next].map(|header| header.time_scale / f64::from(rate_hz));
-    // Whatever the time scale was of the frames between.
-    let longest_tick_s =
-        if last_s == next_s { tick_s.max(next_s) } else { TIME_SCALE_CHANGE * tick_s.max(last_s).max(next_s) };
+    // Where the time scale is not the configured one, timecode is followed, or a recording replayed faster or slower, whose
+    // time scale tells nothing of its steps.
+    let longest_tick_s = if [last_s, next_s] == [tick_s; 2] { tick_s } else { TIMECODE_HASTE * tick_s };
     let longest_s = ticks as f64 * longest_tick_s + SIM_TIME_TOLERANCE_S;
     if !(0.0..=longest_s).contains(&sim_step_s) || travel_step_m < 0.0 {
         return false;
@@ -81,6 +81,7 @@ mod tests {
             sim_time_ns: (sim_time_s * 1e9) as i64,
             head_travel_m,
             head_speed_mps: 1.0,
+            time_scale: 1.0,
             state: ShowState::Running.to_wire(),
             ..FrameHeader::default()
         }
@@ -97,6 +98,14 @@ mod tests {
         assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &next, PACE), Passage::Walked);
         let gap = FrameHeader { time_scale: 1.05, ..frame(15, 0.31, 0.31) };
         assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &gap, PACE), Passage::Walked);
+    }
+
+    #[test]
+    fn a_seek_within_a_gap_of_a_fast_replay_is_broken() {
+        let fast = |frame: FrameHeader| FrameHeader { time_scale: 100.0, ..frame };
+        let passage = |next| Passage::between(&fast(frame(5, 0.1, 0.1)), &fast(next), PACE);
+        assert_eq!(passage(frame(10, 0.2, 0.2)), Passage::Walked);
+        assert_eq!(passage(frame(10, 1.2, 1.2)), Passage::Broken);
     }
 
     #[test]

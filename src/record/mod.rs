@@ -28,6 +28,7 @@ mod channels;
 mod disk_sync;
 mod error;
 mod interval;
+mod interval_search;
 pub mod pose;
 mod progress;
 mod reading;
@@ -54,8 +55,9 @@ use crossbeam::channel::{Receiver, Sender, TryRecvError, bounded};
 pub use self::{
     error::{Kept, RecordError},
     interval::ShowInterval,
+    interval_search::{IntervalSearch, NothingFound},
     progress::{Progress, Summary},
-    reading::{Bookmark, Configuration, FrameReader, ReadError, Recorded, RecordedFrame},
+    reading::{Bookmark, Configuration, Flaws, FrameReader, ReadError, Recorded, RecordedFrame},
     repair::{Repair, RepairError, repair, repair_folder},
     settings::RecorderSettings,
     space::{DiskSpace, Size, SpaceWarning},

@@ -28,6 +28,17 @@ pub struct FrameReader {
     path: PathBuf,
     records: Records<BufReader<File>>,
     state: State,
+    /// Where the last chunk that is read begins.
+    last_position: u64,
+}
+
+/// What could not be read of a recording.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Flaws {
+    /// Whether what was read of the file stopped in the middle, as a killed recorder leaves it.
+    pub cut: bool,
+    /// Bytes of damaged chunks that were passed over.
+    pub skipped_bytes: u64,
 }
 
 /// What has been read of a recording that says what follows in it.
@@ -121,18 +132,22 @@ impl FrameReader {
         }
         let file = File::open(path).map_err(failed)?;
         let records = Records::new(BufReader::with_capacity(READ_BUFFER_BYTES, file));
-        let mut reader = Self { path: path.into(), records, state: State::default() };
+        let mut reader = Self { path: path.into(), records, state: State::default(), last_position: u64::MAX };
         match reader.next_record()? {
             Some(Record::Header(_)) => Ok(reader),
             _ => Err(ReadError::NotMcap { path: path.into() }),
         }
     }
 
-    /// Opens a recording again where another reader of it was.
+    /// Opens a recording again where another reader of it was, to read as far as the chunk at `last_position` and no further.
     ///
     /// # Errors
     /// [`ReadError::Io`].
-    pub fn open_at(path: &Path, Bookmark { position, state }: &Bookmark) -> Result<Self, ReadError> {
+    pub fn open_between(
+        path: &Path,
+        Bookmark { position, state }: &Bookmark,
+        last_position: u64,
+    ) -> Result<Self, ReadError> {
         let open = || {
             let mut file = File::open(path)?;
             file.seek(SeekFrom::Start(*position))?;
@@ -140,7 +155,7 @@ impl FrameReader {
         };
         let file = open().map_err(|source| ReadError::Io { path: path.into(), source })?;
         let records = Records::at(BufReader::with_capacity(READ_BUFFER_BYTES, file), *position);
-        Ok(Self { path: path.into(), records, state: state.clone() })
+        Ok(Self { path: path.into(), records, state: state.clone(), last_position })
     }
 
     /// Where the last frame or alert is: a reader that is opened there begins with the chunk that holds it, so that some
@@ -169,6 +184,11 @@ impl FrameReader {
         self.records.skipped_bytes()
     }
 
+    /// What could not be read so far; whether the file was cut is known once there are no more frames.
+    pub fn flaws(&self) -> Flaws {
+        Flaws { cut: self.was_cut(), skipped_bytes: self.skipped_bytes() }
+    }
+
     /// The next alert, or the next frame that is wanted, as its header tells. The handles of the others are not decoded,
     /// so that passing them over is quick.
     ///
@@ -178,7 +198,7 @@ impl FrameReader {
         &mut self,
         mut is_wanted: impl FnMut(&FrameHeader) -> bool,
     ) -> Result<Option<Recorded>, ReadError> {
-        while let Some(record) = self.next_record()? {
+        while let Some(record) = self.next_record()?.filter(|_| self.records.position() <= self.last_position) {
             match record {
                 Record::Channel(channel) if channel.topic == schema::FRAMES => {
                     self.state.frame_channels.insert(channel.id);

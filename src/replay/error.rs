@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use bench_dragon_ipc::BusError;
 
-use crate::record::{ReadError, ShowInterval};
+use crate::record::{NothingFound, ReadError};
 
 /// Why a recording could not be replayed, or not to its end.
 #[derive(Debug, thiserror::Error)]
@@ -18,21 +18,8 @@ pub enum ReplayError {
     #[error("the replay ends early")]
     Read(#[source] ReadError),
     /// There is nothing to replay.
-    #[error("{} holds no frames", path.display())]
-    NoFrames {
-        /// The file.
-        path: PathBuf,
-    },
-    /// There are frames, but none of the show times that were asked for.
-    #[error("{} holds no frames {asked}: its show times are {there}", path.display())]
-    NothingThere {
-        /// The file.
-        path: PathBuf,
-        /// What was asked for.
-        asked: ShowInterval,
-        /// From the least show time to the greatest.
-        there: ShowInterval,
-    },
+    #[error(transparent)]
+    Nothing(#[from] NothingFound),
     /// Frames without the configuration that tells readers what they are of.
     #[error("{} holds frames of run {run_id}, but not its configuration", path.display())]
     NoConfiguration {

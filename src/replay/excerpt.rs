@@ -7,7 +7,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use bench_dragon_ipc::FrameHeader;
 
 use super::error::ReplayError;
-use crate::record::{Bookmark, Configuration, FrameReader, ReadError, RecordedFrame, ShowInterval};
+use crate::record::{
+    Bookmark, Configuration, Flaws, FrameReader, IntervalSearch, ReadError, RecordedFrame, ShowInterval,
+};
 
 /// A frame that is to be played.
 #[derive(Debug)]
@@ -23,11 +25,11 @@ pub(super) struct PlannedFrame {
 }
 
 /// Reads the frames whose show time lies in an interval, lap after lap. What lies outside is passed over, which takes as
-/// long as it takes to unpack it, and on the first lap only.
+/// long as it takes to unpack it; after the first lap, only where it lies between frames of the interval.
 #[derive(Debug)]
 pub(super) struct Excerpt {
     path: PathBuf,
-    interval: ShowInterval,
+    search: IntervalSearch,
     /// Laps to read; without a number, for ever.
     laps: Option<u64>,
     lap: u64,
@@ -35,24 +37,16 @@ pub(super) struct Excerpt {
     trail: Trail,
     /// Where the first and the last frame of the interval lie, as far as the first lap has come.
     bounds: Option<Bounds>,
-    /// Show times of all frames on the first lap: the least and the greatest.
-    seen_ns: Option<(i64, i64)>,
     /// How the first lap ended.
     flaws: Flaws,
     /// That nobody wants any more frames.
     abandoned: Arc<AtomicBool>,
 }
 
-/// What could not be read of a recording.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Flaws {
-    pub(super) cut: bool,
-    pub(super) skipped_bytes: u64,
-}
-
 #[derive(Debug)]
 struct Bounds {
     first: Bookmark,
+    /// Where the chunk of the last frame begins.
     last: u64,
 }
 
@@ -78,13 +72,12 @@ impl Excerpt {
     ) -> Result<Self, ReadError> {
         Ok(Self {
             path: path.to_owned(),
-            interval,
+            search: IntervalSearch::new(interval),
             laps,
             lap: 0,
             reader: FrameReader::open(path)?,
             trail: Trail::default(),
             bounds: None,
-            seen_ns: None,
             flaws: Flaws::default(),
             abandoned,
         })
@@ -97,12 +90,12 @@ impl Excerpt {
                 return Ok(Some(frame));
             }
             self.note_flaws();
-            let Some(Bounds { first, .. }) = &self.bounds else { return Ok(None) };
+            let Some(Bounds { first, last }) = &self.bounds else { return Ok(None) };
             self.lap += 1;
             if self.laps.is_some_and(|laps| self.lap >= laps) {
                 return Ok(None);
             }
-            self.reader = FrameReader::open_at(&self.path, first).map_err(ReplayError::Read)?;
+            self.reader = FrameReader::open_between(&self.path, first, *last).map_err(ReplayError::Read)?;
             self.trail = Trail::default();
         }
     }
@@ -125,26 +118,13 @@ impl Excerpt {
 
     /// Why there is no frame at all.
     pub(super) fn nothing(&self) -> ReplayError {
-        match self.seen_ns {
-            None => ReplayError::NoFrames { path: self.path.clone() },
-            Some((first_ns, last_ns)) => ReplayError::NothingThere {
-                path: self.path.clone(),
-                asked: self.interval,
-                there: ShowInterval { from_ns: first_ns, to_ns: last_ns },
-            },
-        }
+        self.search.nothing_found(&self.path).into()
     }
 
     fn next_of_lap(&mut self) -> Result<Option<PlannedFrame>, ReplayError> {
-        let Self { reader, interval, trail, seen_ns, abandoned, .. } = self;
-        let is_first_lap = self.lap == 0;
+        let Self { reader, search, trail, abandoned, .. } = self;
         let is_wanted = |header: &FrameHeader| {
-            let time_ns = header.sim_time_ns;
-            if is_first_lap {
-                let (first_ns, last_ns) = seen_ns.unwrap_or((time_ns, time_ns));
-                *seen_ns = Some((first_ns.min(time_ns), last_ns.max(time_ns)));
-            }
-            let is_inside = interval.contains(time_ns);
+            let is_inside = search.comes_by(header.sim_time_ns);
             if !is_inside {
                 trail.last = Some(*header);
             }
@@ -152,11 +132,9 @@ impl Excerpt {
             is_inside || abandoned.load(Ordering::Relaxed)
         };
         let frame = reader.next_wanted_frame(is_wanted).map_err(ReplayError::Read)?;
-        let position = self.reader.position();
-        let is_behind = !is_first_lap && self.bounds.as_ref().is_some_and(|bounds| position > bounds.last);
-        let Some(frame) = frame.filter(|_| !is_behind) else { return Ok(None) };
-        if is_first_lap {
-            let reader = &self.reader;
+        let Some(frame) = frame else { return Ok(None) };
+        if self.lap == 0 {
+            let (reader, position) = (&self.reader, self.reader.position());
             self.bounds.get_or_insert_with(|| Bounds { first: reader.bookmark(), last: position }).last = position;
         }
         let (due_ns, missing) = self.trail.play(&frame.header);
@@ -165,7 +143,7 @@ impl Excerpt {
 
     fn note_flaws(&mut self) {
         if self.lap == 0 {
-            self.flaws = Flaws { cut: self.reader.was_cut(), skipped_bytes: self.reader.skipped_bytes() };
+            self.flaws = self.reader.flaws();
         }
     }
 }

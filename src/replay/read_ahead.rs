@@ -12,8 +12,8 @@ use crossbeam::channel::{self, Receiver, RecvTimeoutError, Sender};
 
 use super::ReplaySettings;
 use super::error::ReplayError;
-use super::excerpt::{Excerpt, Flaws, PlannedFrame};
-use crate::record::{Configuration, RecordedFrame};
+use super::excerpt::{Excerpt, PlannedFrame};
+use crate::record::{Configuration, Flaws, RecordedFrame};
 
 /// What frames that wait to be played take of memory at most: six seconds of the paper's dragon at 1 kHz.
 const BYTES_AHEAD: usize = 64 << 20;

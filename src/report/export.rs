@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::export::{ExportCounts, Flaws};
+use crate::export::ExportCounts;
+use crate::record::Flaws;
 
 /// What `export` wrote.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

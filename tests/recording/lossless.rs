@@ -1,6 +1,6 @@
 //! A recording holds what was sent.
 
-use bench_dragon::record::{Progress, RecordError, Recorder, schema};
+use bench_dragon::record::{FrameReader, Progress, RecordError, Recorder, schema};
 use bench_dragon_ipc::{FrameHeader, HandleState};
 use tempfile::tempdir;
 
@@ -74,7 +74,7 @@ fn the_configuration_of_each_run_is_in_the_file() {
         recorder.frame(&header, &handles).expect("a frame");
     }
     recorder.finish().expect("a finished recording");
-    let mut reader = bench_dragon::record::FrameReader::open(&path).expect("a recording");
+    let mut reader = FrameReader::open(&path).expect("a recording");
     for run in [1, 2] {
         reader.next().expect("a frame").expect("a readable frame");
         let configuration = reader.configuration().expect("the configuration");
@@ -132,4 +132,22 @@ fn progress_counts_what_has_been_written_without_waiting_for_more() {
     let Progress { files, file, .. } = recorder.progress();
     assert_eq!((files, &file), (1, &path));
     assert_eq!(dance::read(&path).0.len(), 1, "a recording can be read while it is made");
+}
+
+#[test]
+fn a_part_that_is_read_again_ends_with_the_chunk_of_its_last_frame() {
+    let folder = tempdir().expect("a folder");
+    let path = dance::record(dance::settings(folder.path()), &dance::frames(2_000, BENCHES));
+    let mut reader = FrameReader::open(&path).expect("a recording");
+    reader.next().expect("a frame").expect("a readable frame");
+    let first = reader.bookmark();
+    let mut positions: Vec<u64> = Vec::new();
+    while reader.next().is_some() {
+        positions.push(reader.position());
+    }
+    let last = positions[1_000];
+    let again = FrameReader::open_between(&path, &first, last).expect("the same recording");
+    let of_the_chunks = 1 + positions.iter().filter(|&&position| position <= last).count();
+    assert_eq!(again.count(), of_the_chunks);
+    assert!(of_the_chunks < 2_000, "there is more than one chunk");
 }
