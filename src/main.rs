@@ -64,9 +64,18 @@ fn is_bad_input(error: &anyhow::Error) -> bool {
         cause.is::<BadInput>()
             || cause.is::<ConfigError>()
             || matches!(cause.downcast_ref(), Some(RecordError::Exists { .. } | RecordError::Create { .. }))
-            || matches!(cause.downcast_ref(), Some(NothingFound::NothingThere { .. }))
-            || matches!(cause.downcast_ref(), Some(ReplayError::Open(_)))
-            || matches!(cause.downcast_ref(), Some(ExportError::Open(_) | ExportError::TooMuch { .. }))
+            || matches!(
+                cause.downcast_ref(),
+                Some(ReplayError::Open(_) | ReplayError::Nothing(NothingFound::NothingThere { .. }))
+            )
+            || matches!(
+                cause.downcast_ref(),
+                Some(
+                    ExportError::Open(_)
+                        | ExportError::Nothing(NothingFound::NothingThere { .. })
+                        | ExportError::TooMuch { .. }
+                )
+            )
             || matches!(cause.downcast_ref(), Some(RepairError::Read { .. } | RepairError::Foreign { .. }))
     })
 }

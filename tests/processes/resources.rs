@@ -2,11 +2,11 @@
 
 use std::ffi::OsStr;
 use std::fs;
-use std::io::{self, Write as _};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
 use crate::process::{Ended, Process};
+use crate::skip::skip;
 use crate::stage::Stage;
 
 const NOBODY: &str = "65534";
@@ -33,13 +33,18 @@ fn behind(launcher: &[&str], command: &Command) -> Process {
 
 /// Whether a launcher works on this system; tells where it does not.
 fn is_possible(launcher: &[&str]) -> bool {
-    let [program, args @ ..] = launcher else { panic!("a launcher has a name") };
-    let tried = Command::new(program).args(args).arg("true").stdout(Stdio::null()).stderr(Stdio::null()).status();
-    let possible = tried.is_ok_and(|status| status.success());
+    let possible = can_start(launcher);
     if !possible {
-        writeln!(io::stderr(), "not tested: `{}` is not possible here", launcher.join(" ")).expect("a listener");
+        skip(&format!("`{}` is not possible here", launcher.join(" ")));
     }
     possible
+}
+
+/// Whether a launcher starts a program that does nothing.
+fn can_start(launcher: &[&str]) -> bool {
+    let [program, args @ ..] = launcher else { panic!("a launcher has a name") };
+    let tried = Command::new(program).args(args).arg("true").stdout(Stdio::null()).stderr(Stdio::null()).status();
+    tried.is_ok_and(|status| status.success())
 }
 
 /// Gives a process a /dev/shm of its own.
@@ -58,8 +63,9 @@ fn every_number_of_files_that_is_too_small_is_one_line() {
         return;
     }
     let stage = Stage::new();
-    // With fewer than four the program cannot be loaded.
-    for files in 4..=64 {
+    // With fewer no program can be loaded: four, and what this process has inherited and passes on.
+    let fewest = (4..64).find(|files| can_start(&["prlimit", &format!("--nofile={files}")])).expect("64 are enough");
+    for files in fewest..=64 {
         let limit = format!("--nofile={files}");
         for args in [&["serve", "--until", "0.01"][..], &["ctl", "pause"], &["echo", "--count", "1"], &["monitor"]] {
             let is_client = args[0] != "serve";
@@ -141,7 +147,7 @@ fn the_largest_size_of_a_file_is_an_error_and_no_signal() {
 fn a_full_stdout_is_named() {
     let full = Path::new("/dev/full");
     if !full.exists() {
-        writeln!(io::stderr(), "not tested: this system has no /dev/full").expect("a listener");
+        skip("this system has no /dev/full");
         return;
     }
     let stage = Stage::new();
