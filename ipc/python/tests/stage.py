@@ -117,5 +117,7 @@ def read_until(dragon, is_wanted):
 
 def wait_for_tick(dragon, tick):
     """Waits until the server has published a tick, without reading frames."""
+    deadline_s = time.monotonic() + PATIENCE_S
     while dragon.status(PATIENCE_S).tick < tick:
-        pass
+        assert time.monotonic() < deadline_s, "it does not come"
+        time.sleep(0.02)

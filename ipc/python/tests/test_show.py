@@ -2,8 +2,10 @@
 
 import json
 import math
+import threading
 
-from bench_dragon import AlertKind, Dragon, ShowState
+import pytest
+from bench_dragon import AlertKind, Dragon, NoServer, ShowState
 from stage import PATIENCE_S
 
 
@@ -39,6 +41,50 @@ def test_the_status_is_the_servers(stage):
             assert sum(histogram.counts) >= status.tick
     summary = server.stop()
     assert summary["frames"] > status.tick
+
+
+def test_the_latest_status_is_there_at_once_and_outlives_its_server(stage):
+    first = stage.serve("--rate", "20")
+    with Dragon(stage.instance) as dragon:
+        dragon.status(PATIENCE_S)
+        dragon.status(0)
+        frames = first.stop()["frames"]
+        last = dragon.status(0)
+        assert (last.run_id, last.tick) == (first.run_id, frames - 1)
+        assert dragon.status(0).tick == last.tick
+        second = stage.serve("--rate", "20")
+        for frame in dragon.frames(PATIENCE_S):
+            if dragon.status(0).run_id == second.run_id:
+                break
+            assert frame.header.tick < 20 * PATIENCE_S
+        del frame
+    second.stop()
+
+
+@pytest.mark.parametrize("told", [Dragon.description, Dragon.status, Dragon.alerts])
+def test_what_is_not_there_yet_is_waited_for(stage, told):
+    first = stage.serve("--rate", "20")
+    servers = []
+    with Dragon(stage.instance) as dragon:
+        first.stop()
+        for timeout_s in (0, 0.1):
+            with pytest.raises(NoServer, match=f"no server runs on instance '{stage.instance}'"):
+                told(dragon, timeout_s)
+        thread = threading.Thread(target=lambda: servers.append(serve_with_alerts(stage)))
+        thread.start()
+        news = told(dragon, PATIENCE_S)
+        thread.join()
+        [(second, monitor)] = servers
+        assert {item.run_id for item in (news if told is Dragon.alerts else [news])} == {second.run_id}
+        monitor.terminate()
+        monitor.wait()
+    second.stop()
+
+
+def serve_with_alerts(stage):
+    """A server on whose benches a monitor has something to tell."""
+    server = stage.serve("--rate", "50", "--start-at", "411")
+    return server, stage.start("monitor")
 
 
 def test_the_alerts_are_those_that_the_monitor_prints(stage):

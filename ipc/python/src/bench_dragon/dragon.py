@@ -14,11 +14,11 @@ from bench_dragon.domain import Domain
 from bench_dragon.errors import NoServer
 from bench_dragon.frame import Frame
 from bench_dragon.member import Member
+from bench_dragon.patience import look
 from bench_dragon.ports import Ports
 from bench_dragon.status import Status
 
 _PATIENCE_S = 5.0
-_LOOK_PERIOD_S = 0.02
 _PROOF_PERIOD_S = 0.02
 
 
@@ -50,7 +50,6 @@ class Dragon:
         self._tracker = ContinuityTracker()
         self._open_ports: Ports | None = _join(Domain(instance), name, self._tracker, Deadline(timeout_s))
         self._close_ports = weakref.finalize(self, self._open_ports.member.close_ports)
-        self._description: Description | None = None
 
     def __iter__(self) -> Iterator[Frame]:
         return self.frames()
@@ -93,29 +92,31 @@ class Dragon:
         return self._tracker.lost
 
     def description(self, timeout_s: float | None = _PATIENCE_S) -> Description:
-        """The latest run's configuration. The first call waits for it, at most `timeout_s` seconds; with a server there
-        that is a tenth of a second. Raises `NoServer` where none has come."""
-        descriptions = self._ports.descriptions
-        if self._description is None:
-            self._description = descriptions.wait(Deadline(timeout_s))
-        else:
-            self._description = descriptions.poll() or self._description
-        if self._description is None:
-            raise NoServer(self.instance)
-        return self._description
+        """The latest run's configuration. Waits for the first one alone, at most `timeout_s` seconds: `None` for as
+        long as it takes. That is a tenth of a second with a server there; where there is none yet, it is waited for as
+        well. Raises `NoServer` where none has come.
+
+        That of a server that has ended stays the latest until the next one publishes its own.
+        """
+        return look(Deadline(timeout_s), lambda: self._ports.descriptions.read())
 
     def status(self, timeout_s: float | None = _PATIENCE_S) -> Status:
-        """The server's newest report that has not been read yet, waiting for it at most `timeout_s` seconds: there are
-        ten a second. Raises `NoServer` where none has come."""
-        status = self._ports.statuses.wait(Deadline(timeout_s))
-        if status is None:
-            raise NoServer(self.instance)
-        return status
+        """The server's latest report: there are ten a second, and the same one is returned until the next has come.
+        Waits for the first one alone, at most `timeout_s` seconds, as `description` does. Raises `NoServer` where none
+        has come.
+
+        The last report of a server that has ended stays the latest until the next one's: `run_id` tells them apart.
+        """
+        return look(Deadline(timeout_s), lambda: self._ports.statuses.read())
 
     def alerts(self, timeout_s: float | None = 0.0) -> list[Alert]:
         """The alerts since the last call, oldest first, and since the first call those that came after it. Where there
-        are none, waits for one at most `timeout_s` seconds: 0 not at all, `None` for as long as it takes."""
-        return self._ports.alerts.read(Deadline(timeout_s))
+        are none, waits for one at most `timeout_s` seconds: 0 not at all, `None` for as long as it takes.
+
+        Raises `NoServer` where the first call has found no server in that time: it does not count as the first then.
+        """
+        deadline = Deadline(timeout_s)
+        return look(deadline, lambda: self._ports.alerts).read(deadline)
 
     def pause(self, timeout_s: float | None = _PATIENCE_S) -> int:
         """Stops walking until `resume`.
@@ -188,10 +189,4 @@ class Dragon:
 
 def _join(domain: Domain, name: str, tracker: ContinuityTracker, deadline: Deadline) -> Ports:
     """Opens the frames of a domain as soon as there are any."""
-    while True:
-        try:
-            return Ports(Member(domain, name), tracker)
-        except NoServer:
-            if not deadline.left_s():
-                raise
-        deadline.sleep(_LOOK_PERIOD_S)
+    return look(deadline, lambda: Ports(Member(domain, name), tracker))

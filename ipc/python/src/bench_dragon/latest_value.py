@@ -3,11 +3,8 @@
 from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
-from bench_dragon.deadline import Deadline
+from bench_dragon.errors import NoServer
 from bench_dragon.subscriber import Subscriber
-
-# The server tells late joiners ten times a second.
-_LOOK_PERIOD_S = 0.01
 
 Value = TypeVar("Value")
 
@@ -15,24 +12,21 @@ Value = TypeVar("Value")
 class LatestValue(Generic[Value]):
     """Reads such a service."""
 
-    def __init__(self, subscriber: Subscriber, copied: Callable[[Any], Value]) -> None:
-        """Takes the port, and what makes a copy of its samples."""
+    def __init__(self, instance: str, subscriber: Subscriber, copied: Callable[[Any], Value]) -> None:
+        """Takes the instance's name, the port, and what makes a copy of its samples."""
+        self._instance = instance
         self._subscriber = subscriber
         self._copied = copied
+        self._latest: Value | None = None
 
-    def poll(self) -> Value | None:
-        """The newest value that has not been read yet. Never waits."""
-        newest = None
+    def read(self) -> Value:
+        """The latest value, that of a server that has ended too. Never waits. Raises `NoServer` where none has come
+        yet."""
         while (value := self._receive()) is not None:
-            newest = value
-        return newest
-
-    def wait(self, deadline: Deadline) -> Value | None:
-        """The same, waiting for it."""
-        value = self.poll()
-        while value is None and deadline.sleep(_LOOK_PERIOD_S):
-            value = self.poll()
-        return value
+            self._latest = value
+        if self._latest is None:
+            raise NoServer(self._instance)
+        return self._latest
 
     def _receive(self) -> Value | None:
         # One sample may be held at a time: this one is let go of at the return.

@@ -27,12 +27,14 @@ class Ports:
     @cached_property
     def descriptions(self) -> LatestValue[Description]:
         """The configuration of the run."""
-        return LatestValue(self.member.subscriber(DESCRIPTION, iox2.Slice[ctypes.c_uint8], ctypes.c_uint64), _described)
+        subscriber = self.member.subscriber(DESCRIPTION, iox2.Slice[ctypes.c_uint8], ctypes.c_uint64)
+        return LatestValue(self.member.instance, subscriber, _described)
 
     @cached_property
     def statuses(self) -> LatestValue[Status]:
         """The server's reports."""
-        return LatestValue(self.member.subscriber(STATUS, Status), lambda sample: Status.copy_from(sample.payload_ptr))
+        subscriber = self.member.subscriber(STATUS, Status)
+        return LatestValue(self.member.instance, subscriber, lambda sample: Status.copy_from(sample.payload_ptr))
 
     @cached_property
     def alerts(self) -> AlertReader:
