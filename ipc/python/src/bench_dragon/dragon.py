@@ -28,8 +28,10 @@ class Dragon:
     No reader ever delays the server: one that falls behind loses its own oldest frames, and counts them in `lost`. A
     dragon outlives a server; the frames of the next one follow as `Continuity.RESTARTED`.
 
-    Use it in a `with` block, or call `close`. One thread uses a dragon at a time, in the process that made it: a forked
-    child makes one of its own.
+    Use it in a `with` block, or call `close`. One thread uses a dragon at a time, in the process that opened it. A
+    forked child opens one of its own: whatever it does with this one, exits with it included, does nothing to its
+    parent. `close` does nothing there, other methods raise `ValueError`, and arrays stay as they are only for as long
+    as the parent keeps its own.
 
     Every method raises `BusError`, or what is made of it, where the bus cannot be used.
 
@@ -175,6 +177,8 @@ class Dragon:
     def _ports(self) -> Ports:
         if self._open_ports is None:
             raise ValueError(f"the dragon of instance {self.instance!r} is closed")
+        if self._open_ports.member.is_inherited:
+            raise ValueError(f"the dragon of instance {self.instance!r} was opened in another process: open one here")
         return self._open_ports
 
     def _next_frame(self, timeout_s: float | None) -> Frame:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from bench_dragon.bench import Benches
 from bench_dragon.continuity import Continuity
+from bench_dragon.inheritance import Heirloom, never_destroy
 from bench_dragon.wire import WireCode, WireType, decoded
 
 
@@ -137,7 +138,7 @@ class Frame:
         return f"Frame({self.header!r}, continuity={self.continuity.name}, lost={self.lost})"
 
 
-class SharedMemory:
+class SharedMemory(Heirloom):
     """The handles of a frame in shared memory: what is at the bottom of each array on them, and keeps them there."""
 
     def __init__(self, sample: Any, member: object, handle_count: int) -> None:
@@ -150,6 +151,11 @@ class SharedMemory:
             "shape": (handle_count, 2, 3),
             "data": (sample.payload_ptr, True),
         }
+        super().__init__()
+
+    def disown(self) -> None:
+        """Leaves the frame to the parent."""
+        never_destroy(self._sample)
 
     def __del__(self) -> None:
         # In this order: the last one to leave a domain clears it away, and is not the last while a sample is held.

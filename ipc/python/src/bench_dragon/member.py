@@ -19,6 +19,7 @@ from bench_dragon.errors import (
     TooManyClients,
     VersionMismatch,
 )
+from bench_dragon.inheritance import Heirloom, never_destroy
 from bench_dragon.membership import Membership
 from bench_dragon.resources import require_open_files, require_shared_memory
 from bench_dragon.subscriber import Subscriber
@@ -41,10 +42,10 @@ Opened = TypeVar("Opened")
 atexit.register(iox2.set_log_level, iox2.LogLevel.Fatal)
 
 
-class Member:
+class Member(Heirloom):
     """A process's membership in a domain. It lasts for as long as it is referred to, at most as the process.
 
-    Only the server creates services; a member opens what is there.
+    Only the server creates services; a member opens what is there. A forked child is no member.
     """
 
     def __init__(self, domain: Domain, name: str) -> None:
@@ -67,10 +68,14 @@ class Member:
         except BaseException:
             membership.leave()
             raise
+        self.is_inherited = False
+        """Whether this process is a forked child of the one that joined."""
         self._nodes = [node]
         self._ports: list[Any] = []
+        self._membership = membership
         # Called at the end of the process as well, which does not tell iceoryx2 by itself.
-        weakref.finalize(self, _leave, self._nodes, membership)
+        self._leaving = weakref.finalize(self, _leave, self._nodes, membership)
+        super().__init__()
 
     def subscriber(self, service: str, payload: Any, user_header: Any = None) -> Subscriber:
         """Reads a publish-subscribe service.
@@ -102,6 +107,15 @@ class Member:
         """Closes all ports. What was received stays as it is."""
         while self._ports:
             self._ports.pop().delete()
+
+    def disown(self) -> None:
+        """Leaves everything to the parent."""
+        self.is_inherited = True
+        for thing in (*self._nodes, *self._ports):
+            never_destroy(thing)
+        self._ports.clear()
+        if self._leaving.detach():
+            self._membership.disown()
 
     def _service(self, name: str) -> Any:
         return self._nodes[0].service_builder(iox2.ServiceName.new(name))

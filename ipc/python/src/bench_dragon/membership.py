@@ -60,6 +60,11 @@ class Membership:
                 _dissolve(self._domain)
         os.close(self._file)
 
+    def disown(self) -> None:
+        """Closes the file in a forked child. A lock by `flock` is the open file's, which the parent has too: it stays
+        until the parent closes it, and a child that lives on does not prolong it."""
+        os.close(self._file)
+
     def _is_alone(self, file: int, own_node: int | None = None) -> bool:
         """Whether nobody else is in the domain. Tries for the exclusive lock; where that fails, the shared one may be
         lost."""

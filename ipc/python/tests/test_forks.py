@@ -1,0 +1,95 @@
+"""A forked child inherits a dragon, and whatever it does with it, its parent reads on."""
+
+import os
+import subprocess
+
+import pytest
+
+WAIT = "assert os.waitpid(child, 0)[1] == 0"
+
+PARENT = """
+import gc, os, signal, sys
+from bench_dragon import Dragon
+dragon = Dragon(sys.argv[1])
+frame = dragon.wait(60)
+positions, before = frame.positions, frame.positions.tolist()
+dragon.description(60), dragon.status(60), dragon.alerts(), dragon.resume(60)
+if (child := os.fork()) == 0:
+    # A child that hangs ends all the same.
+    signal.alarm(60)
+    {child}
+{wait}
+tick = dragon.pause(60)
+for next_frame in dragon.frames(60):
+    if next_frame.header.tick >= tick:
+        break
+assert positions.tolist() == before
+assert dragon.description(0).run_id == dragon.status(0).run_id == frame.header.run_id
+dragon.alerts(0.01)
+print("read on", flush=True)
+{end}
+"""
+
+CHILDREN = {
+    "exits": "sys.exit()",
+    "drops everything": """
+    dragon.close()
+    del dragon, frame, positions
+    gc.collect()
+    os._exit(0)
+""",
+    "forks": """
+    if (grandchild := os.fork()) == 0:
+        sys.exit()
+    sys.exit(os.waitpid(grandchild, 0)[1])
+""",
+    "uses it": """
+    with dragon:
+        for use in (dragon.receive, dragon.status, dragon.alerts, dragon.pause, lambda: next(dragon.frames())):
+            try:
+                use()
+            except ValueError as error:
+                text = f"the dragon of instance '{sys.argv[1]}' was opened in another process: open one here"
+                assert str(error) == text
+            else:
+                os._exit(1)
+    assert positions.tolist() == before
+    sys.exit()
+""",
+    "opens its own": """
+    with Dragon(sys.argv[1]) as own:
+        assert own.wait(60).header.run_id == frame.header.run_id
+        own.resume(60)
+    del own
+    sys.exit()
+""",
+}
+
+EXITS, CLOSES = "sys.exit()", "del frame, next_frame, positions; dragon.close(); sys.exit()"
+IS_KILLED = "os.kill(os.getpid(), signal.SIGKILL)"
+
+
+@pytest.mark.parametrize("child", CHILDREN)
+@pytest.mark.parametrize("end", [EXITS, CLOSES], ids=["exits", "closes"])
+def test_the_parent_of_a_child_reads_on(stage, child, end):
+    server = stage.serve("--rate", "50")
+    script = PARENT.format(child=CHILDREN[child], wait=WAIT, end=end)
+    parent = stage.start_python("-c", script, stage.instance, stderr=subprocess.PIPE)
+    assert parent.communicate() == ("read on\n", "")
+    server.stop()
+
+
+@pytest.mark.parametrize("end", [EXITS, IS_KILLED], ids=["exits", "is killed"])
+def test_a_child_that_outlives_its_parent_does_not_keep_the_instance(stage, end):
+    server = stage.serve("--rate", "50")
+    # The child lives until this test closes its standard input.
+    child = "os.close(1); sys.stdin.read(); sys.exit()"
+    script = PARENT.format(child=child, wait="", end=end)
+    stdin, held = os.pipe()
+    parent = stage.start_python("-c", script, stage.instance, stdin=stdin)
+    os.close(stdin)
+    assert parent.stdout.read() == "read on\n"
+    parent.wait()
+    server.stop()
+    assert stage.remains() == []
+    os.close(held)
