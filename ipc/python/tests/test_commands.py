@@ -1,11 +1,15 @@
 """Commands hold from the tick of their reply, and are refused with the server's reason."""
 
+import itertools
 import json
+import os
+import re
+import signal
 from pathlib import Path
 
 import pytest
-from bench_dragon import Dragon, NoServer, Refusal, Refused, ShowState
-from bench_dragon.command import REASONS
+from bench_dragon import Dragon, NoAnswer, NoServer, Refusal, Refused, ShowState
+from bench_dragon.command import REASONS, CommandClient
 from stage import PATIENCE_S, read_until
 
 
@@ -79,17 +83,29 @@ def printed_reason(stage, command):
     return json.loads(printed)["reason"]
 
 
-def test_a_guarded_server_is_asked_until_its_guard_has_proved_the_ground(stage):
+def test_a_guarded_server_is_asked_until_its_guard_has_proved_the_ground(stage, monkeypatch):
     server = stage.serve("--rate", "100", "--guarded")
+    call, left_s, refusals, guards = CommandClient.call, [], [], []
+
+    def watched_call(client, kind, value, deadline):
+        left_s.append(deadline.left_s())
+        try:
+            return call(client, kind, value, deadline)
+        except Refused as refused:
+            refusals.append((refused.refusal, str(refused)))
+            if not guards:
+                guards.append(stage.start("monitor", "--guard"))
+            raise
+
+    monkeypatch.setattr(CommandClient, "call", watched_call)
     with Dragon(stage.instance) as dragon:
-        with pytest.raises(Refused, match="no guard has proved") as refused:
-            dragon.seek(100.0, timeout_s=0.1)
-        assert refused.value.refusal is Refusal.NOT_PROVED
-        guard = stage.start("monitor", "--guard")
         _, after = headers_around(dragon, lambda: dragon.seek(100.0, PATIENCE_S))
         assert after.sim_time_s >= 100.0
-        guard.terminate()
-        guard.wait()
+    assert set(refusals) == {(Refusal.NOT_PROVED, "no guard has proved that the benches are apart there")}
+    # Each time it has what the times before have left of the timeout.
+    assert all(later <= earlier - 0.02 for earlier, later in itertools.pairwise(left_s))
+    guards[0].terminate()
+    guards[0].wait()
     server.stop()
 
 
@@ -101,7 +117,23 @@ def test_a_command_that_no_server_takes_says_so(stage):
             dragon.pause()
 
 
+def test_a_command_that_is_not_answered_in_time_may_have_been_taken(stage):
+    server = stage.serve("--rate", "20")
+    told = f"^the server on instance '{stage.instance}' has not answered within {{}} s: it may have taken the command$"
+    with Dragon(stage.instance) as dragon:
+        dragon.resume(PATIENCE_S)
+        server.process.send_signal(signal.SIGSTOP)
+        os.waitid(os.P_PID, server.process.pid, os.WSTOPPED)
+        for timeout_s, printed in ((0.5, "0.5"), (0, "0")):
+            with pytest.raises(NoAnswer, match=told.format(printed)):
+                dragon.pause(timeout_s)
+        server.process.send_signal(signal.SIGCONT)
+        assert dragon.resume(PATIENCE_S) > 0
+    server.stop()
+
+
 def test_the_reasons_are_those_of_the_rust_crate():
     source = (Path(__file__).parents[2] / "src" / "command.rs").read_text()
     assert [reason for reason in REASONS.values() if f'"{reason}"' not in source] == []
     assert all(refusal in REASONS for refusal in Refusal if refusal is not Refusal.OUT_OF_RANGE)
+    assert set(map(int, re.findall(r"Self \{ refusal: (\d+), .*\.\.reply \}", source))) == set(Refusal)

@@ -7,7 +7,7 @@ import iceoryx2 as iox2
 import numpy as np
 
 from bench_dragon.deadline import Deadline
-from bench_dragon.errors import BusError, NoServer
+from bench_dragon.errors import BusError, NoAnswer, NoServer
 from bench_dragon.member import COMMANDS, Member
 from bench_dragon.wire import WireCode, WireType, decoded
 
@@ -158,7 +158,8 @@ class CommandClient:
     def call(self, kind: CommandKind, value: float, deadline: Deadline) -> int:
         """Sends one command and waits for its reply. Returns the tick from which it holds.
 
-        Raises `Refused`, and `NoServer` where no server took the command or none answered in time.
+        Raises `Refused`; at once `NoServer` where no server took the command, or it ended before it answered; and
+        `NoAnswer` where it has not answered in time.
         """
         reply = self._reply(Command(kind, 0, 0, (ctypes.c_double * 2)(value)), deadline)
         if reply.refusal:
@@ -167,16 +168,19 @@ class CommandClient:
 
     def _reply(self, command: Command, deadline: Deadline) -> CommandReply:
         pending = self._send(command)
-        while pending.number_of_server_connections > 0:
+        if pending.number_of_server_connections == 0:
+            raise NoServer(self._instance)
+        while True:
             # Asked before the reply is looked for: a server lets go of a command as soon as it has answered.
-            is_over = not pending.is_connected or not deadline.left_s()
+            is_gone, is_late = not pending.is_connected, not deadline.left_s()
             response = _received(pending)
             if response is not None:
                 return CommandReply.copy_from(response.payload_ptr)
-            if is_over:
-                break
+            if is_gone:
+                raise NoServer(self._instance)
+            if is_late:
+                raise NoAnswer(self._instance, deadline.timeout_s)
             deadline.sleep(_POLL_PERIOD_S)
-        raise NoServer(self._instance)
 
     def _send(self, command: Command) -> Any:
         try:

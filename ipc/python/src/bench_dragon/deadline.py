@@ -9,7 +9,9 @@ class Deadline:
 
     def __init__(self, timeout_s: float | None) -> None:
         """`timeout_s` seconds from now; `None` for never."""
-        self._at_s = math.inf if timeout_s is None else time.monotonic() + timeout_s
+        self.timeout_s = math.inf if timeout_s is None else max(0.0, timeout_s)
+        """How far off it was when it was made, in seconds; infinite where there is none."""
+        self._at_s = time.monotonic() + self.timeout_s
 
     def left_s(self) -> float:
         """Seconds until then; 0 where it has passed, infinite where there is none."""

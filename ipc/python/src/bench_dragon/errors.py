@@ -12,6 +12,15 @@ class NoServer(BusError):
         super().__init__(f"no server runs on instance {instance!r}: start one with `bench-dragon serve`")
 
 
+class NoAnswer(NoServer):
+    """The server has not answered in time. It may have taken the command all the same."""
+
+    def __init__(self, instance: str, waited_s: float) -> None:
+        # Not what `NoServer` says: there is a server.
+        text = f"the server on instance {instance!r} has not answered within {waited_s:g} s: it may have taken the command"
+        BusError.__init__(self, text)
+
+
 class HalfMade(NoServer):
     """A server was killed while it made a service. The next server clears that away."""
 
