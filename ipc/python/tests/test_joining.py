@@ -103,6 +103,14 @@ def test_the_runtime_directory_must_be_there_and_short(stage, monkeypatch):
         Dragon(stage.instance)
 
 
+def test_a_runtime_directory_that_is_not_utf_8_is_refused_as_the_program_does(stage, monkeypatch):
+    monkeypatch.setenv("XDG_RUNTIME_DIR", os.fsdecode(b"/tmp/\xff"))
+    with pytest.raises(DomainError) as refused:
+        Dragon(stage.instance)
+    assert str(refused.value).startswith(f"the bus directory is /tmp/\ufffd/bench-dragon/{stage.instance}, must be")
+    assert str(refused.value) in stage.run("iox2-config").stderr
+
+
 def test_a_server_of_another_layout_is_told_of(stage, monkeypatch):
     server = stage.serve("--rate", "50")
     monkeypatch.setattr("bench_dragon.frame.HandleState.TYPE_NAME", "bench_dragon.HandleState.v0")

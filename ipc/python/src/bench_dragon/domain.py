@@ -23,8 +23,8 @@ MAX_ROOT_PATH_LEN = 60
 class Domain:
     """The iceoryx2 domain of an instance of the user who runs this process. Touches nothing on disk by itself.
 
-    Raises `DomainError` for a name that is not 1 to 24 of a-z, 0-9 and -, and where the root path is relative or too
-    long.
+    Raises `DomainError` for a name that is not 1 to 24 of a-z, 0-9 and -, and where the root path is relative, not
+    UTF-8 or too long.
     """
 
     def __init__(self, instance: str) -> None:
@@ -39,10 +39,11 @@ class Domain:
         """The root path."""
         self.prefix = f"bd_{user}_{instance}_"
         """The prefix of everything that the domain puts into shared memory."""
-        if not self.root.is_absolute() or len(os.fsencode(self.root)) >= MAX_ROOT_PATH_LEN:
+        encoded = os.fsencode(self.root)
+        if not self.root.is_absolute() or not _is_utf8(encoded) or len(encoded) >= MAX_ROOT_PATH_LEN:
             raise DomainError(
-                f"the bus directory is {self.root}, must be absolute, UTF-8 and under {MAX_ROOT_PATH_LEN} bytes: "
-                "set XDG_RUNTIME_DIR to a shorter path or unset it"
+                f"the bus directory is {encoded.decode(errors='replace')}, must be absolute, UTF-8 and under "
+                f"{MAX_ROOT_PATH_LEN} bytes: set XDG_RUNTIME_DIR to a shorter path or unset it"
             )
 
     def iceoryx2_config(self) -> Any:
@@ -79,6 +80,14 @@ class Domain:
         _check_runtime_directory(self.root.parent.parent)
         _check_own(self.root.parent)
         _check_own(self.root)
+
+
+def _is_utf8(encoded: bytes) -> bool:
+    try:
+        encoded.decode()
+    except UnicodeDecodeError:
+        return False
+    return True
 
 
 def _check_runtime_directory(path: Path) -> None:
