@@ -1,5 +1,5 @@
-//! What the stock Python packages read, live and from a recording, with no code of ours; what they must find is in
-//! `tests/python`. And our own package, whose tests are beside it.
+//! What the stock Python packages read, live and from a recording, with no code of ours but the layout; what they must find
+//! is in `tests/python`. And our own package, whose tests are beside it.
 
 use std::env;
 use std::ffi::OsStr;
