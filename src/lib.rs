@@ -11,7 +11,7 @@
 //!
 //! Beside them: [`doctor`] (what stands in the way of a show), [`config`] (the validated TOML document), [`report`] (what
 //! the processes say), [`table`] (answers in rows and columns), [`figure`] (answers for print), [`histogram`], [`clock`],
-//! [`processors`], [`stop`] and [`number`]. The bus is the crate `bench_dragon_ipc`.
+//! [`processors`], [`stop`], [`number`] and [`nameless_file`]. The bus is the crate `bench_dragon_ipc`.
 
 pub mod bridge;
 pub mod clock;
@@ -23,6 +23,7 @@ pub mod figure;
 pub mod guard;
 pub mod histogram;
 pub mod monitor;
+pub mod nameless_file;
 pub mod number;
 pub mod plan;
 pub mod processors;

@@ -2,13 +2,11 @@
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write as _};
-use std::os::fd::AsRawFd as _;
 use std::path::{Path, PathBuf};
 use std::process;
 
 use anyhow::Context as _;
-use rustix::fs::{AtFlags, CWD, Mode, OFlags, linkat, open};
-use rustix::io::Errno;
+use bench_dragon::nameless_file::{self, folder_of};
 
 /// Writes a file in one go, in place of one of that name. Where that fails, what was there before is left as it was.
 ///
@@ -114,8 +112,7 @@ impl Unfinished {
     fn give_name(&mut self, file: &File) -> io::Result<()> {
         if !self.is_named {
             self.clear()?;
-            let descriptor = format!("/proc/self/fd/{}", file.as_raw_fd());
-            linkat(CWD, descriptor, CWD, &self.hidden, AtFlags::SYMLINK_FOLLOW)?;
+            nameless_file::give_name(file, &self.hidden)?;
             self.is_named = true;
         }
         Ok(())
@@ -141,24 +138,18 @@ impl Drop for Unfinished {
 
 /// Creates a file that is to be at a path: without a name where the file system has that, else under a hidden one.
 fn create_unfinished(path: &Path) -> io::Result<(File, Unfinished)> {
-    const MODE: Mode = Mode::from_raw_mode(0o666);
     let name = path.file_name().ok_or(ErrorKind::IsADirectory)?;
     let mut hidden = std::ffi::OsString::from(".");
     hidden.push(name);
     hidden.push(format!(".{}", process::id()));
-    let hidden = path.with_file_name(hidden);
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    match open(folder, OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC, MODE) {
-        Ok(file) => Ok((file.into(), Unfinished { hidden, is_named: false })),
-        Err(Errno::OPNOTSUPP | Errno::ISDIR | Errno::INVAL) => {
-            let mut unfinished = Unfinished { hidden, is_named: false };
-            unfinished.clear()?;
-            let file = File::create_new(&unfinished.hidden)?;
-            unfinished.is_named = true;
-            Ok((file, unfinished))
-        }
-        Err(error) => Err(error.into()),
+    let mut unfinished = Unfinished { hidden: path.with_file_name(hidden), is_named: false };
+    if let Ok(file) = nameless_file::create(folder_of(path)) {
+        return Ok((file, unfinished));
     }
+    unfinished.clear()?;
+    let file = File::create_new(&unfinished.hidden)?;
+    unfinished.is_named = true;
+    Ok((file, unfinished))
 }
 
 #[cfg(test)]

@@ -1,13 +1,14 @@
 //! Which frames of a recording make a table of one row a second, or of any other step. Pure.
 
-/// Chooses the first frame of each run, and every frame with which show time enters another step: the first one at or
-/// behind each whole multiple of it, and the first one wherever the head is put to.
+/// Chooses the first frame of each run, every frame with which show time enters another step (the first one at or behind each
+/// whole multiple of it), and the first one wherever show time has gone back.
 ///
 /// So a frame is chosen at 0, 1, 2 s where there is one at just those times, a pause adds none, and a show that is sought
 /// back is told again.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampling {
     every_ns: i64,
+    /// The run and the show time of the frame before.
     last: Option<(u64, i64)>,
 }
 
@@ -26,8 +27,11 @@ impl Sampling {
         if self.every_ns == 0 {
             return true;
         }
-        let step = Some((run_id, sim_time_ns.div_euclid(self.every_ns)));
-        std::mem::replace(&mut self.last, step) != step
+        let step = |time_ns: i64| time_ns.div_euclid(self.every_ns);
+        let last = self.last.replace((run_id, sim_time_ns));
+        last.is_none_or(|(last_run_id, last_ns)| {
+            last_run_id != run_id || step(last_ns) != step(sim_time_ns) || sim_time_ns < last_ns
+        })
     }
 }
 
@@ -51,6 +55,7 @@ mod tests {
     fn a_pause_adds_none_and_a_show_that_is_sought_back_is_told_again() {
         assert_eq!(taken(10, &[8, 9, 10, 10, 10, 11]), [8, 10]);
         assert_eq!(taken(10, &[30, 31, 12, 13, 20]), [30, 12, 20]);
+        assert_eq!(taken(10, &[30, 38, 34, 35, 40]), [30, 34, 40], "within a step");
     }
 
     #[test]

@@ -97,6 +97,6 @@ impl Selection {
         if self.counts.frames > 0 || self.settings.subject == Subject::Alerts {
             return Ok(());
         }
-        Err(self.search.nothing_found(&self.settings.file).into())
+        Err(self.search.nothing_found(&self.settings.file, self.flaws()).into())
     }
 }

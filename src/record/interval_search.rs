@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::ShowInterval;
+use super::{Flaws, ShowInterval};
 
 /// A search of a recording for the frames whose show time lies in an interval.
 #[derive(Clone, Copy, Debug)]
@@ -15,11 +15,13 @@ pub struct IntervalSearch {
 /// Why no frame was found.
 #[derive(Debug, thiserror::Error)]
 pub enum NothingFound {
-    /// There are none at all.
-    #[error("{} holds no frames", path.display())]
+    /// There are none at all, or none that can be read.
+    #[error("{} holds no frames{flaws}", path.display())]
     NoFrames {
         /// The file.
         path: PathBuf,
+        /// What could not be read of it.
+        flaws: Flaws,
     },
     /// There are frames, but none of the show times that were asked for.
     #[error("{} holds no frames {asked}: its show times are {there}", path.display())]
@@ -46,11 +48,11 @@ impl IntervalSearch {
         self.interval.contains(sim_time_ns)
     }
 
-    /// Why nothing was found in a file that has been searched.
-    pub fn nothing_found(&self, path: &Path) -> NothingFound {
+    /// Why nothing was found in a file that has been searched, as far as it could be read.
+    pub fn nothing_found(&self, path: &Path, flaws: Flaws) -> NothingFound {
         let path = path.to_owned();
         match self.seen {
-            None => NothingFound::NoFrames { path },
+            None => NothingFound::NoFrames { path, flaws },
             Some(there) => NothingFound::NothingThere { path, asked: self.interval, there },
         }
     }
@@ -64,10 +66,13 @@ mod tests {
     fn a_search_that_finds_nothing_tells_what_there_is() {
         let mut search = IntervalSearch::new(ShowInterval { from_ns: 5_000_000_000, to_ns: i64::MAX });
         let path = Path::new("dance.mcap");
-        assert_eq!(search.nothing_found(path).to_string(), "dance.mcap holds no frames");
+        let told = |flaws| IntervalSearch::new(ShowInterval::ALL).nothing_found(path, flaws).to_string();
+        assert_eq!(told(Flaws::default()), "dance.mcap holds no frames");
+        let flaws = Flaws { cut: true, skipped_bytes: 7 };
+        assert_eq!(told(flaws), "dance.mcap holds no frames: 7 bytes of it are damaged, and it stops in the middle");
         assert!(!search.comes_by(3_000_000_000) && !search.comes_by(1_000_000_000));
         let told = "dance.mcap holds no frames from 5 s: its show times are from 1 s to 3 s";
-        assert_eq!(search.nothing_found(path).to_string(), told);
+        assert_eq!(search.nothing_found(path, Flaws::default()).to_string(), told);
         assert!(search.comes_by(5_000_000_000));
     }
 }

@@ -2,18 +2,20 @@
 
 use std::{
     collections::BTreeSet,
+    fmt,
     fs::{self, File},
     io::{self, BufReader, Seek as _, SeekFrom},
     path::{Path, PathBuf},
 };
 
 use bench_dragon_ipc::{Alert, FrameHeader, HandleState};
-use mcap::records::{Metadata, Record};
+use mcap::records::{Channel, Metadata, Record};
 
 use super::{
     cdr,
     records::{Ending, Records},
     schema,
+    summary::channels_of_finished,
 };
 
 const READ_BUFFER_BYTES: usize = 1 << 20;
@@ -30,6 +32,7 @@ pub struct FrameReader {
     state: State,
     /// Where the last chunk that is read begins.
     last_position: u64,
+    has_looked_at_summary: bool,
 }
 
 /// What could not be read of a recording.
@@ -41,6 +44,21 @@ pub struct Flaws {
     pub skipped_bytes: u64,
 }
 
+impl fmt::Display for Flaws {
+    /// What follows "no frames": nothing where there are no flaws.
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { cut, skipped_bytes } = self;
+        match (*skipped_bytes > 0, *cut) {
+            (false, false) => Ok(()),
+            (true, false) => write!(formatter, ": {skipped_bytes} bytes of it are damaged"),
+            (false, true) => formatter.write_str(": it stops in the middle"),
+            (true, true) => {
+                write!(formatter, ": {skipped_bytes} bytes of it are damaged, and it stops in the middle")
+            }
+        }
+    }
+}
+
 /// What has been read of a recording that says what follows in it.
 #[derive(Clone, Debug, Default)]
 struct State {
@@ -48,6 +66,16 @@ struct State {
     frame_channels: BTreeSet<u16>,
     alert_channels: BTreeSet<u16>,
     configuration: Option<Configuration>,
+}
+
+impl State {
+    fn learn(&mut self, channel: &Channel) {
+        match channel.topic.as_str() {
+            schema::FRAMES => self.frame_channels.insert(channel.id),
+            schema::ALERTS => self.alert_channels.insert(channel.id),
+            _ => false,
+        };
+    }
 }
 
 /// A place in a recording, at which reading can begin again.
@@ -132,7 +160,13 @@ impl FrameReader {
         }
         let file = File::open(path).map_err(failed)?;
         let records = Records::new(BufReader::with_capacity(READ_BUFFER_BYTES, file));
-        let mut reader = Self { path: path.into(), records, state: State::default(), last_position: u64::MAX };
+        let mut reader = Self {
+            path: path.into(),
+            records,
+            state: State::default(),
+            last_position: u64::MAX,
+            has_looked_at_summary: false,
+        };
         match reader.next_record()? {
             Some(Record::Header(_)) => Ok(reader),
             _ => Err(ReadError::NotMcap { path: path.into() }),
@@ -155,7 +189,7 @@ impl FrameReader {
         };
         let file = open().map_err(|source| ReadError::Io { path: path.into(), source })?;
         let records = Records::at(BufReader::with_capacity(READ_BUFFER_BYTES, file), *position);
-        Ok(Self { path: path.into(), records, state: state.clone(), last_position })
+        Ok(Self { path: path.into(), records, state: state.clone(), last_position, has_looked_at_summary: false })
     }
 
     /// Where the last frame or alert is: a reader that is opened there begins with the chunk that holds it, so that some
@@ -199,13 +233,11 @@ impl FrameReader {
         mut is_wanted: impl FnMut(&FrameHeader) -> bool,
     ) -> Result<Option<Recorded>, ReadError> {
         while let Some(record) = self.next_record()?.filter(|_| self.records.position() <= self.last_position) {
+            if matches!(record, Record::Message { .. }) {
+                self.require_channels()?;
+            }
             match record {
-                Record::Channel(channel) if channel.topic == schema::FRAMES => {
-                    self.state.frame_channels.insert(channel.id);
-                }
-                Record::Channel(channel) if channel.topic == schema::ALERTS => {
-                    self.state.alert_channels.insert(channel.id);
-                }
+                Record::Channel(channel) => self.state.learn(&channel),
                 Record::Metadata(metadata) if metadata.name == schema::CONFIGURATION => {
                     let known = self.state.configuration.take();
                     self.state.configuration = Configuration::from_metadata(metadata).or(known);
@@ -245,6 +277,20 @@ impl FrameReader {
                 None => return Ok(None),
             }
         }
+    }
+
+    /// Where the chunk is damaged that declares the channels, the summary of a finished recording tells them too.
+    fn require_channels(&mut self) -> Result<(), ReadError> {
+        if self.has_looked_at_summary || !self.state.frame_channels.is_empty() || self.skipped_bytes() == 0 {
+            return Ok(());
+        }
+        self.has_looked_at_summary = true;
+        let channels = File::open(&self.path).and_then(|mut file| channels_of_finished(&mut file));
+        let channels = channels.map_err(|source| ReadError::Io { path: self.path.clone(), source })?;
+        for channel in &channels {
+            self.state.learn(channel);
+        }
+        Ok(())
     }
 
     fn next_record(&mut self) -> Result<Option<Record<'static>>, ReadError> {

@@ -14,7 +14,6 @@ use std::{
     collections::BTreeMap,
     fs::File,
     io::{self, BufWriter},
-    os::fd::AsRawFd as _,
     path::{Path, PathBuf},
 };
 
@@ -23,15 +22,15 @@ use mcap::{
     records::{MessageHeader, Metadata},
     write::NoSeek,
 };
-use rustix::fs::{AtFlags, CWD, FallocateFlags, FlockOperation, Mode, OFlags, fallocate, flock, linkat, openat};
+use rustix::fs::{FallocateFlags, FlockOperation, fallocate, flock};
 
 use super::{
     channels::{Channels, Kind},
     error::{Kept, RecordError, is_disk_full},
-    rotation::folder_of,
     schema::{self, CONFIGURATION},
     space::DiskSpace,
 };
+use crate::nameless_file::{self, folder_of};
 
 /// Holds a compressed chunk with its index, so that both leave in one write.
 const WRITE_BUFFER_BYTES: usize = 2 << 20;
@@ -107,9 +106,9 @@ impl Recording {
     /// is killed. A file system that makes no files without a name is given one at once.
     pub(super) fn create(path: &Path, compression_level: u32, chunk_limit_bytes: u64) -> Result<Self, RecordError> {
         let begin = |file| Self::begin(path, file, compression_level, chunk_limit_bytes);
-        let created = match nameless_file(path) {
+        let created = match nameless_file::create(folder_of(path)) {
             Ok(file) => begin(file).and_then(|recording| {
-                give_name(&recording.file, path)?;
+                nameless_file::give_name(&recording.file, path)?;
                 Ok(recording)
             }),
             Err(_) => File::create_new(path).map_err(McapError::from).and_then(|file| {
@@ -200,9 +199,12 @@ impl Recording {
         self.flush()
     }
 
-    /// Whether a message fits into the open chunk; into an empty one any does.
+    /// Whether a message fits into the open chunk; into an empty one any does. The first chunk holds one message: it declares the
+    /// channels by which all that follows is read, and the less of it there is, the less can be damaged.
     pub(super) fn fits(&self, message: &[u8]) -> bool {
-        self.chunk.bytes == 0 || self.chunk.bytes + recorded_bytes(message) <= self.chunk_limit_bytes
+        let is_first_chunk = self.counts.frames + self.counts.alerts == 0;
+        let room = if is_first_chunk { 0 } else { self.chunk_limit_bytes };
+        self.chunk.bytes == 0 || self.chunk.bytes + recorded_bytes(message) <= room
     }
 
     /// Adds a message to the chunk.
@@ -287,26 +289,6 @@ impl Recording {
         }
         Ok(())
     }
-}
-
-/// A file without a name, in the folder of the one that it is to become. An error where that cannot be made, or could not
-/// be named.
-fn nameless_file(path: &Path) -> io::Result<File> {
-    let file =
-        openat(CWD, folder_of(path), OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC, Mode::from_raw_mode(0o666))?;
-    let file = File::from(file);
-    std::fs::symlink_metadata(open_file_path(&file))?;
-    Ok(file)
-}
-
-/// Gives a nameless file its name, which must not be taken.
-fn give_name(file: &File, path: &Path) -> io::Result<()> {
-    Ok(linkat(CWD, open_file_path(file), CWD, path, AtFlags::SYMLINK_FOLLOW)?)
-}
-
-/// The path by which this process finds a file that it has open.
-fn open_file_path(file: &File) -> String {
-    format!("/proc/self/fd/{}", file.as_raw_fd())
 }
 
 fn recorded_bytes(message: &[u8]) -> u64 {

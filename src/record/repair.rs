@@ -21,11 +21,11 @@ use rustix::fs::{FlockOperation, flock};
 use super::{
     recording::write_options,
     records::{Ending, Records},
-    rotation::folder_of,
     schema,
     settings::RecorderSettings,
     summary::frames_of_finished,
 };
+use crate::nameless_file::folder_of;
 
 /// What the name of the copy adds to that of the recording; a copy left by a killed repair is overwritten by the next.
 const COPY_SUFFIX: &str = ".repairing";

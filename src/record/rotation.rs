@@ -2,10 +2,12 @@
 
 use std::{
     collections::VecDeque,
-    ffi::{OsStr, OsString},
+    ffi::OsStr,
     fs, io,
     path::{Path, PathBuf},
 };
+
+use crate::nameless_file::folder_of;
 
 /// The names of a recording's files: `show.mcap`, `show-0002.mcap`, `show-0003.mcap`, …
 #[derive(Clone, Debug)]
@@ -64,11 +66,6 @@ impl FileNames {
         let same = |number| self.path(number).file_name() == Some(name);
         same(1) || number().is_some_and(same)
     }
-}
-
-/// The folder in which a file lies; `.` for a bare name.
-pub(super) fn folder_of(file: &Path) -> &Path {
-    file.parent().filter(|folder| *folder != OsString::new()).unwrap_or(Path::new("."))
 }
 
 /// The finished files of a recording, the oldest first.

@@ -1,14 +1,13 @@
-//! Whether a recording is finished, by the summary at its end.
+//! The summary at the end of a recording that is finished.
 
 use std::{
-    collections::{BTreeMap, BTreeSet},
     fs::File,
     io::{self, BufReader, Read, Seek, SeekFrom},
 };
 
 use mcap::{
     MAGIC,
-    records::{Record, op},
+    records::{Channel, Record, Statistics, op},
 };
 
 use super::schema;
@@ -31,12 +30,37 @@ const LONGEST_RECORD_BYTES: u64 = 1 << 20;
 /// # Errors
 /// Where the file cannot be read.
 pub(super) fn frames_of_finished(file: &mut File) -> io::Result<Option<u64>> {
+    let Some(Summary { channels, statistics: Some(Statistics { channel_message_counts, .. }) }) = read(file)? else {
+        return Ok(None);
+    };
+    let is_of_frames = |id: u16| channels.iter().any(|channel| channel.id == id && channel.topic == schema::FRAMES);
+    let of_frames = channel_message_counts.iter().filter(|&(&id, _)| is_of_frames(id));
+    Ok(Some(of_frames.fold(0_u64, |sum, (_, &count)| sum.saturating_add(count))))
+}
+
+/// The channels of a finished recording; none where the file has no whole summary.
+///
+/// # Errors
+/// Where the file cannot be read.
+pub(super) fn channels_of_finished(file: &mut File) -> io::Result<Vec<Channel>> {
+    Ok(read(file)?.map(|summary| summary.channels).unwrap_or_default())
+}
+
+/// What is needed of a summary.
+#[derive(Default)]
+struct Summary {
+    channels: Vec<Channel>,
+    statistics: Option<Statistics>,
+}
+
+/// Reads the summary; `None` where the file has no whole one.
+fn read(file: &mut File) -> io::Result<Option<Summary>> {
     let Some(section) = Section::find(file)? else { return Ok(None) };
     if !section.is_sound(file)? {
         return Ok(None);
     }
     file.seek(SeekFrom::Start(section.begin))?;
-    count_frames(&mut BufReader::new(file).take(section.length))
+    read_records(&mut BufReader::new(file).take(section.length))
 }
 
 /// Where the summary lies.
@@ -84,9 +108,9 @@ impl Section {
     }
 }
 
-/// Reads a summary record by record; `None` where it is not whole, or does not tell how many messages there are.
-fn count_frames<R: Read>(summary: &mut io::Take<R>) -> io::Result<Option<u64>> {
-    let (mut frame_channels, mut counts) = (BTreeSet::new(), None);
+/// Reads a summary record by record; `None` where it is not whole.
+fn read_records<R: Read>(summary: &mut io::Take<R>) -> io::Result<Option<Summary>> {
+    let mut read = Summary::default();
     while summary.limit() > 0 {
         let mut head = [0; RECORD_HEAD_BYTES as usize];
         if summary.limit() < RECORD_HEAD_BYTES {
@@ -106,19 +130,13 @@ fn count_frames<R: Read>(summary: &mut io::Take<R>) -> io::Result<Option<u64>> {
         let mut body = Vec::new();
         rest.read_to_end(&mut body)?;
         match mcap::parse_record(opcode, &body) {
-            Ok(Record::Channel(channel)) if channel.topic == schema::FRAMES => {
-                frame_channels.insert(channel.id);
-            }
-            Ok(Record::Statistics(statistics)) => counts = Some(statistics.channel_message_counts),
+            Ok(Record::Channel(channel)) => read.channels.push(channel),
+            Ok(Record::Statistics(statistics)) => read.statistics = Some(statistics),
             Ok(_) => {}
             Err(_) => return Ok(None),
         }
     }
-    let frames = |counts: &BTreeMap<u16, u64>| {
-        let of_frames = counts.iter().filter(|(id, _)| frame_channels.contains(id));
-        of_frames.fold(0_u64, |sum, (_, &count)| sum.saturating_add(count))
-    };
-    Ok(counts.as_ref().map(frames))
+    Ok(Some(read))
 }
 
 fn u64_at(bytes: &[u8], at: usize) -> u64 {

@@ -118,7 +118,7 @@ impl Excerpt {
 
     /// Why there is no frame at all.
     pub(super) fn nothing(&self) -> ReplayError {
-        self.search.nothing_found(&self.path).into()
+        self.search.nothing_found(&self.path, self.flaws).into()
     }
 
     fn next_of_lap(&mut self) -> Result<Option<PlannedFrame>, ReplayError> {

@@ -124,6 +124,19 @@ fn a_damaged_chunk_costs_its_own_frames_and_the_old_file_is_kept() {
 }
 
 #[test]
+fn a_finished_recording_whose_first_chunk_is_damaged_has_all_other_frames() {
+    let chunk = &ORIGINAL.chunks[0];
+    let (_folder, path) = ORIGINAL.cut_at(ORIGINAL.bytes.len());
+    let mut bytes = fs::read(&path).expect("the recording");
+    bytes[(chunk.chunk_start_offset + chunk.chunk_length / 2) as usize] ^= 0xff;
+    fs::write(&path, &bytes).expect("a damaged recording");
+    let mut reader = FrameReader::open(&path).expect("a recording");
+    let read: Vec<_> = reader.by_ref().collect::<Result<_, _>>().expect("readable frames");
+    dance::assert_same(&read, &ORIGINAL.frames[1..]);
+    assert_eq!(reader.skipped_bytes(), chunk.chunk_length - RECORD_HEAD_BYTES);
+}
+
+#[test]
 fn a_recording_whose_records_can_no_longer_be_followed_ends_there_and_is_kept() {
     let chunk = &ORIGINAL.chunks[3];
     let (_folder, path) = ORIGINAL.cut_at(ORIGINAL.chunks[6].chunk_start_offset as usize);
