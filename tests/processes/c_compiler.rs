@@ -55,11 +55,16 @@ pub(crate) fn has_tools(tools: &[&str]) -> bool {
 /// Compiles a client of `ipc/c/tests` into a test's folder.
 pub(crate) fn compile(stage: &Stage, source: &str, language: Language, linkage: Linkage) -> PathBuf {
     let program = stage.path(&format!("{source}-{language:?}-{linkage:?}"));
+    compile_at(Path::new(&format!("{SOURCES}/tests/{source}")), program, language, linkage)
+}
+
+/// Compiles a client.
+pub(crate) fn compile_at(source: &Path, program: PathBuf, language: Language, linkage: Linkage) -> PathBuf {
     let mut compiler = match language {
         Language::C99 => with(Command::new("gcc"), &["-std=c99"]),
         Language::Cpp17 => with(Command::new("g++"), &["-std=c++17", "-x", "c++"]),
     };
-    compiler.args(STRICT).args(pkg_config(&["--cflags"])).arg(format!("{SOURCES}/tests/{source}"));
+    compiler.args(STRICT).args(pkg_config(&["--cflags"])).arg(source);
     compiler.args(["-x", "none", "-o"]).arg(&program);
     match linkage {
         Linkage::Shared => {

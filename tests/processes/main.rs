@@ -13,6 +13,7 @@ mod bridge_troubles;
 mod c_compiler;
 mod c_library;
 mod children;
+mod clients_page;
 mod commands;
 mod directory;
 mod doctor;
