@@ -31,7 +31,7 @@ pub(crate) enum Bridge {
   bench-dragon bridge psn --interface 10.0.0.5
   bench-dragon bridge psn --to 10.0.0.20:56565 --rate 30
 
-A tracker is a bench's centre, its id the bench's number, the head's 0. Its x is our x, its y (up) our z, its z (depth) our y.
+A tracker is a bench's centre, its id the bench's number, the head's 0. Its x is our x, its y (up) our z, its z (depth) our y. \
 Its status is 1, and 0 once the server has been silent for 1.5 seconds.")]
     Psn(PsnArgs),
     /// Open Sound Control: a message a bench, for whatever speaks OSC.
@@ -40,7 +40,7 @@ Its status is 1, and 0 once the server has been silent for 1.5 seconds.")]
   bench-dragon bridge osc --to 10.0.0.30:7000 --tcp --bundle
   bench-dragon bridge osc --address /stage/{index}/pose --angle radians
 
-A frame is one message /dragon/show (show time in s, state, time scale, tick, fresh: 1, or 0 once the server has been silent
+A frame is one message /dragon/show (show time in s, state, time scale, tick, fresh: 1, or 0 once the server has been silent \
 for 1.5 seconds) and one a bench (x, y, z in metres, heading counter-clockwise from +x, speed in m/s of wall time).")]
     Osc(OscArgs),
     /// zenoh: the same bus on another machine, where every client works unchanged.
@@ -50,7 +50,7 @@ for 1.5 seconds) and one a bench (x, y, z in metres, heading counter-clockwise f
   bench-dragon bridge zenoh --receive --connect tcp/10.0.0.5:7447 on the other one
   bench-dragon bridge zenoh --config tls.json5 --rate 60 --allow-commands
 
-Nothing is listened on and nobody is looked for but as the flags and the configuration say. Without any endpoint a sending
+Nothing is listened on and nobody is looked for but as the flags and the configuration say. Without any endpoint a sending \
 bridge listens on tcp/127.0.0.1:7447, and a receiving one looks for it there.")]
     Zenoh(ZenohArgs),
     /// zenoh: another machine's bus. This program was built without it.

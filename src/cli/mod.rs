@@ -56,7 +56,9 @@ pub(crate) enum Command {
     #[command(after_help = "Examples:
   bench-dragon show --time-scale 20
   bench-dragon show --config stage.toml --out rehearsal-3 --fail-on-contact
-  bench-dragon show --guard --start-at 405")]
+  bench-dragon show --guard --start-at 405
+
+With --timecode it goes on until Ctrl-C or `ctl stop`: the timecode may come back from wherever it has gone.")]
     Show(ShowArgs),
     /// Advance the dragon at a fixed rate and publish every frame.
     #[command(after_help = "Examples:
@@ -67,9 +69,9 @@ pub(crate) enum Command {
   bench-dragon serve --timecode artnet:0.0.0.0
   bench-dragon serve --guarded                moves only while a guard runs: monitor --guard
 
-With --timecode, show time is the timecode plus the offset. The show stands until the first timecode, is put to its
-position, and follows by its pace, up to a tenth faster or slower; over half a second of difference it is put there anew. A
-timecode that is repeated stands, and the show with it; one that falls silent is lost, and the show goes on. An operator's
+With --timecode, show time is the timecode plus the offset. The show stands until the first timecode, is put to its \
+position, and follows by its pace, up to a tenth faster or slower; over half a second of difference it is put there anew. A \
+timecode that is repeated stands, and the show with it; one that falls silent is lost, and the show goes on. An operator's \
 pause and hold come first. OSC messages are \"HH:MM:SS:FF\", \"HH:MM:SS.mmm\", four whole numbers, or seconds.")]
     Serve(ServeArgs),
     /// Watch for benches that come near, touch and part.
@@ -90,8 +92,8 @@ pause and hold come first. OSC messages are \"HH:MM:SS:FF\", \"HH:MM:SS.mmm\", f
   bench-dragon replay rehearsal.mcap --instance archive --readers 2
   bench-dragon replay rehearsal.mcap --from 60 --to 90 --rate 0.5 --loop
 
-Each recorded run gets a new run id, each time that it is played; its ticks count from 0, its frames are due now, and its
-time_scale is multiplied by the rate. All else is as it was recorded. --from and --to choose frames by their show time,
+Each recorded run gets a new run id, each time that it is played; its ticks count from 0, its frames are due now, and its \
+time_scale is multiplied by the rate. All else is as it was recorded. --from and --to choose frames by their show time, \
 wherever in the recording they are; what lies between is cut out. Of the commands, only `ctl stop` is taken.")]
     Replay(ReplayArgs),
     /// Write a recording as a table, .csv or .xlsx.
@@ -100,8 +102,8 @@ wherever in the recording they are; what lies between is cut out. Of the command
   bench-dragon export rehearsal.mcap dance.csv --benches --from 60 --to 90 --every 0.04
   bench-dragon export rehearsal.mcap - --alerts | grep contact
 
-A frame of every second of show time, or every --every. Numbers are whole. A workbook has sheets of frames, of positions
-and speeds with a column for each frame, of alerts and of the configuration; whether it fits is known before it is begun.
+A frame of every second of show time, or every --every. Numbers are whole. A workbook has sheets of frames, of positions \
+and speeds with a column for each frame, of alerts and of the configuration; whether it fits is known before it is begun. \
 Of several recorded runs and after a seek, each begins with a frame; the column run_id parts the runs.")]
     Export(ExportArgs),
     /// Hand the poses on to desks, media servers and other machines.
@@ -133,7 +135,7 @@ A bridge is a reader like any other: it polls, and the server never waits for it
   bench-dragon latency --poll --seconds 60 --hgrm tonight.hgrm
   bench-dragon latency --format json | jq .sent_us.p99
 
-Due is the instant at which the server meant to begin the frame, sent the one at which the frame was ready; read is
+Due is the instant at which the server meant to begin the frame, sent the one at which the frame was ready; read is \
 when every handle of it has been read. --poll takes a core for itself.")]
     Latency(LatencyArgs),
     /// Answer a choreographer's question, without a server.

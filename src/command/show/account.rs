@@ -18,6 +18,8 @@ pub(super) struct Account {
     pub(super) line: LiveLine,
     /// What the running monitor has last said.
     pub(super) progress: MonitorProgress,
+    /// Whether a child ended so often that the show went on without it.
+    pub(super) has_given_up: bool,
     /// The recordings that were begun, oldest first.
     recordings: Vec<PathBuf>,
     /// The recording of which no account was given yet.
@@ -31,6 +33,7 @@ impl Account {
             tally: Tally::default(),
             line: LiveLine::new(start_s, end_s),
             progress: MonitorProgress::default(),
+            has_given_up: false,
             recordings: Vec::new(),
             open_recording: None,
         }

@@ -48,6 +48,13 @@ pub(super) fn write_config(folder: &Path, config: &Config) -> anyhow::Result<Fil
     Ok(file)
 }
 
+/// Removes the folder of a show that never began, unless there is more in it than its configuration.
+pub(super) fn remove_unused(folder: &Path) {
+    // What keeps it there is no fault of the show's, whose own is told.
+    let _ = fs::remove_file(folder.join("config.toml"));
+    let _ = fs::remove_dir(folder);
+}
+
 /// A name for a recording that is not taken: `recording.mcap`, `recording-2.mcap` and so on.
 pub(super) fn free_recording(folder: &Path) -> PathBuf {
     let name = |number: u32| match number {

@@ -13,10 +13,9 @@ use anyhow::{Context as _, bail};
 use bench_dragon::config::Config;
 use bench_dragon::report::ShowSummary;
 use bench_dragon::stop::StopFlag;
-use bench_dragon::timecode::FrameRate;
 use bench_dragon_ipc::{BusError, Domain, FrameHeader, FrameSubscriber, ShowState, Status, StatusReader};
 
-use crate::cli::{ShowArgs, TimecodeArgs};
+use crate::cli::ShowArgs;
 use crate::command::CONTACT;
 use crate::command::serve::{check_pace, configure};
 use crate::command::timecode::check_time_scale;
@@ -28,26 +27,21 @@ mod folder;
 mod live_line;
 mod patience;
 mod report;
+mod starting;
 mod tally;
 mod watch;
 
 use account::Account;
 use child::{Event, Role};
 use children::Children;
-use folder::{free_recording, make_folder, repair_earlier_shows, write_config};
+use folder::{make_folder, remove_unused, repair_earlier_shows, write_config};
 use patience::{MAX_RESTARTS, WINDOW};
 use report::print_report;
 use watch::Watch;
 
-/// Readers that the server waits for: the monitor, the recorder and the show itself.
-const READERS: usize = 3;
 /// How often the show looks at the bus.
 const LOOK_PERIOD: Duration = Duration::from_millis(50);
-/// How often the monitor says how it stands, in seconds.
-const PROGRESS_PERIOD_S: &str = "0.2";
 
-/// What is told when a restarted server stands held.
-const HELD: &str = "the dragon stands where it was, held: `bench-dragon ctl release` lets it walk";
 pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let config = configure(&args.config, &args.pace, args.guard)?;
     check_pace(&config, &args.pace)?;
@@ -62,7 +56,7 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let summary = show.finish(outcome)?;
     print_report(args.format.format, &summary, &show.folder)?;
     let touched = args.fail_on_contact && summary.contact.is_some();
-    Ok(match (touched, show.given_up) {
+    Ok(match (touched, show.account.has_given_up) {
         (true, _) => ExitCode::from(CONTACT),
         (false, true) => ExitCode::FAILURE,
         (false, false) => ExitCode::SUCCESS,
@@ -95,8 +89,8 @@ struct Show<'a> {
     /// Which children are to be started again, and when.
     restarts: Vec<(Role, Instant)>,
     watch: Watch,
-    /// Whether a child ended so often that the show went on without it.
-    given_up: bool,
+    /// Whether the server has ended as it was asked to.
+    is_stopped: bool,
 }
 
 impl<'a> Show<'a> {
@@ -118,17 +112,17 @@ impl<'a> Show<'a> {
             account: Account::new(start_s, end_s),
             restarts: Vec::new(),
             watch: Watch::new(Instant::now()),
-            given_up: false,
+            is_stopped: false,
         }
     }
 
-    /// Plays the show until a contact, the guard's last word, the end or a signal.
+    /// Plays the show until it is over, or a signal.
     fn play(&mut self, stop: &StopFlag) -> anyhow::Result<()> {
         self.start_server()?;
         self.await_server(stop)?;
         self.start_monitor()?;
         self.start_recorder()?;
-        while !stop.is_set() && self.account.tally.contact.is_none() && self.account.tally.guard.is_none() {
+        while !stop.is_set() && !self.is_over() {
             match self.children.next_event(LOOK_PERIOD) {
                 Some(Event::Line(role, line)) => {
                     self.watch.hear(role);
@@ -140,11 +134,16 @@ impl<'a> Show<'a> {
             self.restart_due()?;
             self.look_at_bus()?;
             self.kill_silent();
-            if self.last.is_some_and(|header| header.show_state() == Some(ShowState::Finished)) {
-                break;
-            }
         }
         Ok(())
+    }
+
+    /// Whether there was a contact, the guard's last word, or the end. A show that follows timecode is over when its server is:
+    /// the timecode may come back from wherever it has gone.
+    fn is_over(&self) -> bool {
+        let is_finished = self.last.is_some_and(|header| header.show_state() == Some(ShowState::Finished));
+        let is_at_its_end = self.account.tally.contact.is_some() || self.account.tally.guard.is_some() || is_finished;
+        self.is_stopped || is_at_its_end && self.args.timecode.source.is_none()
     }
 
     /// Ends the children in order and writes the summary, also where `outcome` says that the show went wrong.
@@ -159,6 +158,9 @@ impl<'a> Show<'a> {
         self.account.close_monitor();
         self.account.close_recorder();
         self.account.line.clear();
+        if outcome.is_err() && self.last.is_none() && self.args.out.is_none() {
+            remove_unused(&self.folder);
+        }
         outcome?;
         let summary = self.account.summary();
         let path = self.folder.join("summary.json");
@@ -219,7 +221,7 @@ impl<'a> Show<'a> {
             // Without its guard the dragon stands for good.
             (None, Role::Monitor) if self.guarded => bail!("the guard {} {status}: giving up", too_often()),
             (None, Role::Monitor | Role::Record) => {
-                self.given_up = true;
+                self.account.has_given_up = true;
                 "the show goes on without it"
             }
         };
@@ -249,37 +251,6 @@ impl<'a> Show<'a> {
             }
         }
         Ok(())
-    }
-
-    fn start_server(&mut self) -> anyhow::Result<()> {
-        let mut args = self.bus_args();
-        args.extend(self.timecode_args());
-        args.extend(["--config".to_owned(), self.folder.join("config.toml").display().to_string()]);
-        args.extend(["--readers".to_owned(), READERS.to_string()]);
-        if let Some(until_s) = self.args.pace.until {
-            args.push(format!("--until={until_s}"));
-        }
-        match self.last {
-            None => args.extend(self.args.pace.start_at.map(|start_s| format!("--start-at={start_s}"))),
-            Some(header) => {
-                args.push(format!("--start-at={}", header.sim_time_s()));
-                args.push(format!("--start-travel={}", header.head_travel_m));
-                args.extend(self.walking_speed_mps.map(|speed_mps| format!("--start-speed={speed_mps}")));
-                // A show that follows timecode may only have stood with it; whoever paused it is asked once more.
-                let was_paused = self.paused && self.args.timecode.source.is_some();
-                if self.paused && !was_paused {
-                    args.push("--paused".to_owned());
-                }
-                // A guard's stop is no hold: the next grant lifts it.
-                let held_by_guard = header.head_travel_m == self.granted_to_m;
-                let is_held = header.show_state() == Some(ShowState::Held) && !held_by_guard;
-                if !self.args.auto_resume || is_held || was_paused {
-                    args.push("--held".to_owned());
-                    self.account.line.say(HELD);
-                }
-            }
-        }
-        self.children.start(Role::Serve, &args)
     }
 
     /// Waits for the first server to be there, and joins its bus. A signal ends the wait.
@@ -317,44 +288,11 @@ impl<'a> Show<'a> {
         }
     }
 
-    fn start_monitor(&mut self) -> anyhow::Result<()> {
-        let mut args = self.bus_args();
-        args.extend(["--progress".to_owned(), PROGRESS_PERIOD_S.to_owned()]);
-        if self.guarded {
-            args.push("--guard".to_owned());
-        }
-        self.children.start(Role::Monitor, &args)
-    }
-
-    fn start_recorder(&mut self) -> anyhow::Result<()> {
-        let recording = free_recording(&self.folder);
-        let args = [vec![recording.display().to_string()], self.bus_args()].concat();
-        self.children.start(Role::Record, &args)
-    }
-
     fn end_with_server(&mut self) -> anyhow::Result<()> {
-        if let Some(header) = &mut self.last {
-            header.state = ShowState::Finished.to_wire();
-            return Ok(());
+        if self.last.is_none() {
+            bail!("the server ended before its first frame");
         }
-        bail!("the server ended before its first frame")
-    }
-
-    fn timecode_args(&self) -> Vec<String> {
-        let TimecodeArgs { source, offset_s, timeout_s, frame_rate } = &self.args.timecode;
-        let frames_per_second = frame_rate.map(FrameRate::frames_per_second);
-        [
-            source.as_ref().map(|source| format!("--timecode={source}")),
-            offset_s.map(|offset_s| format!("--timecode-offset={offset_s}")),
-            timeout_s.map(|timeout_s| format!("--timecode-timeout={timeout_s}")),
-            frames_per_second.map(|fps| format!("--timecode-fps={fps}")),
-        ]
-        .into_iter()
-        .flatten()
-        .collect()
-    }
-
-    fn bus_args(&self) -> Vec<String> {
-        vec!["--instance".to_owned(), self.domain.instance().to_string()]
+        self.is_stopped = true;
+        Ok(())
     }
 }
