@@ -79,9 +79,9 @@ fn run(ticks: u64, spin_us: u32) -> AllocationInfo {
 fn run_after_timecode(ticks: u64) -> (AllocationInfo, u64) {
     let (domain, mut server) = create(ticks, 0);
     let source = "osc:0".parse().expect("a source");
-    let receiver = Receiver::start(source, FrameRate::default(), 1_000_000_000).expect("a port");
+    let (receiver, inbox) = Receiver::start(source, FrameRate::default(), 1_000_000_000).expect("a port");
     let settings = FollowerSettings { offset_s: 0.0, timeout_ns: 1_000_000_000, first_s: 0.0, last_s: 100.0 };
-    server.follow(Following::new(settings, receiver.inbox()));
+    server.follow(Following::new(settings, inbox).0);
     let (begun, over) = mpsc::channel::<()>();
     let listen = receiver.listen();
     let measured = thread::scope(|scope| {

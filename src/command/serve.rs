@@ -15,7 +15,7 @@ use bench_dragon_ipc::{Domain, Request};
 use crate::cli::{ConfigArgs, Format, PaceArgs, RealTimeArgs, ServeArgs};
 use crate::command::output::{complain, percentiles, print_json, print_line};
 use crate::command::parent::follow_parent;
-use crate::command::timecode::Timecode;
+use crate::command::timecode::{Awaited, Followed};
 use crate::command::{BadInput, load_config};
 
 pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
@@ -24,12 +24,12 @@ pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
     warn_of_early_end(&settings.config);
-    let mut timecode = Timecode::start(&args.timecode, &settings.config, settings.until_s, args.format.format)?;
+    let timecode = Awaited::start(&args.timecode, &settings.config, settings.until_s, args.format.format)?;
     let mut server = Server::create(&domain, settings)?;
     announce(args, &server)?;
-    timecode.as_mut().map_or(Ok(()), |timecode| timecode.lead(&mut server))?;
+    let timecode = timecode.map(|timecode| timecode.lead(&mut server)).transpose()?;
     let summary = server.run(stop.as_atomic())?;
-    timecode.map_or(Ok(()), Timecode::finish)?;
+    timecode.map_or(Ok(()), Followed::finish)?;
     print_summary(args.format.format, summary)?;
     Ok(ExitCode::SUCCESS)
 }

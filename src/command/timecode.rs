@@ -8,8 +8,8 @@ use std::time::Duration;
 use bench_dragon::config::Config;
 use bench_dragon::report::{ServeLine, TimecodeLine};
 use bench_dragon::server::{Following, Server, TimecodeNews};
-use bench_dragon::timecode::{FollowerSettings, Receiver};
-use crossbeam::queue::ArrayQueue;
+use bench_dragon::timecode::{FollowerSettings, Inbox, Receiver};
+use rtrb::Consumer;
 
 use crate::cli::{Format, TimecodeArgs};
 use crate::command::BadInput;
@@ -19,13 +19,21 @@ use crate::command::output::{complain, print_json};
 const LOOK_PERIOD: Duration = Duration::from_millis(20);
 const DEFAULT_TIMEOUT_S: f64 = 1.0;
 
-/// A server's timecode, being received.
+/// Timecode that is being received, and that nobody follows yet.
 #[derive(Debug)]
-pub(super) struct Timecode {
+pub(super) struct Awaited {
     receiver: Receiver,
+    inbox: Inbox,
     settings: FollowerSettings,
     format: Format,
-    telling: Option<Telling>,
+}
+
+/// Timecode that a server follows.
+#[derive(Debug)]
+pub(super) struct Followed {
+    receiver: Receiver,
+    format: Format,
+    telling: Telling,
 }
 
 /// The thread that tells.
@@ -44,7 +52,7 @@ pub(crate) fn check_time_scale(args: &TimecodeArgs, config: &Config) -> Result<(
     Err(BadInput(format!("time_scale is {time_scale}, must be 1 with --timecode, which sets the pace")))
 }
 
-impl Timecode {
+impl Awaited {
     /// Begins to listen, where timecode is to be followed.
     pub(super) fn start(
         args: &TimecodeArgs,
@@ -61,28 +69,31 @@ impl Timecode {
             first_s: config.start_s(),
             last_s: until_s.map_or(config.end_s(), |until_s| until_s.min(config.end_s())),
         };
-        let receiver = Receiver::start(source.clone(), args.frame_rate.unwrap_or_default(), timeout_ns)?;
-        Ok(Some(Self { receiver, settings, format, telling: None }))
+        let (receiver, inbox) = Receiver::start(source.clone(), args.frame_rate.unwrap_or_default(), timeout_ns)?;
+        Ok(Some(Self { receiver, inbox, settings, format }))
     }
 
     /// Has a server follow, and tells what happens from then on.
-    pub(super) fn lead(&mut self, server: &mut Server) -> anyhow::Result<()> {
-        let following = Following::new(self.settings, self.receiver.inbox());
-        self.telling = Some(Telling::start(following.news(), self.format)?);
+    pub(super) fn lead(self, server: &mut Server) -> anyhow::Result<Followed> {
+        let Self { receiver, inbox, settings, format } = self;
+        let (following, news) = Following::new(settings, inbox);
+        let telling = Telling::start(news, format)?;
         server.follow(following);
-        let listen = self.receiver.listen();
-        if self.format == Format::Json {
-            return print_json(&ServeLine::Listening { listen });
+        let listen = receiver.listen();
+        match format {
+            Format::Json => print_json(&ServeLine::Listening { listen })?,
+            Format::Text => {
+                complain(&format!("listening for timecode on {listen}; the show stands until the first one"));
+            }
         }
-        complain(&format!("listening for timecode on {listen}; the show stands until the first one"));
-        Ok(())
+        Ok(Followed { receiver, format, telling })
     }
+}
 
+impl Followed {
     /// Tells what is left to tell, and what came in all.
-    pub(super) fn finish(mut self) -> anyhow::Result<()> {
-        if let Some(telling) = self.telling.take() {
-            telling.finish();
-        }
+    pub(super) fn finish(self) -> anyhow::Result<()> {
+        self.telling.finish();
         let counts = self.receiver.counts();
         if self.format == Format::Json {
             return print_json(&ServeLine::TimecodeSummary(counts));
@@ -97,13 +108,13 @@ impl Timecode {
 }
 
 impl Telling {
-    fn start(news: Arc<ArrayQueue<TimecodeNews>>, format: Format) -> anyhow::Result<Self> {
+    fn start(mut news: Consumer<TimecodeNews>, format: Format) -> anyhow::Result<Self> {
         let is_over = Arc::new(AtomicBool::new(false));
         let over = Arc::clone(&is_over);
         let thread = thread::Builder::new().name("timecode-news".to_owned()).spawn(move || {
             loop {
                 let is_last = over.load(Ordering::Relaxed);
-                while let Some(news) = news.pop() {
+                while let Ok(news) = news.pop() {
                     tell(&TimecodeLine::from(&news), format);
                 }
                 if is_last {

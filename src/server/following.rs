@@ -1,9 +1,7 @@
 //! The loop's end of timecode: takes the newest sample, and has the simulation do what the follower says.
 
-use std::sync::Arc;
-
 use bench_dragon_ipc::Request;
-use crossbeam::queue::ArrayQueue;
+use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::simulation::Simulation;
 use crate::timecode::{Event, Follower, FollowerSettings, Inbox};
@@ -11,12 +9,12 @@ use crate::timecode::{Event, Follower, FollowerSettings, Inbox};
 /// News that wait to be told; nobody need be quick.
 const MOST_NEWS: usize = 64;
 
-/// What a server follows timecode with. What it does from tick to tick neither locks nor allocates.
+/// What a server follows timecode with. What it does from tick to tick neither waits for another thread nor allocates.
 #[derive(Debug)]
 pub struct Following {
     follower: Follower,
     inbox: Inbox,
-    news: Arc<ArrayQueue<TimecodeNews>>,
+    news: Producer<TimecodeNews>,
 }
 
 /// What happened to the timecode, and where the show was then.
@@ -29,14 +27,10 @@ pub struct TimecodeNews {
 }
 
 impl Following {
-    /// Follows what comes into an inbox.
-    pub fn new(settings: FollowerSettings, inbox: Inbox) -> Self {
-        Self { follower: Follower::new(settings), inbox, news: Arc::new(ArrayQueue::new(MOST_NEWS)) }
-    }
-
-    /// Where the news are, for a thread that tells them.
-    pub fn news(&self) -> Arc<ArrayQueue<TimecodeNews>> {
-        Arc::clone(&self.news)
+    /// Follows what comes into an inbox. The news are for a thread that tells them.
+    pub fn new(settings: FollowerSettings, inbox: Inbox) -> (Self, Consumer<TimecodeNews>) {
+        let (news, to_tell) = RingBuffer::new(MOST_NEWS);
+        (Self { follower: Follower::new(settings), inbox, news }, to_tell)
     }
 
     /// Steers the tick that is due now, one of so many a second. Returns the time scale from it on.
@@ -47,8 +41,8 @@ impl Following {
         let show = simulation.show();
         let (order, event) = self.follower.steer(due_ns, show);
         if let Some(event) = event {
-            // Where nobody has told the others yet, the oldest gives way.
-            self.news.force_push(TimecodeNews { event, sim_time_s: show.sim_time_s });
+            // Where nobody has told the others yet, it goes untold.
+            let _ = self.news.push(TimecodeNews { event, sim_time_s: show.sim_time_s });
         }
         if let Some(sim_time_s) = order.seek_s {
             self.follower.note_seek(simulation.request(Request::Seek { sim_time_s }).is_ok());

@@ -2,7 +2,7 @@
 //!
 //! A *timecode* is a position that a desk, a sequencer or a player sends over the network some 25 times a second. A
 //! [`Receiver`] takes it off a socket on a thread of its own, decodes it ([`art_net`], [`osc`]) and leaves the newest one
-//! where the server's loop finds it without a lock. From tick to tick a [`Follower`] says what the show is to do about it.
+//! in an [`Inbox`], where the server's loop takes it without waiting for anybody. From tick to tick a [`Follower`] says what the show is to do about it.
 //!
 //! **The contract.** Show time is the timecode's position plus an offset. A show stands until the first timecode, then is
 //! put to its position. From then on it follows by its pace: every tick advances show time by `time_scale / rate`, and what
@@ -22,13 +22,15 @@ pub mod osc;
 mod admission;
 mod follower;
 mod frame_rate;
+mod inbox;
 mod receiver;
 mod source;
 
 pub use admission::Admission;
 pub use follower::{Event, Follower, FollowerSettings, Order, Show};
 pub use frame_rate::{Clock, FrameRate};
-pub use receiver::{Inbox, Receiver, ReceiverError, TimecodeCounts};
+pub use inbox::Inbox;
+pub use receiver::{Receiver, ReceiverError, TimecodeCounts};
 pub use source::TimecodeSource;
 
 /// A position that arrived.

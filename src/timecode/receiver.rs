@@ -7,9 +7,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use crossbeam::queue::ArrayQueue;
 use serde::{Deserialize, Serialize};
 
+use super::inbox::{Inbox, Slot, inbox};
 use super::{Admission, FrameRate, Sample, TimecodeSource};
 use crate::clock::monotonic_ns;
 
@@ -19,17 +19,6 @@ const LONGEST_PACKET_BYTES: usize = 2048;
 /// to keep or to drop.
 const PACKETS_PER_PERIOD: u32 = 200;
 const PERIOD: Duration = Duration::from_millis(100);
-
-/// Where the newest sample is left for the loop. Neither end waits for the other.
-#[derive(Clone, Debug)]
-pub struct Inbox(Arc<ArrayQueue<Sample>>);
-
-impl Inbox {
-    /// Takes the newest sample, where there is one that has not been taken.
-    pub fn take(&self) -> Option<Sample> {
-        self.0.pop()
-    }
-}
 
 /// What has come so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -56,7 +45,6 @@ pub struct ReceiverError {
 #[derive(Debug)]
 pub struct Receiver {
     listen: SocketAddr,
-    inbox: Inbox,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
@@ -71,37 +59,31 @@ struct Shared {
 }
 
 impl Receiver {
-    /// Binds the socket and begins to listen. Frames whose number a second is not told are of `rate`; a sender that is silent
-    /// for `timeout_ns` gives way to another.
+    /// Binds the socket and begins to listen; the newest sample is in the inbox. Frames whose number a second is not told are of
+    /// `rate`; a sender that is silent for `timeout_ns` gives way to another.
     ///
     /// # Errors
     /// Where the address is not this machine's, the port is taken or is not to be had.
-    pub fn start(source: TimecodeSource, rate: FrameRate, timeout_ns: u64) -> Result<Self, ReceiverError> {
+    pub fn start(source: TimecodeSource, rate: FrameRate, timeout_ns: u64) -> Result<(Self, Inbox), ReceiverError> {
         let listen = source.listen();
         let failed = |source| ReceiverError { listen, source };
         let socket = UdpSocket::bind(listen).map_err(failed)?;
         socket.set_read_timeout(Some(PERIOD)).map_err(failed)?;
         let listen = socket.local_addr().map_err(failed)?;
-        let inbox = Inbox(Arc::new(ArrayQueue::new(1)));
+        let (slot, inbox) = inbox();
         let shared = Arc::new(Shared::default());
         let admission = Admission::new(timeout_ns);
-        let listening =
-            Listening { socket, source, rate, admission, newest: Arc::clone(&inbox.0), shared: Arc::clone(&shared) };
+        let listening = Listening { socket, source, rate, admission, slot, shared: Arc::clone(&shared) };
         let thread = thread::Builder::new()
             .name("timecode".to_owned())
             .spawn(move || listening.run())
             .map_err(|source| ReceiverError { listen, source })?;
-        Ok(Self { listen, inbox, shared, thread: Some(thread) })
+        Ok((Self { listen, shared, thread: Some(thread) }, inbox))
     }
 
     /// Where it listens.
     pub fn listen(&self) -> SocketAddr {
         self.listen
-    }
-
-    /// Where the newest sample is.
-    pub fn inbox(&self) -> Inbox {
-        self.inbox.clone()
     }
 
     /// What has come so far.
@@ -127,7 +109,7 @@ struct Listening {
     source: TimecodeSource,
     rate: FrameRate,
     admission: Admission,
-    newest: Arc<ArrayQueue<Sample>>,
+    slot: Slot,
     shared: Arc<Shared>,
 }
 
@@ -165,7 +147,7 @@ impl Listening {
             Ok(Some(_)) if !self.admission.admits(sender.ip(), arrived_ns) => count(&self.shared.of_others),
             Ok(Some(position_s)) => {
                 count(&self.shared.taken);
-                self.newest.force_push(Sample { position_s, arrived_ns });
+                self.slot.leave(Sample { position_s, arrived_ns });
             }
         }
     }
