@@ -3,17 +3,21 @@
 //! A run and one that is longer differ in nothing but their ticks, so the difference of what the loop's thread allocates in each
 //! is what the ticks allocate, to the last one. Allocations of other threads do not count: the reporter may allocate.
 
-use std::net::{SocketAddr, UdpSocket};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::mpsc;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use allocation_counter::AllocationInfo;
 use bench_dragon::config::Config;
 use bench_dragon::server::{Following, Server, ServerSettings};
 use bench_dragon::timecode::{FollowerSettings, FrameRate, Receiver};
 use bench_dragon_ipc::{Domain, FrameSubscriber, Instance, StatusReader};
+
+#[path = "processes/steady_desk.rs"]
+mod steady_desk;
+
+use steady_desk::send_timecode;
 
 /// Ticks of the shorter run: its reader has fallen behind by then, and loses a frame with each tick.
 const LEAD_TICKS: u64 = 600;
@@ -99,16 +103,6 @@ fn thread_number() -> usize {
     static THREADS: AtomicUsize = AtomicUsize::new(0);
     thread_local!(static NUMBER: usize = THREADS.fetch_add(1, Ordering::Relaxed));
     NUMBER.with(|number| *number)
-}
-
-/// Sends a hundred timecodes a second until the other end is given up.
-fn send_timecode(listen: SocketAddr, over: &mpsc::Receiver<()>) {
-    let (socket, begun) = (UdpSocket::bind("127.0.0.1:0").expect("a port"), Instant::now());
-    while over.recv_timeout(Duration::from_millis(10)) == Err(RecvTimeoutError::Timeout) {
-        let position_s = begun.elapsed().as_secs_f32().to_be_bytes();
-        let message = [&b"/timecode\0\0\0,f\0\0"[..], &position_s].concat();
-        socket.send_to(&message, listen).expect("it is sent");
-    }
 }
 
 /// A server that ends so many ticks after tick 0.

@@ -50,6 +50,7 @@ mod signals;
 mod skip;
 mod slow_readers;
 mod stage;
+mod steady_desk;
 mod suspended;
 mod system_calls;
 mod timecode;

@@ -1,10 +1,9 @@
 //! The system calls of the server's loop in steady state, one by one: the test stops the loop at each.
 #![cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 
-use std::net::UdpSocket;
-use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::mpsc;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use nix::libc::{SYS_clock_nanosleep, SYS_sendto, c_long};
 use nix::sys::ptrace::{self, Options};
@@ -15,6 +14,7 @@ use bench_dragon_ipc::{FrameHeader, FrameSubscriber};
 
 use crate::process::Process;
 use crate::stage::{Server, Stage};
+use crate::steady_desk::send_timecode;
 
 /// Ticks that are looked at: more than a reader's buffer holds.
 const TICKS: u64 = 500;
@@ -93,17 +93,6 @@ fn a_tick_that_follows_timecode_takes_no_more() {
         let _begun = begun;
         assert_only_sleeps(&stage, server);
     });
-}
-
-/// Sends a hundred timecodes a second until the other end is given up.
-fn send_timecode(listen: &str, over: &mpsc::Receiver<()>) {
-    let (socket, begun) = (UdpSocket::bind("127.0.0.1:0").expect("a port"), Instant::now());
-    while over.recv_timeout(Duration::from_millis(10)) == Err(RecvTimeoutError::Timeout) {
-        let position_s = begun.elapsed().as_secs_f32().to_be_bytes();
-        let message = [&b"/timecode\0\0\0,f\0\0"[..], &position_s].concat();
-        // Where the server has ended meanwhile, it need not come.
-        let _ = socket.send_to(&message, listen);
-    }
 }
 
 fn assert_only_sleeps(stage: &Stage, server: Server) {
