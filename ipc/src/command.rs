@@ -151,6 +151,8 @@ pub enum Refusal {
     NotTaken,
     /// More commands at a time than a bridge to another host passes on.
     TooMany,
+    /// The show follows timecode, which says where it is: a seek would be undone at once.
+    Followed,
 }
 
 impl fmt::Display for Refusal {
@@ -176,6 +178,7 @@ impl fmt::Display for Refusal {
             Self::TooMany => {
                 formatter.write_str("more commands at a time than are passed on to another host: try again")
             }
+            Self::Followed => formatter.write_str("the show follows timecode: seek on what sends it"),
         }
     }
 }
@@ -203,6 +206,7 @@ impl CommandReply {
             Refusal::Unreachable => Self { refusal: 11, ..reply },
             Refusal::NotTaken => Self { refusal: 12, ..reply },
             Refusal::TooMany => Self { refusal: 13, ..reply },
+            Refusal::Followed => Self { refusal: 14, ..reply },
         }
     }
 
@@ -225,6 +229,7 @@ impl CommandReply {
             11 => Err(Refusal::Unreachable),
             12 => Err(Refusal::NotTaken),
             13 => Err(Refusal::TooMany),
+            14 => Err(Refusal::Followed),
             _ => Err(Refusal::Unknown),
         }
     }

@@ -278,6 +278,10 @@ typedef enum {
    * More commands at a time than a bridge to another host passes on.
    */
   BD_REFUSED_TOO_MANY = 13,
+  /**
+   * The show follows timecode, which says where it is: a seek would be undone at once.
+   */
+  BD_REFUSED_FOLLOWED = 14,
 } bd_refusal_t;
 
 /**
@@ -595,6 +599,11 @@ const bd_handle_state_t *bd_frame_handles(const bd_frame_t *frame,
                                           size_t *count);
 
 /**
+ * Gives a frame back. What its header and its handles pointed to must not be read any more. NULL is nothing.
+ */
+void bd_frame_release(bd_frame_t *frame);
+
+/**
  * Works out bench `index`, 0 being the head, from its two handles.
  *
  * `BD_INVALID_ARGUMENT` where there is no such bench.
@@ -607,11 +616,6 @@ bd_result_t bd_frame_bench(const bd_frame_t *frame, size_t index, bd_bench_state
 bd_result_t bd_frame_continuity(const bd_frame_t *frame,
                                 bd_continuity_t *continuity,
                                 uint64_t *lost);
-
-/**
- * Gives a frame back. What its header and its handles pointed to must not be read any more. NULL is nothing.
- */
-void bd_frame_release(bd_frame_t *frame);
 
 /**
  * The latest description, waiting for the first one at most `timeout_ns`: a server gives it to new readers ten times a second.

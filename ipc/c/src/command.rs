@@ -81,6 +81,8 @@ pub enum bd_refusal_t {
     BD_REFUSED_NOT_TAKEN = 12,
     /// More commands at a time than a bridge to another host passes on.
     BD_REFUSED_TOO_MANY = 13,
+    /// The show follows timecode, which says where it is: a seek would be undone at once.
+    BD_REFUSED_FOLLOWED = 14,
 }
 
 /// Sends a command, a `bd_command_t`, and waits for the reply, at most `timeout_ns`: about one period of the server. `value`
@@ -142,7 +144,7 @@ mod tests {
     #[test]
     fn every_reason_of_a_server_has_its_number_here() {
         let outcome = |refusal| CommandReply { refusal, ..CommandReply::default() }.outcome();
-        let last = bd_refusal_t::BD_REFUSED_TOO_MANY as u32;
+        let last = bd_refusal_t::BD_REFUSED_FOLLOWED as u32;
         assert_ne!(outcome(last), Err(bench_dragon_ipc::Refusal::Unknown));
         assert_eq!(outcome(last + 1), Err(bench_dragon_ipc::Refusal::Unknown), "a reason that C does not know");
     }

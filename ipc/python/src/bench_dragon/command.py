@@ -112,6 +112,8 @@ class Refusal(WireCode):
     """The source is on another host, whose bridge takes no commands: it was not started with `--allow-commands`."""
     TOO_MANY = 13
     """More commands at a time than a bridge to another host passes on."""
+    FOLLOWED = 14
+    """The show follows timecode, which says where it is: a seek would be undone at once."""
 
 
 REASONS = {
@@ -127,6 +129,7 @@ REASONS = {
     Refusal.UNREACHABLE: "the server is on another host, which does not answer",
     Refusal.NOT_TAKEN: "the server is on another host, whose bridge takes no commands without --allow-commands",
     Refusal.TOO_MANY: "more commands at a time than are passed on to another host: try again",
+    Refusal.FOLLOWED: "the show follows timecode: seek on what sends it",
 }
 
 
