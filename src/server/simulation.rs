@@ -50,6 +50,11 @@ impl Simulation {
         Show { sim_time_s: self.motion.next_sim_s(), is_stopped: self.motion.is_stopped() }
     }
 
+    /// Whether a seek has put the head where it is, from where it has not walked since.
+    pub fn is_put(&self) -> bool {
+        self.motion.is_put()
+    }
+
     /// The head at this tick.
     pub fn head(&self) -> HeadState {
         self.motion.head()

@@ -117,6 +117,8 @@ pub struct Motion {
     stands: bool,
     /// Whether the show time at which the show is over has been reached.
     over: bool,
+    /// Whether the head has been put where it is and has not walked since.
+    put: bool,
 }
 
 impl Motion {
@@ -132,6 +134,7 @@ impl Motion {
             held: plan.held,
             stands: false,
             over: plan.until_s.is_some_and(|until_s| plan.start_s >= until_s),
+            put: false,
         };
         motion.steer();
         motion
@@ -145,6 +148,7 @@ impl Motion {
         if starts_leg || self.state() != ShowState::Running {
             return;
         }
+        self.put = false;
         let next = self.leg.ticks + 1;
         if self.plan.until_s.is_some_and(|until_s| self.sim_s_at(next as f64) >= until_s) {
             return self.end_show();
@@ -195,6 +199,11 @@ impl Motion {
     /// Whether the operator has paused or held the show.
     pub fn is_stopped(&self) -> bool {
         self.paused || self.held
+    }
+
+    /// Whether a seek has put the head where it is, from where it has not walked since.
+    pub fn is_put(&self) -> bool {
+        self.put
     }
 
     /// Show time of the next tick if it runs, in seconds.
@@ -324,6 +333,7 @@ impl Motion {
         self.leg = Leg { start_s: sim_time_s, ticks: 0, shown: false };
         self.walk = Walk::at_rest(self.plan.tick_s, self.plan.accel_mps2, travel_m);
         self.over = self.plan.until_s.is_some_and(|until_s| sim_time_s >= until_s);
+        self.put = true;
         Ok(())
     }
 

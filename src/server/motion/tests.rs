@@ -214,3 +214,14 @@ fn with_an_acceleration_the_head_rests_exactly_at_the_end_of_its_grant() {
         assert!((head.sim_time_ns - 9_500_000_000).abs() <= 1, "{}", head.sim_time_ns);
     }
 }
+
+#[test]
+fn a_head_that_a_seek_has_put_somewhere_is_there_by_its_own_walk_when_it_has_walked_on() {
+    let mut motion = start(MotionPlan { until_s: Some(300.0), ..plan() });
+    for (sim_time_s, is_put, state) in [(300.0, true, ShowState::Finished), (299.0, false, ShowState::Finished)] {
+        motion.request(Request::Seek { sim_time_s }).expect("it is within the run");
+        assert!(motion.is_put());
+        motion = after(motion, 2_000);
+        assert_eq!((motion.is_put(), motion.head().state), (is_put, state), "from {sim_time_s} s");
+    }
+}
