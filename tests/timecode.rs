@@ -1,7 +1,7 @@
 //! A motion that follows timecode, tick by tick, with no clock and no socket.
 
 use bench_dragon::server::motion::{HeadState, Motion, MotionPlan};
-use bench_dragon::timecode::{Event, Follower, FollowerSettings, Sample, Show};
+use bench_dragon::timecode::{Event, Follower, FollowerSettings, Position, Sample, Show};
 use bench_dragon_ipc::{Request, ShowState};
 
 const RATE_HZ: u64 = 1000;
@@ -10,6 +10,7 @@ const LAST_S: f64 = 400.0;
 /// Seconds of a frame of timecode, and how many ticks it lasts.
 const FRAME_S: f64 = 0.04;
 const FRAME_TICKS: u64 = 40;
+const DAY_S: f64 = 86_400.0;
 
 /// A show, and the desk that it follows.
 struct Rehearsal {
@@ -29,14 +30,18 @@ struct Moment {
 
 impl Rehearsal {
     fn new(plan: MotionPlan) -> Self {
-        let settings = FollowerSettings { offset_s: 0.0, timeout_ns: 1_000_000_000, first_s: 0.0, last_s: LAST_S };
+        Self::with_offset(plan, 0.0)
+    }
+
+    fn with_offset(plan: MotionPlan, offset_s: f64) -> Self {
+        let settings = FollowerSettings { offset_s, timeout_ns: 1_000_000_000, first_s: 0.0, last_s: LAST_S };
         let mut motion = Motion::new(plan);
         motion.set_stands(true);
         Self { motion, follower: Follower::new(settings), tick: 0, events: Vec::new() }
     }
 
     /// Plays ticks while the desk's clock is at `clock_s` of the seconds since the first of them; it sends at the start of each
-    /// of its frames, and what it sends arrives up to two ticks late.
+    /// of its frames, and what it sends arrives up to two ticks late. After a day it is at 0 again.
     fn play(&mut self, ticks: u64, clock_s: impl Fn(f64) -> Option<f64>) -> Vec<Moment> {
         (0..ticks).map(|tick| self.tick(clock_s(tick as f64 / RATE_HZ as f64))).collect()
     }
@@ -45,7 +50,8 @@ impl Rehearsal {
         let due_ns = 5_000_000_000 + self.tick * TICK_NS;
         if let Some(position_s) = clock_s.filter(|_| self.tick.is_multiple_of(FRAME_TICKS)) {
             let late_ns = self.tick / FRAME_TICKS * 7 % 3 * TICK_NS;
-            self.follower.hear(Sample { position_s, arrived_ns: (due_ns + late_ns).saturating_sub(2 * TICK_NS) });
+            let position = Position { since_midnight_s: position_s.rem_euclid(DAY_S), day_s: DAY_S };
+            self.follower.hear(Sample { position, arrived_ns: (due_ns + late_ns).saturating_sub(2 * TICK_NS) });
         }
         let show = Show { sim_time_s: self.motion.next_sim_s(), is_stopped: self.motion.is_stopped() };
         let (order, event) = self.follower.steer(due_ns, show);
@@ -97,10 +103,14 @@ fn assert_near(moments: &[Moment], within_s: f64) {
 #[test]
 fn a_show_stands_until_the_first_timecode_and_is_put_where_it_is() {
     let mut rehearsal = Rehearsal::new(plan());
-    let before = rehearsal.play(500, |_| None);
+    let before = rehearsal.play(480, |_| None);
     assert!(before.iter().all(|moment| moment.head.state == ShowState::Paused && moment.head.sim_time_ns == 0));
     let moments = rehearsal.play(10_000, |elapsed_s| Some(60.0 + elapsed_s));
-    assert_eq!(seeks(&[&before[499..], &moments[..]].concat()).len(), 1);
+    assert_eq!(seeks(&[&before[479..], &moments[..]].concat()).len(), 1);
+    assert!(
+        moments[..FRAME_TICKS as usize].iter().all(|moment| moment.head.sim_time_ns == 0),
+        "one alone is not believed"
+    );
     assert_near(&moments[FRAME_TICKS as usize..], FRAME_S / 4.0);
     assert!(matches!(rehearsal.events[..], [Event::Follows { .. }]), "{:?}", rehearsal.events);
 }
@@ -138,7 +148,7 @@ fn a_large_difference_is_one_seek() {
     let mut before = rehearsal.play(2_000, |elapsed_s| Some(20.0 + elapsed_s));
     for start_s in [200.0, 5.0] {
         let moments = rehearsal.play(5_000, |elapsed_s| Some(start_s + elapsed_s));
-        assert_near(&moments, FRAME_S / 4.0);
+        assert_near(&moments[FRAME_TICKS as usize..], FRAME_S / 4.0);
         before.extend(moments);
     }
     let seeks: Vec<f64> = seeks(&before[100..]).iter().map(|moment| moment.sim_s().round()).collect();
@@ -180,9 +190,7 @@ fn a_timecode_that_stands_has_the_show_stand_also_when_it_is_lost_then() {
 
 #[test]
 fn before_the_runs_start_the_show_stands_there_and_after_its_end_it_is_finished() {
-    let mut rehearsal = Rehearsal::new(plan());
-    let settings = FollowerSettings { offset_s: -62.0, timeout_ns: 1_000_000_000, first_s: 0.0, last_s: LAST_S };
-    rehearsal.follower = Follower::new(settings);
+    let mut rehearsal = Rehearsal::with_offset(plan(), -62.0);
     let moments = rehearsal.play(5_000, |elapsed_s| Some(60.0 + elapsed_s));
     assert!(moments[..1_990].iter().all(|moment| moment.head.sim_time_ns == 0));
     assert!((moments[4_999].sim_s() - 2.999).abs() < FRAME_S, "{:?}", moments[4_999]);
@@ -191,6 +199,86 @@ fn before_the_runs_start_the_show_stands_there_and_after_its_end_it_is_finished(
     let moments = rehearsal.play(1_000, |elapsed_s| Some(72.0 + elapsed_s));
     assert_eq!(moments[999].head.state, ShowState::Running, "it is played again");
     assert!((moments[999].sim_s() - 10.999).abs() < FRAME_S, "{:?}", moments[999]);
+}
+
+#[test]
+fn a_timecode_that_is_lost_before_its_cue_has_the_show_start_when_that_was_due() {
+    let mut rehearsal = Rehearsal::with_offset(plan(), -62.0);
+    rehearsal.play(1_000, |elapsed_s| Some(55.0 + elapsed_s));
+    let moments = rehearsal.play(10_000, |_| None);
+    let (before, after) = moments.split_at(5_997);
+    assert!(before.iter().all(|moment| (moment.head.state, moment.head.sim_time_ns) == (ShowState::Paused, 0)));
+    assert!((after[3_999].sim_s() - 3.998).abs() < 0.01, "{:?}", after[3_999]);
+    assert!(matches!(rehearsal.events[..], [Event::Follows { .. }, Event::Lost { .. }]), "{:?}", rehearsal.events);
+}
+
+#[test]
+fn one_packet_that_is_astray_moves_nothing() {
+    for stray_s in [0.0, 25.0, 300.0, LAST_S, 50_000.0] {
+        let astray = |elapsed_s: f64, position_s| Some(if elapsed_s == 1.0 { stray_s } else { position_s });
+        let mut rehearsal = Rehearsal::new(plan());
+        let mut moments = rehearsal.play(2_000, |elapsed_s| Some(20.0 + elapsed_s));
+        moments.extend(rehearsal.play(2_000, |elapsed_s| astray(elapsed_s, 22.0 + elapsed_s)));
+        moments.retain(|moment| moment.clock_s != Some(stray_s));
+        assert_near(&moments[FRAME_TICKS as usize..], FRAME_S / 4.0);
+        rehearsal.play(1_000, |_| Some(23.96));
+        let rest = rehearsal.motion.head();
+        let standing = rehearsal.play(2_000, |elapsed_s| astray(elapsed_s, 23.96));
+        assert!(standing.iter().all(|moment| moment.head == rest), "{stray_s}");
+        assert!(
+            matches!(rehearsal.events[..], [Event::Follows { .. }, Event::Stands { .. }]),
+            "{:?}",
+            rehearsal.events
+        );
+    }
+}
+
+#[test]
+fn a_show_walks_on_past_midnight() {
+    let mut rehearsal = Rehearsal::with_offset(plan(), -86_340.0);
+    let moments = rehearsal.play(20_000, |elapsed_s| Some(86_390.0 + elapsed_s));
+    let moments = &moments[FRAME_TICKS as usize..];
+    assert_eq!(seeks(moments).len(), 0);
+    assert!(moments.iter().all(|moment| (moment.difference_s() - 86_340.0).abs() < FRAME_S / 4.0));
+}
+
+#[test]
+fn before_midnight_a_show_that_starts_then_stands_at_its_start() {
+    let mut rehearsal = Rehearsal::new(plan());
+    let moments = rehearsal.play(20_000, |elapsed_s| Some(86_390.0 + elapsed_s));
+    assert!(
+        moments[..9_990].iter().all(|moment| (moment.head.state, moment.head.sim_time_ns) == (ShowState::Paused, 0))
+    );
+    assert!((moments[19_999].difference_s() - DAY_S).abs() < FRAME_S, "{:?}", moments[19_999]);
+}
+
+/// With an acceleration the head brakes for two seconds from 1 m/s, in which show time goes on.
+#[test]
+fn a_head_that_brakes_when_the_timecode_stands_is_not_put_back() {
+    let mut rehearsal = Rehearsal::new(MotionPlan { accel_mps2: Some(0.5), ..plan() });
+    let mut moments = rehearsal.play(10_000, |elapsed_s| Some(20.0 + elapsed_s));
+    moments.extend(rehearsal.play(6_000, |_| Some(29.96)));
+    assert_eq!(moments[15_999].head.state, ShowState::Paused);
+    assert!((moments[15_999].sim_s() - 32.1).abs() < 0.1, "{:?}", moments[15_999]);
+    moments.extend(rehearsal.play(80_000, |elapsed_s| Some(29.96 + elapsed_s)));
+    for pair in moments[FRAME_TICKS as usize..].windows(2) {
+        let walked_m = pair[1].head.travel_m - pair[0].head.travel_m;
+        assert!((0.0..0.002).contains(&walked_m) && pair[1].sim_s() >= pair[0].sim_s(), "{pair:?}");
+    }
+    assert_near(&moments[95_000..], FRAME_S);
+    // It is put elsewhere where the desk is.
+    let moments = rehearsal.play(1_000, |elapsed_s| Some(200.0 + elapsed_s));
+    assert_near(&moments[FRAME_TICKS as usize..], FRAME_S / 4.0);
+}
+
+#[test]
+fn the_timecode_leads_until_it_is_lost() {
+    let mut rehearsal = Rehearsal::new(plan());
+    let mut leads = |ticks, clock_s: Option<f64>| {
+        rehearsal.play(ticks, |elapsed_s| clock_s.map(|clock_s| clock_s + elapsed_s));
+        rehearsal.follower.leads()
+    };
+    assert_eq!([leads(100, None), leads(2_000, Some(20.0)), leads(2_000, None)], [false, true, false]);
 }
 
 #[test]

@@ -72,6 +72,7 @@ fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
         Some(travel_m) => {
             let dragon = config.dragon();
             require("--start-travel", travel_m, dragon.start_travel_m(), dragon.end_travel_m())?;
+            args.pace.until.map_or(Ok(()), |until_s| require_from("--until", until_s, config.start_s()))?;
         }
         None => check_pace(&config, &args.pace)?,
     }
@@ -104,6 +105,13 @@ fn require(flag: &str, value: f64, lowest: f64, highest: f64) -> Result<(), BadI
         return Ok(());
     }
     Err(BadInput(format!("{flag} is {}, must be from {lowest} to {highest}", Number(value))))
+}
+
+fn require_from(flag: &str, value: f64, lowest: f64) -> Result<(), BadInput> {
+    if value >= lowest {
+        return Ok(());
+    }
+    Err(BadInput(format!("{flag} is {}, must be at least {lowest}", Number(value))))
 }
 
 fn announce(args: &ServeArgs, server: &Server) -> anyhow::Result<()> {

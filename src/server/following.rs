@@ -33,6 +33,11 @@ impl Following {
         (Self { follower: Follower::new(settings), inbox, news }, to_tell)
     }
 
+    /// Whether it is the timecode that says where the show is.
+    pub(super) fn leads(&self) -> bool {
+        self.follower.leads()
+    }
+
     /// Steers the tick that is due now, one of so many a second. Returns the time scale from it on.
     pub(super) fn steer(&mut self, simulation: &mut Simulation, due_ns: u64, rate_hz: u32) -> f64 {
         if let Some(sample) = self.inbox.take() {

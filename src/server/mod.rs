@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::service::{AlertService, EventService, Member, Role};
-use bench_dragon_ipc::{BusError, Description, Domain, Request, ShowState, SourceLock};
+use bench_dragon_ipc::{BusError, Description, Domain, Refusal, Request, ShowState, SourceLock};
 
 use crate::clock::{monotonic_ns, sleep_until, spin_until};
 use crate::config::Config;
@@ -202,18 +202,26 @@ impl Server {
 
     /// Answers the commands that have come; they hold from this tick on. Returns whether a client asked the server to stop.
     fn take_commands(&mut self, tick: u64) -> bool {
-        let Self { simulation, commands, run_id, .. } = self;
+        let Self { simulation, commands, following, run_id, .. } = self;
+        let is_led = following.as_ref().is_some_and(Following::leads);
         let mut asked_to_stop = false;
         commands.drain(*run_id, tick, |request| {
             asked_to_stop |= request == Request::Stop;
-            simulation.request(request)
+            match request {
+                // It would be undone at once.
+                Request::Seek { .. } if is_led => Err(Refusal::Followed),
+                _ => simulation.request(request),
+            }
         });
         asked_to_stop
     }
 
     /// Whether the show time to end at is reached. Without one the server goes on publishing the finished show.
+    ///
+    /// A timecode that jumps beyond it may jump back: only a walk there is the end.
     fn is_over(&self) -> bool {
-        self.settings.until_s.is_some() && self.simulation.head().state == ShowState::Finished
+        let is_put = self.following.is_some() && self.simulation.is_put();
+        self.settings.until_s.is_some() && self.simulation.head().state == ShowState::Finished && !is_put
     }
 
     /// Waits for the readers that were told of, and answers commands meanwhile. Returns whether a client asked the server

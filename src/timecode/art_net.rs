@@ -10,7 +10,7 @@
 //! | 14–17 | frames, seconds, minutes, hours |
 //! | 18 | 0 film, 24 frames a second; 1 EBU, 25; 2 drop-frame, 29.97; 3 SMPTE, 30 |
 
-use super::{Clock, FrameRate, Malformed};
+use super::{Clock, FrameRate, Malformed, Position};
 
 /// The UDP port of Art-Net.
 pub const PORT: u16 = 6454;
@@ -20,18 +20,19 @@ const TIME_CODE: u16 = 0x9700;
 const LEAST_VERSION: u16 = 14;
 const MASTER_STREAM: u8 = 0;
 
-/// The position in a packet, in seconds; `None` where it is another Art-Net packet, or of another stream than the master.
+/// The position in a packet; `None` where it is another Art-Net packet, or of another stream than the master.
 ///
 /// # Errors
 /// [`Malformed`] for what is no Art-Net packet, or a timecode that is cut short or never shows.
 ///
 /// ```
-/// use bench_dragon::timecode::art_net::position_s;
+/// use bench_dragon::timecode::art_net::position;
 ///
 /// let packet = b"Art-Net\0\x00\x97\x00\x0e\x00\x00\x05\x02\x01\x00\x01";
-/// assert_eq!(position_s(packet), Ok(Some(62.2)));
+/// let position = position(packet).expect("it is sound").expect("it is a timecode");
+/// assert_eq!((position.since_midnight_s, position.day_s), (62.2, 86_400.0));
 /// ```
-pub fn position_s(packet: &[u8]) -> Result<Option<f64>, Malformed> {
+pub fn position(packet: &[u8]) -> Result<Option<Position>, Malformed> {
     let rest = packet.strip_prefix(ID).ok_or(Malformed)?;
     let (opcode, rest) = rest.split_first_chunk().ok_or(Malformed)?;
     if u16::from_le_bytes(*opcode) != TIME_CODE {
@@ -53,7 +54,7 @@ pub fn position_s(packet: &[u8]) -> Result<Option<f64>, Malformed> {
         _ => return Err(Malformed),
     };
     let [hours, minutes, seconds, frames] = [hours, minutes, seconds, frames].map(u32::from);
-    Clock { hours, minutes, seconds, frames }.position_s(rate).map(Some)
+    Position::of_clock(Clock { hours, minutes, seconds, frames }, rate).map(Some)
 }
 
 #[cfg(test)]
@@ -61,6 +62,10 @@ mod tests {
     use super::*;
 
     const PACKET: [u8; 19] = *b"Art-Net\0\x00\x97\x00\x0e\x00\x00\x05\x02\x01\x00\x01";
+
+    fn position_s(packet: &[u8]) -> Result<Option<f64>, Malformed> {
+        position(packet).map(|position| position.map(|position| position.since_midnight_s))
+    }
 
     fn with(index: usize, byte: u8) -> [u8; 19] {
         let mut packet = PACKET;

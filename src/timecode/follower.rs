@@ -3,8 +3,11 @@
 //! While the timecode runs, the time scale is that of a proportional-integral controller on the difference between where the
 //! timecode is and where the show is: the integral part learns how fast the timecode runs, the proportional part makes good
 //! the difference. It is critically damped, so that it comes near without swinging.
+//!
+//! A position that does not go on from the ones before moves nothing, until the next one agrees with it: one packet that is
+//! astray is no jump. Readers of linear timecode do the same.
 
-use super::Sample;
+use super::{Position, Sample};
 
 /// Proportional gain, per second: differences are made good within some seconds.
 const GAIN_PER_S: f64 = 1.0;
@@ -77,8 +80,6 @@ pub enum Event {
 /// How the timecode is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
-    /// There was none yet.
-    Awaited,
     Runs,
     Stands,
     /// Lost; whether it stood.
@@ -91,19 +92,26 @@ enum State {
 #[derive(Clone, Copy, Debug)]
 pub struct Follower {
     settings: FollowerSettings,
-    state: State,
+    /// `None` before the first one.
+    state: Option<State>,
     /// The first sample of the position that was heard last.
     newest: Option<Sample>,
     /// When a sample came last, of whatever position.
     heard_ns: u64,
+    /// A sample that does not go on from those before, and that none has agreed with yet.
+    suspect: Option<Sample>,
     /// How fast the timecode runs, as far as that is known.
     pace: f64,
     correction: f64,
     /// The sample that the pace was last learned from.
     learned_ns: Option<u64>,
-    /// Whether the show has been where the timecode is since it came back.
+    /// Whether the show has been where the timecode is since the first one.
     has_met: bool,
     sought_ns: Option<u64>,
+    /// By how much the show is ahead because it has gone on while its head braked, at most.
+    braked_s: f64,
+    /// Show time at the last tick, where it was to stand there.
+    stood_s: Option<f64>,
 }
 
 impl Follower {
@@ -118,21 +126,33 @@ impl Follower {
     pub fn new(settings: FollowerSettings) -> Self {
         Self {
             settings,
-            state: State::Awaited,
+            state: None,
             newest: None,
             heard_ns: 0,
+            suspect: None,
             pace: 1.0,
             correction: 0.0,
             learned_ns: None,
             has_met: false,
             sought_ns: None,
+            braked_s: 0.0,
+            stood_s: None,
         }
     }
 
     /// Takes a sample, later than those before.
     pub fn hear(&mut self, sample: Sample) {
+        let heard = self.newest.map(|newest| Sample { arrived_ns: self.heard_ns, ..newest });
+        let suspect = self.suspect.take();
+        if !heard.is_some_and(|heard| self.agree(heard, sample)) {
+            let Some(suspect) = suspect.filter(|&suspect| self.agree(suspect, sample)) else {
+                self.suspect = Some(sample);
+                return;
+            };
+            self.newest = Some(suspect);
+        }
         self.heard_ns = sample.arrived_ns;
-        if self.newest.is_none_or(|newest| newest.position_s != sample.position_s) {
+        if self.newest.is_none_or(|newest| newest.position != sample.position) {
             self.newest = Some(sample);
         }
     }
@@ -142,31 +162,46 @@ impl Follower {
         let Some(newest) = self.newest else {
             return (Order { time_scale: 1.0, stands: true, seek_s: None }, None);
         };
-        let event = self.look(newest, now_ns);
-        let order = match self.state {
-            State::Awaited => Order { time_scale: 1.0, stands: true, seek_s: None },
-            State::Lost { stood } => Order { time_scale: 1.0, stands: stood || !self.has_met, seek_s: None },
+        self.note_braking(show);
+        let (state, event) = self.look(newest, now_ns);
+        let order = match state {
             State::Runs => self.follow(newest, now_ns, show),
             State::Stands => self.stand(newest, now_ns, show),
+            State::Lost { stood } => self.go_on(stood, newest, now_ns, show),
         };
+        self.stood_s = order.stands.then_some(show.sim_time_s);
         (order, event)
     }
 
     /// Takes note whether the show was put where the last order wanted it.
     pub fn note_seek(&mut self, is_there: bool) {
-        self.has_met |= is_there;
         if is_there {
-            self.sought_ns = None;
+            self.has_met = true;
+            (self.sought_ns, self.stood_s, self.braked_s) = (None, None, 0.0);
         }
     }
 
+    /// Whether it is the timecode that says where the show is: one has come and is not lost.
+    pub fn leads(&self) -> bool {
+        matches!(self.state, Some(State::Runs | State::Stands))
+    }
+
+    /// Whether a later sample is where an earlier one says that the timecode should be by then, running or standing.
+    fn agree(&self, earlier: Sample, later: Sample) -> bool {
+        let elapsed_ns = later.arrived_ns.saturating_sub(earlier.arrived_ns);
+        let elapsed_s = elapsed_ns as f64 * 1e-9;
+        let step_s = earlier.position.step_to_s(later.position);
+        let runs = (step_s - elapsed_s).abs() <= Self::JUMP_S + PACE_RANGE * elapsed_s;
+        elapsed_ns <= self.settings.timeout_ns && (runs || step_s.abs() <= Self::JUMP_S)
+    }
+
     /// Finds out how the timecode is.
-    fn look(&mut self, newest: Sample, now_ns: u64) -> Option<Event> {
-        let position_s = newest.position_s;
+    fn look(&mut self, newest: Sample, now_ns: u64) -> (State, Option<Event>) {
+        let position_s = newest.position.since_midnight_s;
         let (state, event) = if now_ns.saturating_sub(self.heard_ns) > self.settings.timeout_ns {
             let stood = match self.state {
-                State::Lost { stood } => stood,
-                state => state == State::Stands,
+                Some(State::Lost { stood }) => stood,
+                state => state == Some(State::Stands),
             };
             (State::Lost { stood }, Event::Lost { position_s })
         } else if self.heard_ns.saturating_sub(newest.arrived_ns) > STANDS_AFTER_NS {
@@ -174,40 +209,86 @@ impl Follower {
         } else {
             (State::Runs, Event::Follows { position_s })
         };
-        let before = std::mem::replace(&mut self.state, state);
-        if before == state {
-            return None;
+        if self.state.replace(state) == Some(state) {
+            return (state, None);
         }
         // What was learned of the pace is of a timecode that ran on.
         (self.pace, self.correction, self.learned_ns) = (1.0, 0.0, None);
-        Some(event)
+        (state, Some(event))
     }
 
     fn follow(&mut self, newest: Sample, now_ns: u64, show: Show) -> Order {
-        let age_s = now_ns.saturating_sub(newest.arrived_ns) as f64 * 1e-9;
-        let target_s = newest.position_s + self.settings.offset_s + self.pace * age_s;
+        let target_s = self.running_target_s(newest, now_ns, show);
         let is_before = target_s < self.settings.first_s;
-        let target_s = target_s.clamp(self.settings.first_s, self.settings.last_s);
+        let target_s = self.within_run_s(target_s);
         let difference_s = target_s - show.sim_time_s;
         if show.is_stopped {
             return self.order(!self.has_met, None);
         }
-        if !self.has_met || difference_s.abs() > Self::JUMP_S {
+        if !self.has_met || self.is_jump(difference_s) {
             (self.pace, self.correction, self.learned_ns) = (1.0, 0.0, None);
             let seek_s = self.seek(target_s, now_ns);
             return self.order(!self.has_met || is_before, seek_s);
         }
-        self.learn(newest, difference_s);
+        if !is_before {
+            self.learn(newest, difference_s);
+            if difference_s.abs() < 0.5 * Self::JUMP_S {
+                self.braked_s = 0.0;
+            }
+        }
         self.order(is_before, None)
     }
 
     /// Stands where the timecode stands, or, less than a jump away from it, where the show is.
     fn stand(&mut self, newest: Sample, now_ns: u64, show: Show) -> Order {
-        let target_s = newest.position_s + self.settings.offset_s;
-        let target_s = target_s.clamp(self.settings.first_s, self.settings.last_s);
-        let is_away = !self.has_met || (target_s - show.sim_time_s).abs() > Self::JUMP_S;
+        let target_s = self.within_run_s(self.target_s(newest.position, show));
+        let is_away = !self.has_met || self.is_jump(target_s - show.sim_time_s);
         let seek_s = if is_away && !show.is_stopped { self.seek(target_s, now_ns) } else { None };
         self.order(true, seek_s)
+    }
+
+    /// Goes on without the timecode, unless that stood. A run whose start was still to come starts when it was due.
+    fn go_on(&self, stood: bool, newest: Sample, now_ns: u64, show: Show) -> Order {
+        let is_before = self.running_target_s(newest, now_ns, show) < self.settings.first_s;
+        self.order(stood || !self.has_met || is_before, None)
+    }
+
+    /// Show time at which the show should be now, of a timecode that runs.
+    fn running_target_s(&self, newest: Sample, now_ns: u64, show: Show) -> f64 {
+        let age_s = now_ns.saturating_sub(newest.arrived_ns) as f64 * 1e-9;
+        self.target_s(newest.position, show) + self.pace * age_s
+    }
+
+    /// Show time of a position: of those that are a day apart the one nearest to the run and, where a run is longer than that,
+    /// to where the show is.
+    fn target_s(&self, position: Position, show: Show) -> f64 {
+        let today_s = position.since_midnight_s + self.settings.offset_s;
+        let away_s = |target_s: f64| (target_s - self.within_run_s(target_s)).abs();
+        let days = [today_s, today_s - position.day_s, today_s + position.day_s];
+        let nearer = |one: &f64, other: &f64| {
+            let from_show_s = |target_s: f64| (target_s - show.sim_time_s).abs();
+            away_s(*one).total_cmp(&away_s(*other)).then(from_show_s(*one).total_cmp(&from_show_s(*other)))
+        };
+        days.into_iter().min_by(nearer).expect("there are three")
+    }
+
+    fn within_run_s(&self, target_s: f64) -> f64 {
+        target_s.clamp(self.settings.first_s, self.settings.last_s)
+    }
+
+    /// Whether the pace is not to make good a difference. What the head's braking has cost, it is: a seek would be a jump at
+    /// each stop of the timecode.
+    fn is_jump(&self, difference_s: f64) -> bool {
+        !(-Self::JUMP_S - self.braked_s..=Self::JUMP_S).contains(&difference_s)
+    }
+
+    /// Takes note of the show time that has gone by while the show was to stand.
+    fn note_braking(&mut self, show: Show) {
+        let went_on_s = self.stood_s.map_or(0.0, |stood_s| show.sim_time_s - stood_s);
+        // An operator's seek is more, or goes back.
+        if (0.0..Self::JUMP_S).contains(&went_on_s) {
+            self.braked_s += went_on_s;
+        }
     }
 
     /// Learns from a difference, once for each sample.

@@ -51,6 +51,14 @@ impl FrameRate {
         }
     }
 
+    /// How long a day is, in seconds: with drop-frame counting some 86 ms less than the sun's.
+    pub fn day_s(self) -> f64 {
+        let leaves_out_per_day = 24 * 6 * 9 * 2;
+        let numbers = 86_400 * self.numbers_per_second();
+        let frames = if self == Self::DropFrame { numbers - leaves_out_per_day } else { numbers };
+        f64::from(frames) / self.frames_per_second()
+    }
+
     /// How many numbers there are for the frames of a second.
     pub fn numbers_per_second(self) -> u32 {
         match self {
@@ -116,6 +124,7 @@ mod tests {
         ] {
             let frames = clocks(rate.numbers_per_second()).filter_map(|clock| clock.frame(rate));
             assert_eq!(frames.zip(0..).map(|(frame, expected)| assert_eq!(frame, expected, "{rate:?}")).count(), day);
+            assert_eq!(rate.day_s(), day as f64 / rate.frames_per_second());
         }
     }
 

@@ -38,9 +38,10 @@ impl Slot {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::timecode::Position;
 
     fn sample(arrived_ns: u64) -> Sample {
-        Sample { position_s: 60.0, arrived_ns }
+        Sample { position: Position { since_midnight_s: 60.0, day_s: 86_400.0 }, arrived_ns }
     }
 
     #[test]

@@ -8,7 +8,11 @@
 //! put to its position. From then on it follows by its pace: every tick advances show time by `time_scale / rate`, and what
 //! changes is the time scale, between [`Follower::LEAST_TIME_SCALE`] and [`Follower::GREATEST_TIME_SCALE`]; so show time
 //! never jumps, and never goes back, but by a seek. A seek makes good a difference of more than half a second. It goes the way
-//! of a client's, so a guard refuses what is not proved, and it is tried again.
+//! of a client's, so a guard refuses what is not proved, and it is tried again. Of the positions that are a day apart, that of
+//! a timecode is the one nearest to the run, so a show may pass midnight.
+//!
+//! **Two agree.** One packet that is astray moves nothing: the first position, and any that is not where the timecode should be by
+//! then, are believed when the next one agrees with them.
 //!
 //! **Who sends.** The first sender that is heard is followed until it has been silent for long enough to be lost; others are
 //! counted. A sender that repeats a position stands, and the show with it. One that falls silent is lost: the show goes on at
@@ -23,6 +27,8 @@ mod admission;
 mod follower;
 mod frame_rate;
 mod inbox;
+mod intake;
+mod position;
 mod receiver;
 mod source;
 
@@ -30,14 +36,15 @@ pub use admission::Admission;
 pub use follower::{Event, Follower, FollowerSettings, Order, Show};
 pub use frame_rate::{Clock, FrameRate};
 pub use inbox::Inbox;
+pub use position::Position;
 pub use receiver::{Receiver, ReceiverError, TimecodeCounts};
 pub use source::TimecodeSource;
 
 /// A position that arrived.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// The timecode's position in seconds.
-    pub position_s: f64,
+    /// The timecode's position.
+    pub position: Position,
     /// Instant of `CLOCK_MONOTONIC` at which it arrived, in nanoseconds.
     pub arrived_ns: u64,
 }

@@ -11,24 +11,27 @@
 
 use rosc::{OscMessage, OscPacket, OscType};
 
-use super::{Clock, FrameRate, Malformed};
+use super::{Clock, FrameRate, Malformed, Position};
 
-/// Positions in seconds that a timecode may have: those of a day.
-const DAY_S: f64 = 86_400.0;
 /// Bundles in bundles are looked into so deep.
 const DEEPEST: usize = 4;
 
-/// The position in the last message of a packet that has this address, in seconds; `None` where none has. Frames whose
-/// number a second is not told are of `rate`.
+/// The position in the last message of a packet that has this address; `None` where none has. Frames whose number a second
+/// is not told are of `rate`.
 ///
 /// # Errors
 /// [`Malformed`] for what is not OSC, and for a message of this address that is no timecode.
-pub fn position_s(packet: &[u8], address: &str, rate: FrameRate) -> Result<Option<f64>, Malformed> {
+pub fn position(packet: &[u8], address: &str, rate: FrameRate) -> Result<Option<Position>, Malformed> {
     let (rest, packet) = rosc::decoder::decode_udp(packet).map_err(|_| Malformed)?;
     if rest.is_empty() { position_in(&packet, address, rate, DEEPEST) } else { Err(Malformed) }
 }
 
-fn position_in(packet: &OscPacket, address: &str, rate: FrameRate, deepest: usize) -> Result<Option<f64>, Malformed> {
+fn position_in(
+    packet: &OscPacket,
+    address: &str,
+    rate: FrameRate,
+    deepest: usize,
+) -> Result<Option<Position>, Malformed> {
     match packet {
         OscPacket::Message(message) if message.addr == address => position_of(message, rate).map(Some),
         OscPacket::Message(_) => Ok(None),
@@ -40,20 +43,20 @@ fn position_in(packet: &OscPacket, address: &str, rate: FrameRate, deepest: usiz
     }
 }
 
-fn position_of(OscMessage { args, .. }: &OscMessage, rate: FrameRate) -> Result<f64, Malformed> {
+fn position_of(OscMessage { args, .. }: &OscMessage, rate: FrameRate) -> Result<Position, Malformed> {
     match args.as_slice() {
         [OscType::String(text)] => position_of_text(text, rate),
         [OscType::String(text), told] => position_of_text(text, told_rate(told)?),
-        [hours, minutes, seconds, frames] => clock([hours, minutes, seconds, frames])?.position_s(rate),
+        [hours, minutes, seconds, frames] => Position::of_clock(clock([hours, minutes, seconds, frames])?, rate),
         [hours, minutes, seconds, frames, told] => {
-            clock([hours, minutes, seconds, frames])?.position_s(told_rate(told)?)
+            Position::of_clock(clock([hours, minutes, seconds, frames])?, told_rate(told)?)
         }
-        [seconds] => within_day(number(seconds)?),
+        [seconds] => Position::of_seconds(number(seconds)?),
         _ => Err(Malformed),
     }
 }
 
-fn position_of_text(text: &str, rate: FrameRate) -> Result<f64, Malformed> {
+fn position_of_text(text: &str, rate: FrameRate) -> Result<Position, Malformed> {
     let parts: Vec<&str> = text.trim().split([':', ';']).collect();
     let whole = |text: &str| {
         let is_short = (1..=2).contains(&text.len()) && text.bytes().all(|byte| byte.is_ascii_digit());
@@ -63,14 +66,14 @@ fn position_of_text(text: &str, rate: FrameRate) -> Result<f64, Malformed> {
         [hours, minutes, seconds, frames] => {
             let rate = if text.contains(';') { FrameRate::DropFrame } else { rate };
             let [hours, minutes, seconds, frames] = [whole(hours)?, whole(minutes)?, whole(seconds)?, whole(frames)?];
-            Clock { hours, minutes, seconds, frames }.position_s(rate)
+            Position::of_clock(Clock { hours, minutes, seconds, frames }, rate)
         }
         [hours, minutes, seconds] => {
             let clock = Clock { hours: whole(hours)?, minutes: whole(minutes)?, ..Clock::default() };
             let seconds_s = decimal(seconds).filter(|seconds_s| *seconds_s < 60.0).ok_or(Malformed)?;
-            Ok(clock.position_s(FrameRate::Ebu)? + seconds_s)
+            Position::of_seconds(clock.position_s(FrameRate::Ebu)? + seconds_s)
         }
-        [seconds] => within_day(decimal(seconds).ok_or(Malformed)?),
+        [seconds] => Position::of_seconds(decimal(seconds).ok_or(Malformed)?),
         _ => Err(Malformed),
     }
 }
@@ -105,10 +108,6 @@ fn number(value: &OscType) -> Result<f64, Malformed> {
     }
 }
 
-fn within_day(position_s: f64) -> Result<f64, Malformed> {
-    if (0.0..DAY_S).contains(&position_s) { Ok(position_s) } else { Err(Malformed) }
-}
-
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
@@ -120,12 +119,13 @@ mod tests {
         OscPacket::Message(OscMessage { addr: "/timecode".to_owned(), args })
     }
 
-    fn position(args: Vec<OscType>) -> Result<Option<f64>, Malformed> {
+    fn position_s(args: Vec<OscType>) -> Result<Option<f64>, Malformed> {
         position_of_packet(&message(args))
     }
 
     fn position_of_packet(packet: &OscPacket) -> Result<Option<f64>, Malformed> {
-        position_s(&rosc::encoder::encode(packet).expect("it can be written"), "/timecode", FrameRate::Ebu)
+        let packet = rosc::encoder::encode(packet).expect("it can be written");
+        Ok(position(&packet, "/timecode", FrameRate::Ebu)?.map(|position| position.since_midnight_s))
     }
 
     fn text(text: &str) -> OscType {
@@ -148,7 +148,7 @@ mod tests {
             (vec![Double(3723.16)], 3723.16),
             (vec![Int(60)], 60.0),
         ] {
-            let position_s = position(args.clone()).expect("it is sound").expect("it is a timecode");
+            let position_s = position_s(args.clone()).expect("it is sound").expect("it is a timecode");
             assert!((position_s - expected_s).abs() < 1e-9, "{args:?} is {position_s}");
         }
     }
@@ -179,7 +179,7 @@ mod tests {
             vec![Double(86_400.0)],
             vec![Bool(true)],
         ] {
-            assert_eq!(position(args.clone()), Err(Malformed), "{args:?}");
+            assert_eq!(position_s(args.clone()), Err(Malformed), "{args:?}");
         }
     }
 
@@ -197,14 +197,14 @@ mod tests {
     proptest! {
         #[test]
         fn no_bytes_do_any_harm(bytes in prop::collection::vec(any::<u8>(), 0..200), flips in prop::collection::vec((0..40_usize, any::<u8>()), 0..4)) {
-            let _ = position_s(&bytes, "/timecode", FrameRate::Ebu);
+            let _ = position(&bytes, "/timecode", FrameRate::Ebu);
             let mut packet = rosc::encoder::encode(&message(vec![text("01:02:03:05"), OscType::Int(25)])).expect("it can be written");
             for (index, byte) in flips {
                 let index = index % packet.len();
                 packet[index] = byte;
             }
-            if let Ok(Some(position_s)) = position_s(&packet, "/timecode", FrameRate::Ebu) {
-                prop_assert!((0.0..DAY_S + 100.0).contains(&position_s));
+            if let Ok(Some(position)) = position(&packet, "/timecode", FrameRate::Ebu) {
+                prop_assert!((0.0..position.day_s).contains(&position.since_midnight_s));
             }
         }
     }

@@ -10,15 +10,14 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::inbox::{Inbox, Slot, inbox};
+use super::intake::{Intake, Kind};
 use super::{Admission, FrameRate, Sample, TimecodeSource};
 use crate::clock::monotonic_ns;
 
 /// More than any timecode has, and too little for bundles in bundles to do harm. What is longer is cut, and malformed.
 const LONGEST_PACKET_BYTES: usize = 2048;
-/// Packets that are looked at in each period; then the rest of it is slept through, and what comes meanwhile is the kernel's
-/// to keep or to drop.
-const PACKETS_PER_PERIOD: u32 = 200;
-const PERIOD: Duration = Duration::from_millis(100);
+/// How often a thread that hears nothing looks whether it is over.
+const LOOK_PERIOD: Duration = Duration::from_millis(100);
 
 /// What has come so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -35,10 +34,24 @@ pub struct TimecodeCounts {
 
 /// Why timecode cannot be received.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot listen for timecode on {listen}")]
-pub struct ReceiverError {
-    listen: SocketAddr,
-    source: io::Error,
+pub enum ReceiverError {
+    /// Another program has the port.
+    #[error(
+        "cannot listen for timecode on {listen}: another program has this port; end it, or have the timecode sent to another \
+         one, and name that"
+    )]
+    Busy {
+        /// Where it was to listen.
+        listen: SocketAddr,
+    },
+    /// The address is not this machine's, or the port is not to be had.
+    #[error("cannot listen for timecode on {listen}")]
+    Failed {
+        /// Where it was to listen.
+        listen: SocketAddr,
+        /// What the kernel says.
+        source: io::Error,
+    },
 }
 
 /// The running thread.
@@ -63,21 +76,22 @@ impl Receiver {
     /// `rate`; a sender that is silent for `timeout_ns` gives way to another.
     ///
     /// # Errors
-    /// Where the address is not this machine's, the port is taken or is not to be had.
+    /// Where another program has the port, the address is not this machine's, or the port is not to be had.
     pub fn start(source: TimecodeSource, rate: FrameRate, timeout_ns: u64) -> Result<(Self, Inbox), ReceiverError> {
         let listen = source.listen();
-        let failed = |source| ReceiverError { listen, source };
+        let failed = |source: io::Error| match source.kind() {
+            io::ErrorKind::AddrInUse => ReceiverError::Busy { listen },
+            _ => ReceiverError::Failed { listen, source },
+        };
         let socket = UdpSocket::bind(listen).map_err(failed)?;
-        socket.set_read_timeout(Some(PERIOD)).map_err(failed)?;
+        socket.set_read_timeout(Some(LOOK_PERIOD)).map_err(failed)?;
         let listen = socket.local_addr().map_err(failed)?;
         let (slot, inbox) = inbox();
         let shared = Arc::new(Shared::default());
         let admission = Admission::new(timeout_ns);
         let listening = Listening { socket, source, rate, admission, slot, shared: Arc::clone(&shared) };
-        let thread = thread::Builder::new()
-            .name("timecode".to_owned())
-            .spawn(move || listening.run())
-            .map_err(|source| ReceiverError { listen, source })?;
+        let thread =
+            thread::Builder::new().name("timecode".to_owned()).spawn(move || listening.run()).map_err(failed)?;
         Ok((Self { listen, shared, thread: Some(thread) }, inbox))
     }
 
@@ -116,43 +130,65 @@ struct Listening {
 impl Listening {
     fn run(mut self) {
         let mut packet = [0; LONGEST_PACKET_BYTES + 1];
-        let (mut begun_ns, mut packets) = (monotonic_ns(), 0);
+        let mut intake = Intake::new(monotonic_ns());
         while !self.shared.is_over.load(Ordering::Relaxed) {
             // A failure is the silence that ends a wait, or the answer of a host that is none of ours.
             let Ok((length, sender)) = self.socket.recv_from(&mut packet) else { continue };
             let arrived_ns = monotonic_ns();
-            self.take(&packet[..length], sender, arrived_ns);
-            packets += 1;
-            let period_ns = PERIOD.as_nanos() as u64;
-            let elapsed_ns = arrived_ns.saturating_sub(begun_ns);
-            if elapsed_ns >= period_ns {
-                (begun_ns, packets) = (arrived_ns, 0);
-            } else if packets >= PACKETS_PER_PERIOD {
+            let kind = self.take(&packet[..length], sender, arrived_ns);
+            if let Some(rest_ns) = intake.count(kind, arrived_ns) {
+                // What comes meanwhile is the kernel's to keep or to drop.
                 count(&self.shared.floods);
-                thread::sleep(Duration::from_nanos(period_ns - elapsed_ns));
-                (begun_ns, packets) = (monotonic_ns(), 0);
+                thread::sleep(Duration::from_nanos(rest_ns));
             }
         }
     }
 
-    fn take(&mut self, packet: &[u8], sender: SocketAddr, arrived_ns: u64) {
+    /// Takes what a packet has, and says what it is.
+    fn take(&mut self, packet: &[u8], sender: SocketAddr, arrived_ns: u64) -> Kind {
         let position = if packet.len() > LONGEST_PACKET_BYTES {
             Err(super::Malformed)
         } else {
-            self.source.position_s(packet, self.rate)
+            self.source.position(packet, self.rate)
         };
         match position {
             Err(super::Malformed) => count(&self.shared.malformed),
-            Ok(None) => {}
+            Ok(None) => return Kind::Other,
             Ok(Some(_)) if !self.admission.admits(sender.ip(), arrived_ns) => count(&self.shared.of_others),
-            Ok(Some(position_s)) => {
+            Ok(Some(position)) => {
                 count(&self.shared.taken);
-                self.slot.leave(Sample { position_s, arrived_ns });
+                self.slot.leave(Sample { position, arrived_ns });
             }
         }
+        Kind::Timecode
     }
 }
 
 fn count(counter: &AtomicU64) {
     counter.fetch_add(1, Ordering::Relaxed);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_malformed_or_of_another_sender_counts_as_timecode_and_light_does_not() {
+        let (slot, mut inbox) = inbox();
+        let mut listening = Listening {
+            socket: UdpSocket::bind("127.0.0.1:0").expect("a port"),
+            source: "artnet".parse().expect("a source"),
+            rate: FrameRate::default(),
+            admission: Admission::new(1_000_000_000),
+            slot,
+            shared: Arc::default(),
+        };
+        let timecode = b"Art-Net\0\x00\x97\x00\x0e\x00\x00\x05\x02\x01\x00\x01";
+        let light = b"Art-Net\0\x00\x50\x00\x0e";
+        let [desk, other] = ["127.0.0.1:9", "127.0.0.2:9"].map(|sender| sender.parse().expect("an address"));
+        let kinds = [(&timecode[..], desk), (timecode, other), (&timecode[..18], desk), (light, desk)]
+            .map(|(packet, sender)| listening.take(packet, sender, 5));
+        assert_eq!(kinds, [Kind::Timecode, Kind::Timecode, Kind::Timecode, Kind::Other]);
+        assert_eq!(inbox.take().map(|sample| sample.arrived_ns), Some(5));
+    }
 }

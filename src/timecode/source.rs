@@ -4,7 +4,7 @@ use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::str::FromStr;
 
-use super::{FrameRate, Malformed, art_net, osc};
+use super::{FrameRate, Malformed, Position, art_net, osc};
 
 /// Address of the OSC messages where no other is told.
 const DEFAULT_ADDRESS: &str = "/timecode";
@@ -46,15 +46,15 @@ impl TimecodeSource {
         }
     }
 
-    /// The position in a packet, in seconds; `None` where it is about something else. Frames whose number a second a
+    /// The position in a packet; `None` where it is about something else. Frames whose number a second a
     /// packet does not tell are of `rate`.
     ///
     /// # Errors
     /// [`Malformed`].
-    pub fn position_s(&self, packet: &[u8], rate: FrameRate) -> Result<Option<f64>, Malformed> {
+    pub fn position(&self, packet: &[u8], rate: FrameRate) -> Result<Option<Position>, Malformed> {
         match self {
-            Self::Osc { address, .. } => osc::position_s(packet, address, rate),
-            Self::ArtNet { .. } => art_net::position_s(packet),
+            Self::Osc { address, .. } => osc::position(packet, address, rate),
+            Self::ArtNet { .. } => art_net::position(packet),
         }
     }
 }

@@ -7,7 +7,7 @@ use bench_dragon_ipc::Request;
 const TICK_NS: u64 = 1_000_000;
 const LAST_S: f64 = 432.75;
 
-/// A packet is a position within a day (drop-frame counting is a little longer), none of ours, or malformed; and whatever
+/// A packet is a position within its day, none of ours, or malformed; and whatever
 /// positions come, and whenever, the show stays within its run and goes back only where it is put back. The first byte tells
 /// the source, the second one how many ticks lie between two packets, the third one how long each of them is.
 pub(crate) fn check(input: &[u8]) {
@@ -18,9 +18,9 @@ pub(crate) fn check(input: &[u8]) {
     let mut motion = Motion::new(MotionPlan::plain(1e-9 * TICK_NS as f64, 0.0, LAST_S));
     let mut now_ns = 1_000_000_000;
     for packet in packets.chunks(usize::from(length).max(1)) {
-        if let Ok(Some(position_s)) = source.position_s(packet, FrameRate::default()) {
-            assert!((0.0..86_500.0).contains(&position_s), "{position_s}");
-            follower.hear(Sample { position_s, arrived_ns: now_ns });
+        if let Ok(Some(position)) = source.position(packet, FrameRate::default()) {
+            assert!((0.0..position.day_s).contains(&position.since_midnight_s), "{position:?}");
+            follower.hear(Sample { position, arrived_ns: now_ns });
         }
         for _ in 0..ticks {
             now_ns += TICK_NS;

@@ -45,7 +45,7 @@ def art_net(frame, kind):
         b"Art-Net\0"
         + struct.pack("<H", opcode)
         + struct.pack(">H", version)
-        + struct.pack("9B", filler, stream, frames, seconds, minutes, hours, kind, 0, 0)[:7]
+        + struct.pack("7B", filler, stream, frames, seconds, minutes, hours, kind)
     )
 
 
