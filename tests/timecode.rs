@@ -179,7 +179,7 @@ fn a_timecode_that_stands_has_the_show_stand_also_when_it_is_lost_then() {
     rehearsal.play(2_000, |elapsed_s| Some(20.0 + elapsed_s));
     let standing = rehearsal.play(1_000, |_| Some(21.96));
     let rest = standing[200].head;
-    assert_eq!(rest.state, ShowState::Paused);
+    assert_eq!((rest.state, rest.sim_time_ns), (ShowState::Paused, 21_960_000_000), "at just that position");
     assert!(standing[200..].iter().all(|moment| moment.head == rest));
     let lost = rehearsal.play(3_000, |_| None);
     assert!(lost.iter().all(|moment| moment.head == rest), "whoever stopped the desk has not started the dragon");

@@ -40,7 +40,7 @@ impl Following {
 
     /// Steers the tick that is due now, one of so many a second. Returns the time scale from it on.
     pub(super) fn steer(&mut self, simulation: &mut Simulation, due_ns: u64, rate_hz: u32) -> f64 {
-        if let Some(sample) = self.inbox.take() {
+        for sample in self.inbox.take() {
             self.follower.hear(sample);
         }
         let show = simulation.show();

@@ -19,6 +19,8 @@ const PACE_RANGE: f64 = 0.05;
 const CORRECTION_RANGE: f64 = 0.05;
 /// A timecode that has told the same position for so long stands: two frames of the slowest, and more.
 const STANDS_AFTER_NS: u64 = 100_000_000;
+/// A show that stands so near to its timecode stands where that does: show time is told in nanoseconds.
+const SAME_PLACE_S: f64 = 2e-9;
 /// How often a seek that was refused is tried again.
 const SEEK_PERIOD_NS: u64 = 100_000_000;
 /// More than this between two positions tells nothing of the pace.
@@ -239,10 +241,13 @@ impl Follower {
         self.order(is_before, None)
     }
 
-    /// Stands where the timecode stands, or, less than a jump away from it, where the show is.
+    /// Stands exactly where the timecode stands; where the head had to brake, and is less than a jump beyond it, there.
     fn stand(&mut self, newest: Sample, now_ns: u64, show: Show) -> Order {
         let target_s = self.within_run_s(self.target_s(newest.position, show));
-        let is_away = !self.has_met || self.is_jump(target_s - show.sim_time_s);
+        let difference_s = target_s - show.sim_time_s;
+        let has_stood_at_once = self.stood_s.is_some() && self.braked_s == 0.0;
+        let is_beside = has_stood_at_once && difference_s.abs() > SAME_PLACE_S;
+        let is_away = !self.has_met || self.is_jump(difference_s) || is_beside;
         let seek_s = if is_away && !show.is_stopped { self.seek(target_s, now_ns) } else { None };
         self.order(true, seek_s)
     }
