@@ -3,7 +3,7 @@
 use bench_dragon::timecode::{FrameRate, TimecodeSource};
 use clap::Args;
 
-use super::value::{finite, within};
+use super::value::within;
 
 /// Which timecode to follow, and how.
 #[derive(Clone, Debug, Args)]
@@ -17,7 +17,7 @@ pub(crate) struct TimecodeArgs {
         value_name = "SECONDS",
         requires = "source",
         allow_negative_numbers = true,
-        value_parser = finite
+        value_parser = offset
     )]
     pub(crate) offset_s: Option<f64>,
     /// Silence after which a timecode is lost and the show goes on by itself [default: 1].
@@ -32,6 +32,10 @@ pub(crate) struct TimecodeArgs {
     /// Frames a second of OSC messages that do not tell: 24, 25, 29.97 (drop-frame) or 30 [default: 25].
     #[arg(long = "timecode-fps", value_name = "FPS", requires = "source", value_parser = frame_rate)]
     pub(crate) frame_rate: Option<FrameRate>,
+}
+
+fn offset(text: &str) -> Result<f64, String> {
+    within(text, &(-1_000_000.0..=1_000_000.0))
 }
 
 fn timeout(text: &str) -> Result<f64, String> {

@@ -8,7 +8,7 @@ use std::time::Duration;
 use bench_dragon::config::Config;
 use bench_dragon::report::{ServeLine, TimecodeLine};
 use bench_dragon::server::{Following, Server, TimecodeNews};
-use bench_dragon::timecode::{FollowerSettings, Inbox, Receiver};
+use bench_dragon::timecode::{FollowerSettings, Inbox, Receiver, TimecodeSource};
 use rtrb::Consumer;
 
 use crate::cli::{Format, TimecodeArgs};
@@ -43,13 +43,18 @@ struct Telling {
     thread: JoinHandle<()>,
 }
 
-/// Refuses a pace that timecode would not keep.
-pub(crate) fn check_time_scale(args: &TimecodeArgs, config: &Config) -> Result<(), BadInput> {
+/// Refuses a pace that timecode would not keep, and what its source tells by itself.
+pub(crate) fn check(args: &TimecodeArgs, config: &Config) -> Result<(), BadInput> {
     let time_scale = config.time_scale();
-    if args.source.is_none() || time_scale == 1.0 {
-        return Ok(());
+    if args.source.is_some() && time_scale != 1.0 {
+        return Err(BadInput(format!("time_scale is {time_scale}, must be 1 with --timecode, which sets the pace")));
     }
-    Err(BadInput(format!("time_scale is {time_scale}, must be 1 with --timecode, which sets the pace")))
+    match (&args.source, args.frame_rate) {
+        (Some(TimecodeSource::ArtNet { .. }), Some(_)) => {
+            Err(BadInput("--timecode-fps is for osc: Art-Net timecode tells its own frames a second".to_owned()))
+        }
+        _ => Ok(()),
+    }
 }
 
 impl Awaited {
@@ -60,7 +65,7 @@ impl Awaited {
         until_s: Option<f64>,
         format: Format,
     ) -> anyhow::Result<Option<Self>> {
-        check_time_scale(args, config)?;
+        check(args, config)?;
         let Some(source) = &args.source else { return Ok(None) };
         let timeout_ns = (args.timeout_s.unwrap_or(DEFAULT_TIMEOUT_S) * 1e9) as u64;
         let settings = FollowerSettings {

@@ -4,10 +4,15 @@ use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::str::FromStr;
 
+use rosc::address::verify_address;
+
 use super::{FrameRate, Malformed, Position, art_net, osc};
 
 /// Address of the OSC messages where no other is told.
 const DEFAULT_ADDRESS: &str = "/timecode";
+/// What is allowed.
+const FORMS: &str =
+    "must be osc:[ADDRESS:]PORT[/MESSAGE], MESSAGE without blanks and #*,?[]{}, or artnet[:ADDRESS[:PORT]]";
 /// Who may send where nothing is told: this machine alone.
 const LOOPBACK: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
 
@@ -63,13 +68,14 @@ impl FromStr for TimecodeSource {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let told = || "must be osc:[ADDRESS:]PORT[/MESSAGE] or artnet[:ADDRESS[:PORT]]".to_owned();
+        let told = || FORMS.to_owned();
         let source = if let Some(rest) = text.strip_prefix("osc:") {
             let (listen, address) = rest.split_at(rest.find('/').unwrap_or(rest.len()));
             let port = || Some(SocketAddr::new(LOOPBACK, listen.parse().ok()?));
             let listen = listen.parse().ok().or_else(port);
             let address = if address.is_empty() { DEFAULT_ADDRESS } else { address };
-            listen.map(|listen| Self::Osc { listen, address: address.to_owned() })
+            let is_address = verify_address(address).is_ok();
+            listen.filter(|_| is_address).map(|listen| Self::Osc { listen, address: address.to_owned() })
         } else {
             let rest = text.strip_prefix("artnet").ok_or_else(told)?;
             let listen = match rest.strip_prefix(':') {
@@ -115,9 +121,10 @@ mod tests {
 
     #[test]
     fn anything_else_is_refused() {
-        for text in ["", "osc", "osc:", "osc:70000", "osc:host:7000", "artnet:", "artnet6454", "artnet:x", "midi:1"] {
-            let refused = text.parse::<TimecodeSource>().expect_err(text);
-            assert_eq!(refused, "must be osc:[ADDRESS:]PORT[/MESSAGE] or artnet[:ADDRESS[:PORT]]");
+        let of_osc = ["osc", "osc:", "osc:70000", "osc:host:7000", "osc:7000/", "osc:7000/a b", "osc:7000/*"];
+        let others = ["", "artnet:", "artnet6454", "artnet:x", "midi:1"];
+        for text in of_osc.into_iter().chain(others) {
+            assert_eq!(text.parse::<TimecodeSource>().expect_err(text), FORMS);
         }
     }
 }

@@ -2,7 +2,6 @@
 
 use std::env;
 use std::fs;
-use std::net::UdpSocket;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -10,6 +9,7 @@ use std::thread;
 use bench_dragon_ipc::BenchState;
 use serde_json::Value;
 
+use crate::ports::free_port;
 use crate::process::Process;
 use crate::python::python;
 use crate::reader::{Reader, Shot};
@@ -113,11 +113,6 @@ fn node_script() -> Option<&'static str> {
 }
 
 /// A port that nobody had a moment ago; the receivers bind it on the group's address.
-fn free_port() -> u16 {
-    let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
-    socket.local_addr().expect("a bound socket has an address").port()
-}
-
 /// Every frame of a server.
 fn read_until(stage: &Stage, is_over: &AtomicBool) -> Vec<Shot> {
     let mut reader = Reader::join(stage);

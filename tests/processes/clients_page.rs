@@ -2,13 +2,13 @@
 
 use std::env;
 use std::fs;
-use std::net::UdpSocket;
 use std::path::PathBuf;
 use std::process::Command;
 
 use crate::c_compiler::Language::C99;
 use crate::c_compiler::Linkage::Shared;
 use crate::c_compiler::{compile_at, has_tools};
+use crate::ports::free_port;
 use crate::process::Process;
 use crate::python::python;
 use crate::skip::skip;
@@ -34,11 +34,6 @@ fn program(heading: &str, language: &str) -> String {
 fn code(text: &str, language: &str) -> String {
     let (_, block) = text.split_once(&format!("```{language}\n")).expect("there is code in the language");
     block.split("```").next().expect("a block has an end").to_owned()
-}
-
-fn free_port() -> u16 {
-    let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
-    socket.local_addr().expect("a bound socket has an address").port()
 }
 
 /// Fails unless a program prints lines, and keeps on running.

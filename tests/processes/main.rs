@@ -31,6 +31,7 @@ mod monitor;
 mod other_versions;
 mod overflow;
 mod planner;
+mod ports;
 mod poses;
 mod poses_files;
 mod process;

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use bench_dragon_ipc::{Continuity, Frame, FrameHeader, FrameSubscriber, HandleState, ShowState};
 
+use crate::eventually::eventually;
 use crate::stage::Stage;
 
 /// How long one wait lasts; another one follows.
@@ -25,6 +26,11 @@ impl Reader {
     /// Joins a stage on which a server is.
     pub(crate) fn join(stage: &Stage) -> Self {
         Self(FrameSubscriber::open(stage.domain(), "test").expect("a server has made the services"))
+    }
+
+    /// Joins as soon as there is a server.
+    pub(crate) fn await_server(stage: &Stage) -> Self {
+        Self(eventually(|| FrameSubscriber::open(stage.domain(), "test").ok()))
     }
 
     /// The next frame.

@@ -7,6 +7,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Stdio};
 use bench_dragon_ipc::{FrameHeader, ShowState};
 use serde_json::{Value, json};
 
+use crate::ports::free_port;
 use crate::process::Process;
 use crate::python;
 use crate::reader::{Reader, Shot};
@@ -294,6 +295,24 @@ fn a_monitor_sweeps_the_way_of_a_show_that_follows() {
 }
 
 #[test]
+fn a_show_that_follows_timecode_goes_on_after_a_contact_until_it_is_stopped() {
+    let stage = Stage::new();
+    let source = format!("osc:{}", free_port());
+    let show = stage.start(&["show", "--out", "out", "--rate", "50", "--timecode", &source, "--format", "json"]);
+    let mut reader = Reader::await_server(&stage);
+    reader.next();
+    let mut desk = Desk::start(&["osc", &source.replace("osc:", "127.0.0.1:")]);
+    desk.order("play 411.5");
+    reader.read_until(|header| header.sim_time_s() > 414.0);
+    let clock = desk.order("play 200");
+    read_following(&mut reader, clock, 0.0);
+    stage.run(&["ctl", "stop"]).expect_clean();
+    let summary = show.end();
+    assert_eq!(summary.code(), Some(0), "{}", summary.stderr);
+    assert_eq!(summary.last_json()["contact"]["benches"], json!([0, 8]), "{}", summary.stdout);
+}
+
+#[test]
 fn what_cannot_be_followed_is_told_in_one_line() {
     let stage = Stage::new();
     let taken = UdpSocket::bind("127.0.0.1:0").expect("a port");
@@ -308,7 +327,13 @@ fn what_cannot_be_followed_is_told_in_one_line() {
         (
             &["--timecode", "midi"],
             2,
-            "error: invalid value 'midi' for '--timecode <SOURCE>': must be osc:[ADDRESS:]PORT[/MESSAGE] or artnet[:ADDRESS[:PORT]]\n",
+            "error: invalid value 'midi' for '--timecode <SOURCE>': must be \
+             osc:[ADDRESS:]PORT[/MESSAGE], MESSAGE without blanks and #*,?[]{}, or artnet[:ADDRESS[:PORT]]\n",
+        ),
+        (
+            &["--timecode", "artnet:127.0.0.1:0", "--timecode-fps", "25"],
+            2,
+            "error: --timecode-fps is for osc: Art-Net timecode tells its own frames a second\n",
         ),
         (
             &["--timecode", "osc:0", "--time-scale", "2"],

@@ -3,13 +3,12 @@
 use std::fmt;
 use std::str::FromStr;
 
+use rosc::address::verify_address;
+
 /// What stands for a bench's number.
 const INDEX: &str = "{index}";
 /// Most bytes of an address, so that a message fits into any datagram.
 const MAX_LEN: usize = 200;
-
-/// What has another meaning in an address, besides blanks.
-const RESERVED: &[u8] = b"#*,?[]{}";
 
 /// The address of a bench's message, with `{index}` for the bench's number.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -79,10 +78,8 @@ impl fmt::Display for ShowAddress {
 }
 
 fn check(address: &str) -> Result<(), AddressError> {
-    let is_part =
-        |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_graphic() && !RESERVED.contains(&byte));
-    let is_address = |parts: &str| address.len() <= MAX_LEN && parts.split('/').all(is_part);
-    if address.strip_prefix('/').is_some_and(is_address) { Ok(()) } else { Err(AddressError::Address) }
+    let is_address = address.len() <= MAX_LEN && verify_address(address).is_ok();
+    if is_address { Ok(()) } else { Err(AddressError::Address) }
 }
 
 #[cfg(test)]

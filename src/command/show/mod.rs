@@ -16,9 +16,8 @@ use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{BusError, Domain, FrameHeader, FrameSubscriber, ShowState, Status, StatusReader};
 
 use crate::cli::ShowArgs;
-use crate::command::CONTACT;
 use crate::command::serve::{check_pace, configure};
-use crate::command::timecode::check_time_scale;
+use crate::command::{CONTACT, timecode};
 
 mod account;
 mod child;
@@ -45,7 +44,7 @@ const LOOK_PERIOD: Duration = Duration::from_millis(50);
 pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let config = configure(&args.config, &args.pace, args.guard)?;
     check_pace(&config, &args.pace)?;
-    check_time_scale(&args.timecode, &config)?;
+    timecode::check(&args.timecode, &config)?;
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
     repair_earlier_shows();
