@@ -245,3 +245,9 @@ def test_what_a_killed_server_left_is_swept_away(stage):
     with pytest.raises(NoServer):
         Dragon(stage.instance, timeout_s=0)
     assert stage.remains() == []
+
+
+@pytest.mark.parametrize("timeout_s", [-1, float("nan")])
+def test_a_timeout_that_is_none_is_refused(timeout_s):
+    with pytest.raises(ValueError, match="timeout_s is .*, must be at least 0"):
+        Dragon("nobody-is-there", timeout_s=timeout_s)

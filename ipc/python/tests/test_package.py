@@ -35,5 +35,12 @@ def test_the_examples_in_its_documentation_are_right(module):
     assert (tested.failed, tested.attempted > 0) == (0, True)
 
 
+def test_a_status_shows_as_one_line_without_its_histograms():
+    shown = repr(bench_dragon.Status(tick=7))
+    assert "tick=7" in shown
+    assert "counts=[1024 numbers]" in shown
+    assert len(shown) < 1000
+
+
 def test_all_that_it_names_is_there():
     assert [name for name in bench_dragon.__all__ if not getattr(bench_dragon, name).__doc__] == []

@@ -8,8 +8,10 @@ class Deadline:
     """An instant in the future, or none."""
 
     def __init__(self, timeout_s: float | None) -> None:
-        """`timeout_s` seconds from now; `None` for never."""
-        self.timeout_s = math.inf if timeout_s is None else max(0.0, timeout_s)
+        """`timeout_s` seconds from now; `None` for never. Raises `ValueError` for less than 0 and what is no number."""
+        if timeout_s is not None and not timeout_s >= 0:
+            raise ValueError(f"timeout_s is {timeout_s}, must be at least 0, or None for as long as it takes")
+        self.timeout_s = math.inf if timeout_s is None else timeout_s
         """How far off it was when it was made, in seconds; infinite where there is none."""
         self._at_s = time.monotonic() + self.timeout_s
 

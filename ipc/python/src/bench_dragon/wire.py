@@ -7,6 +7,8 @@ import ctypes
 import enum
 from typing import Any, ClassVar, Self, TypeVar
 
+_MOST_SHOWN = 6
+
 
 class WireType(ctypes.Structure):
     """A structure of the bus."""
@@ -29,8 +31,14 @@ class WireType(ctypes.Structure):
         return {name: list(value) if isinstance(value, ctypes.Array) else value for name, value in values}
 
     def __repr__(self) -> str:
-        values = ", ".join(f"{name}={value!r}" for name, value in self.fields().items())
+        values = ", ".join(f"{name}={_shown(value)}" for name, value in self.fields().items())
         return f"{type(self).__name__}({values})"
+
+
+def _shown(value: Any) -> str:
+    """A value as people want to see it; of a long array, such as a histogram, how long it is."""
+    is_long = isinstance(value, list) and len(value) > _MOST_SHOWN
+    return f"[{len(value)} numbers]" if is_long else repr(value)
 
 
 class WireCode(enum.IntEnum):
