@@ -7,7 +7,7 @@ use bench_dragon::clock::monotonic_ns;
 use bench_dragon_ipc::{Continuity, Frame, FrameSubscriber};
 
 use crate::cable::Cable;
-use crate::program::{Program, domain};
+use crate::shared::{Program, domain};
 
 /// How long one wait lasts; another one follows.
 const WAIT: Duration = Duration::from_millis(5);
@@ -68,15 +68,19 @@ impl Joined {
 
     fn new(namespaces: [Option<&str>; 2], endpoint: &str) -> Self {
         let (near, far) = (domain("bench-bridge-near"), domain("bench-bridge-far"));
-        let mut server = Program::start(&near, None, &["serve", "--rate", "1000"]);
+        let start = |namespace: Option<&str>, domain, args: &[&str]| match namespace {
+            Some(namespace) => Program::start_within(namespace, domain, args),
+            None => Program::start(domain, args),
+        };
+        let mut server = Program::start(&near, &["serve", "--rate", "1000"]);
         server.until("started");
         let key = ["bridge", "zenoh", "--key", "bench/bridge"];
-        let mut sender = Program::start(&near, namespaces[0], &[&key[..], &["--listen", endpoint]].concat());
+        let mut sender = start(namespaces[0], &near, &[&key[..], &["--listen", endpoint]].concat());
         let started = sender.until("started");
         let endpoint = started["listens"][0].as_str().expect("it listens").to_owned();
         sender.until("sending");
         let receive = [&key[..], &["--receive", "--connect", &endpoint]].concat();
-        let mut receiver = Program::start(&far, namespaces[1], &receive);
+        let mut receiver = start(namespaces[1], &far, &receive);
         receiver.until("receiving");
         let open = |domain| FrameSubscriber::open(domain, "bench").expect("its source is there");
         Self {

@@ -11,7 +11,6 @@ mod shared;
 #[path = "../../tests/processes/zenoh/cable.rs"]
 mod cable;
 mod joined;
-mod program;
 
 use std::thread;
 use std::time::Duration;

@@ -4,6 +4,7 @@
 mod arguments;
 mod figures;
 mod paper;
+mod program;
 mod timing;
 
 #[allow(unused_imports, reason = "each bench uses a part of this")]
@@ -11,5 +12,6 @@ pub use self::{
     arguments::{require_no_arguments, seconds_or},
     figures::Figures,
     paper::{dimensions, dragon},
+    program::{Program, domain},
     timing::{interleaved, median, nanoseconds_a_call, quantile},
 };

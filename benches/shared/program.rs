@@ -1,0 +1,96 @@
+//! The product's own processes.
+
+use std::io::{BufRead as _, BufReader};
+use std::process::{Child, ChildStdout, Command, Stdio};
+
+use bench_dragon_ipc::{Domain, Instance};
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+
+/// A running process. One that is dropped is asked to end.
+#[derive(Debug)]
+pub struct Program {
+    child: Child,
+    stdout: BufReader<ChildStdout>,
+}
+
+/// An instance of the bus.
+pub fn domain(instance: &str) -> Domain {
+    let instance = Instance::new(instance).expect("letters and hyphens are allowed");
+    Domain::new(instance).expect("XDG_RUNTIME_DIR is short, or unset")
+}
+
+impl Program {
+    /// Starts a command on an instance.
+    pub fn start(domain: &Domain, args: &[&str]) -> Self {
+        Self::start_by(Command::new(Self::PATH), domain, args)
+    }
+
+    /// Starts a command on an instance within a network namespace.
+    pub fn start_within(namespace: &str, domain: &Domain, args: &[&str]) -> Self {
+        let mut command = Command::new("ip");
+        command.args(["netns", "exec", namespace, Self::PATH]);
+        Self::start_by(command, domain, args)
+    }
+
+    const PATH: &str = env!("CARGO_BIN_EXE_bench-dragon");
+
+    fn start_by(mut command: Command, domain: &Domain, args: &[&str]) -> Self {
+        let mut child = command
+            .args(args)
+            .args(["--format", "json", "--instance", domain.instance().as_str()])
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("the program is there: cargo has built it for this bench");
+        let stdout = BufReader::new(child.stdout.take().expect("it is piped"));
+        Self { child, stdout }
+    }
+
+    /// Its next line.
+    pub fn line(&mut self) -> Value {
+        let mut line = String::new();
+        self.stdout.read_line(&mut line).expect("a pipe of text");
+        serde_json::from_str(&line).expect("the program has not ended")
+    }
+
+    /// Its lines up to one of this type, which is returned.
+    pub fn until(&mut self, kind: &str) -> Value {
+        loop {
+            let line = self.line();
+            if line["type"] == kind {
+                return line;
+            }
+        }
+    }
+
+    /// Whether it has ended, well; fails where it has ended otherwise.
+    pub fn has_ended(&mut self) -> bool {
+        let status = self.child.try_wait().expect("a child can be waited for");
+        assert!(status.is_none_or(|status| status.success()), "a program failed");
+        status.is_some()
+    }
+
+    pub fn signal(&self, signal: Signal) {
+        // It may have ended by itself; the process id stays its own until it is waited for.
+        let _ = kill_process(Pid::from_child(&self.child), signal);
+    }
+
+    /// Ends it and returns its summary, a line of this type.
+    pub fn stop(mut self, kind: &str) -> Value {
+        self.signal(Signal::TERM);
+        self.until(kind)
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        if matches!(self.child.try_wait(), Ok(None)) {
+            self.signal(Signal::TERM);
+            self.signal(Signal::CONT);
+            // Nobody reads any more, and a full pipe would keep it.
+            let _ = std::io::copy(&mut self.stdout, &mut std::io::sink());
+            let _ = self.child.wait();
+        }
+    }
+}
