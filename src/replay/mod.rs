@@ -32,8 +32,9 @@ use std::time::Duration;
 use bench_dragon_ipc::{Domain, SourceLock};
 use serde::{Deserialize, Serialize};
 
+use crate::config::RATE_HZ;
 use crate::record::{Flaws, ShowInterval};
-use crate::source::Stage;
+use crate::source::{Stage, described_rate_hz};
 
 pub use error::ReplayError;
 pub use pass::{Pass, PassSummary};
@@ -43,6 +44,8 @@ use read_ahead::{ReadAhead, RecordedRun};
 
 /// Recorded seconds that may be played per second.
 pub const RATE: RangeInclusive<f64> = 0.01..=100.0;
+/// Frames that any run on a bus has a second at most: those of the fastest server, replayed as fast as can be.
+pub const FASTEST_HZ: u32 = *RATE_HZ.end() * *RATE.end() as u32;
 
 /// How often commands are looked for where frames are further apart.
 const COMMAND_PERIOD: Duration = Duration::from_millis(10);
@@ -121,7 +124,9 @@ impl Replay {
     /// what is wrong with the bus.
     pub fn next_pass(&mut self, stop: &AtomicBool) -> Result<Option<Pass<'_>>, ReplayError> {
         let Some(run) = self.next_run(stop)? else { return Ok(None) };
-        let stage = Stage::open(&self.domain, "replay", &run.configuration.toml, run.bench_count)?;
+        let toml = &run.configuration.toml;
+        let rate_hz = published_rate_hz(described_rate_hz(toml), self.settings.rate);
+        let stage = Stage::open(&self.domain, "replay", toml, run.bench_count, rate_hz)?;
         if run.lap != self.lap {
             self.lap = run.lap;
             self.pace.begin_lap();
@@ -143,5 +148,22 @@ impl Replay {
             }
         }
         Ok(None)
+    }
+}
+
+/// Frames a second, rounded up, of a run that had so many and is played at a rate; 0 where that is not known.
+fn published_rate_hz(recorded_hz: u32, rate: f64) -> u32 {
+    (f64::from(recorded_hz) * rate).ceil() as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recording_that_is_played_faster_has_more_frames_a_second_and_never_none() {
+        let published = [(1_000, 10.0), (1_000, 1.0), (50, 0.01), (20, 0.01), (0, 3.0), (100_000, 100.0)];
+        let rates_hz = published.map(|(recorded_hz, rate)| published_rate_hz(recorded_hz, rate));
+        assert_eq!(rates_hz, [10_000, 1_000, 1, 1, 0, FASTEST_HZ]);
     }
 }

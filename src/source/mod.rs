@@ -20,6 +20,6 @@ pub(crate) use frame_publisher::FramePublisher;
 pub(crate) use reporter::TimesOfAll;
 pub(crate) use run_id::random_run_id;
 pub(crate) use source_report::SourceReport;
-pub(crate) use stage::Stage;
 #[cfg(feature = "zenoh")]
-pub(crate) use stage::described_rate_hz;
+pub(crate) use stage::described_bench_count;
+pub(crate) use stage::{Stage, described_rate_hz};

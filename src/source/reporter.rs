@@ -27,6 +27,8 @@ pub(super) struct LoopGauges {
     pub(super) sim_time_ns: AtomicI64,
     /// Its state, as on the wire.
     pub(super) state: AtomicU32,
+    /// Frames a second; 0 where that is not known.
+    pub(super) rate_hz: AtomicU32,
     /// Releases skipped so far.
     pub(super) overruns: AtomicU64,
     /// Counted up by the loop with every turn, so that it is seen to live.
@@ -39,12 +41,13 @@ pub(super) struct LoopGauges {
 }
 
 impl LoopGauges {
-    fn new() -> Self {
+    fn new(rate_hz: u32) -> Self {
         let none = || AtomicU64::new(Status::NONE.to_bits());
         Self {
             tick: AtomicU64::default(),
             sim_time_ns: AtomicI64::default(),
             state: AtomicU32::default(),
+            rate_hz: rate_hz.into(),
             overruns: AtomicU64::default(),
             granted_to_m: none(),
             asked_m: none(),
@@ -71,6 +74,17 @@ pub(crate) struct TimesOfAll {
     pub(crate) tick_us: Percentiles,
 }
 
+/// What there is to report on.
+#[derive(Debug)]
+pub(super) struct Account {
+    /// What kind of source it is, as the names of its nodes tell.
+    pub(super) source: &'static str,
+    pub(super) description: Description,
+    pub(super) bench_count: usize,
+    /// Frames a second; 0 where that is not known.
+    pub(super) rate_hz: u32,
+}
+
 /// The running thread.
 #[derive(Debug)]
 pub(super) struct Reporter {
@@ -80,29 +94,28 @@ pub(super) struct Reporter {
 }
 
 impl Reporter {
-    /// Starts the thread and returns once the description is on the bus.
+    /// Starts the thread and returns once the description is on the bus, and a status, which tells the rate of what comes.
     ///
     /// # Errors
     /// As [`Member::join`] and [`Member::description`].
     pub(super) fn start(
         domain: Domain,
-        description: Description,
-        bench_count: usize,
-        rate_hz: u32,
+        account: Account,
         times: Arc<TickTimes>,
     ) -> Result<(Self, Arc<LoopGauges>), BusError> {
-        let gauges = Arc::new(LoopGauges::new());
+        let gauges = Arc::new(LoopGauges::new(account.rate_hz));
         let shared = Arc::clone(&gauges);
         let (ready, opened) = channel::bounded(1);
         let (wake, woken) = channel::bounded::<()>(1);
         let thread = thread::spawn(move || {
-            let mut report = match Report::open(&domain, &description, bench_count, rate_hz, times) {
+            let mut report = match Report::open(&domain, &account, times) {
                 Ok(report) => report,
                 Err(error) => {
                     let _ = ready.send(Err(error));
                     return TimesOfAll::default();
                 }
             };
+            report.publish(&shared);
             let _ = ready.send(Ok(()));
             let mut service_manager = ServiceManager::of_environment();
             while !shared.finished.load(Ordering::Acquire) {
@@ -143,7 +156,6 @@ struct Report {
     status: Publisher<service::Service, Status, ()>,
     _member: Member,
     run_id: u64,
-    rate_hz: u32,
     times: Arc<TickTimes>,
 }
 
@@ -153,20 +165,15 @@ impl Report {
         TimesOfAll { lateness_us: (&lateness.histogram()).into(), tick_us: (&duration.histogram()).into() }
     }
 
-    fn open(
-        domain: &Domain,
-        description: &Description,
-        bench_count: usize,
-        rate_hz: u32,
-        times: Arc<TickTimes>,
-    ) -> Result<Self, BusError> {
-        let member = Member::join(domain, "serve-report", Role::Source { bench_count })?;
+    fn open(domain: &Domain, account: &Account, times: Arc<TickTimes>) -> Result<Self, BusError> {
+        let Account { source, description, bench_count, .. } = account;
+        let bench_count = *bench_count;
+        let member = Member::join(domain, &format!("{source}-report"), Role::Source { bench_count })?;
         Ok(Self {
             description: publish_description(&member, description)?,
             status: member.status()?.publisher_builder().create().map_err(|error| failed(service::STATUS, &error))?,
             _member: member,
             run_id: description.run_id,
-            rate_hz,
             times,
         })
     }
@@ -190,7 +197,7 @@ impl Report {
             tick_max_ns: tick_time.max_ns,
             granted_to_m: f64::from_bits(gauges.granted_to_m.load(Ordering::Relaxed)),
             asked_m: f64::from_bits(gauges.asked_m.load(Ordering::Relaxed)),
-            rate_hz: self.rate_hz,
+            rate_hz: gauges.rate_hz.load(Ordering::Relaxed),
             state: gauges.state.load(Ordering::Relaxed),
             pid: std::process::id(),
             reserved: 0,

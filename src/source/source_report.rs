@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 
 use bench_dragon_ipc::{BusError, Description, Domain, FrameHeader, Status};
 
-use super::reporter::{LoopGauges, Reporter, TimesOfAll};
+use super::reporter::{Account, LoopGauges, Reporter, TimesOfAll};
 use super::tick_times::{TickTimes, TickTimesRecorder};
 
 /// The slow side of a run, on a thread of its own. What the loop tells it costs a few stores.
@@ -17,18 +17,30 @@ pub(crate) struct SourceReport {
 }
 
 impl SourceReport {
-    /// Starts the thread and returns once the description is on the bus.
-    ///
-    /// # Errors
-    /// What kept it from the bus.
+    /// The report of the server: as [`SourceReport::start_of`].
     pub(crate) fn start(
         domain: Domain,
         description: Description,
         bench_count: usize,
         rate_hz: u32,
     ) -> Result<Self, BusError> {
+        Self::start_of("serve", domain, description, bench_count, rate_hz)
+    }
+
+    /// Starts the thread of a source of this name and returns once the description and a first status are on the bus.
+    ///
+    /// # Errors
+    /// What kept them from the bus.
+    pub(crate) fn start_of(
+        source: &'static str,
+        domain: Domain,
+        description: Description,
+        bench_count: usize,
+        rate_hz: u32,
+    ) -> Result<Self, BusError> {
         let times = Arc::new(TickTimes::default());
-        let (reporter, gauges) = Reporter::start(domain, description, bench_count, rate_hz, Arc::clone(&times))?;
+        let account = Account { source, description, bench_count, rate_hz };
+        let (reporter, gauges) = Reporter::start(domain, account, Arc::clone(&times))?;
         Ok(Self { reporter, gauges, times: TickTimesRecorder::new(times) })
     }
 
@@ -44,6 +56,12 @@ impl SourceReport {
         self.gauges.sim_time_ns.store(frame.sim_time_ns, Ordering::Relaxed);
         self.gauges.state.store(frame.state, Ordering::Relaxed);
         self.gauges.overruns.store(overruns, Ordering::Relaxed);
+    }
+
+    /// Tells how many frames a second come from now on; 0 where that is not known.
+    #[cfg(feature = "zenoh")]
+    pub(crate) fn tell_rate(&self, rate_hz: u32) {
+        self.gauges.rate_hz.store(rate_hz, Ordering::Relaxed);
     }
 
     /// Tells how far a guarded head may walk, and where it was asked to be put.

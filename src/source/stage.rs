@@ -25,16 +25,25 @@ pub(crate) struct Stage {
 impl Stage {
     /// Makes the services of a run, under a node name that `iox2 node list` shows, and publishes its description.
     ///
+    /// Its frames come so many times a second, which is not what the run is described with where it is played faster, or
+    /// thinned out; 0 where that is not known.
+    ///
     /// # Errors
     /// As [`Member::join`] and [`Member::frames`].
-    pub(crate) fn open(domain: &Domain, name: &str, toml: &str, bench_count: usize) -> Result<Self, BusError> {
+    pub(crate) fn open(
+        domain: &Domain,
+        name: &'static str,
+        toml: &str,
+        bench_count: usize,
+        rate_hz: u32,
+    ) -> Result<Self, BusError> {
         let member = Member::join(domain, name, Role::Source { bench_count })?;
         let run_id = random_run_id();
         let description = Description { run_id, toml: toml.to_owned() };
         Ok(Self {
             commands: CommandServer::create(&member)?,
             _alerts: (member.alerts()?, member.alert_events()?),
-            report: SourceReport::start(domain.clone(), description, bench_count, described_rate_hz(toml))?,
+            report: SourceReport::start_of(name, domain.clone(), description, bench_count, rate_hz)?,
             // The last service: clients take it for the sign that all are there.
             frames: FramePublisher::create(domain, &member, bench_count)?,
             _member: member,
@@ -91,6 +100,17 @@ impl Stage {
 
 /// The rate that a run is described with; 0 where its description is one that this version does not know.
 pub(crate) fn described_rate_hz(toml: &str) -> u32 {
-    let rate_hz = toml.parse::<toml::Table>().ok().and_then(|table| table.get("serve")?.get("rate_hz")?.as_integer());
-    rate_hz.and_then(|rate_hz| rate_hz.try_into().ok()).unwrap_or(0)
+    described(toml, "serve", "rate_hz").unwrap_or(0)
+}
+
+/// The benches that a run is described with, unless its description is one that this version does not know.
+#[cfg(feature = "zenoh")]
+pub(crate) fn described_bench_count(toml: &str) -> Option<u32> {
+    described(toml, "dragon", "benches")
+}
+
+/// A whole number of a description. All else of it is passed over, since a newer version may say more.
+fn described(toml: &str, section: &str, key: &str) -> Option<u32> {
+    let table = toml.parse::<toml::Table>().ok()?;
+    table.get(section)?.get(key)?.as_integer()?.try_into().ok()
 }
