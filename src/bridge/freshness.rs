@@ -2,6 +2,26 @@
 
 use std::time::Duration;
 
+/// The oldest frame that is fresh, however often they come: the slowest server sends one a second.
+const LEAST_LIMIT: Duration = Duration::from_millis(1_500);
+/// Where they come more seldom, as many of their periods.
+const PERIODS: u32 = 3;
+
+/// How old a frame may be that is fresh, where so many come a second; 0 for a rate that is not known.
+///
+/// ```
+/// use bench_dragon::bridge::freshness_limit;
+/// use std::time::Duration;
+///
+/// assert_eq!(freshness_limit(1_000), Duration::from_millis(1_500));
+/// assert_eq!(freshness_limit(1), Duration::from_secs(3));
+/// assert_eq!(freshness_limit(0), Duration::from_millis(1_500));
+/// ```
+pub fn freshness_limit(rate_hz: u32) -> Duration {
+    let periods = Duration::from_secs(PERIODS.into()).checked_div(rate_hz);
+    periods.map_or(LEAST_LIMIT, |periods| periods.max(LEAST_LIMIT))
+}
+
 /// How old a frame may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Freshness {

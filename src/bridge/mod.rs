@@ -19,7 +19,7 @@ mod packets;
 mod snapshot;
 mod udp_sender;
 
-pub use freshness::{Freshness, freshness};
+pub use freshness::{Freshness, freshness, freshness_limit};
 pub use outage::{Outage, Turn};
 pub use outlet::{Delivery, Outlet};
 pub use packets::{MAX_PACKET_LEN, Packets};

@@ -1,17 +1,15 @@
 //! The newest frame of the bus, at each release of a rate that is the bridge's own.
 
-use std::time::Duration;
-
-use bench_dragon::bridge::{Snapshot, freshness};
+use bench_dragon::bridge::{Snapshot, freshness, freshness_limit};
 use bench_dragon::clock::{monotonic_ns, sleep_until};
 use bench_dragon::server::schedule::Schedule;
 use bench_dragon::stop::StopFlag;
-use bench_dragon_ipc::{BusError, Domain, FrameSubscriber};
+use bench_dragon_ipc::{BusError, Domain, FrameSubscriber, StatusReader};
 
 use crate::command::follow::{WAIT_PERIOD, open_when_there};
 
-/// The oldest frame that is told as fresh: the slowest server sends one a second.
-const FRESH_FOR: Duration = Duration::from_millis(1_500);
+/// Statuses that are read at a time: one of the source there is, and one that the last one has left.
+const MAX_STATUSES: usize = 4;
 
 /// Polls the bus at a fixed rate, so that the server wakes nobody. A server that is gone leaves its last frame to be told
 /// again, as stale; that of the next one follows by itself.
@@ -19,6 +17,9 @@ const FRESH_FOR: Duration = Duration::from_millis(1_500);
 pub(super) struct Feed<'a> {
     stop: &'a StopFlag,
     frames: FrameSubscriber,
+    status: StatusReader,
+    /// A run and its rate, as the last status has them.
+    rate: Option<(u64, u32)>,
     schedule: Schedule,
     epoch_ns: u64,
     snapshot: Option<Snapshot>,
@@ -42,10 +43,13 @@ impl<'a> Feed<'a> {
         stop: &'a StopFlag,
     ) -> Result<Option<Self>, BusError> {
         let epoch_ns = monotonic_ns();
-        let opened = open_when_there(domain.instance(), stop, || FrameSubscriber::open(domain, name))?;
-        Ok(opened.map(|frames| Self {
+        let open = || Ok((StatusReader::open(domain, name)?, FrameSubscriber::open(domain, name)?));
+        let opened = open_when_there(domain.instance(), stop, open)?;
+        Ok(opened.map(|(status, frames)| Self {
             stop,
             frames,
+            status,
+            rate: None,
             schedule: Schedule::new(monotonic_ns(), rate_hz),
             epoch_ns,
             snapshot: None,
@@ -63,6 +67,10 @@ impl<'a> Feed<'a> {
             if !self.sleep_until(self.schedule.due_ns()) {
                 return Ok(None);
             }
+            for _ in 0..MAX_STATUSES {
+                let Some(status) = self.status.poll()? else { break };
+                self.rate = Some((status.run_id, status.rate_hz));
+            }
             match (self.frames.latest()?, &mut self.snapshot) {
                 (Some(frame), Some(snapshot)) => snapshot.replace(&frame),
                 (Some(frame), none) => *none = Some(Snapshot::of(&frame)),
@@ -71,7 +79,10 @@ impl<'a> Feed<'a> {
             let now_ns = monotonic_ns();
             self.schedule.advance(now_ns);
             if let Some(snapshot) = &mut self.snapshot {
-                snapshot.freshness = freshness(snapshot.header.published_ns, now_ns, FRESH_FOR);
+                let header = &snapshot.header;
+                let rate_hz =
+                    self.rate.filter(|(run_id, _)| *run_id == header.run_id).map_or(0, |(_, rate_hz)| rate_hz);
+                snapshot.freshness = freshness(header.published_ns, now_ns, freshness_limit(rate_hz));
                 break;
             }
         }
