@@ -4,6 +4,8 @@ use std::io::{self, ErrorKind, Write as _};
 use std::net::{SocketAddrV4, TcpStream};
 use std::time::Duration;
 
+use rustix::net::sockopt::{set_socket_send_buffer_size, set_tcp_user_timeout};
+
 use super::slip;
 use crate::bridge::outlet::{Delivery, Outlet};
 use crate::bridge::packets::Packets;
@@ -13,11 +15,16 @@ const CONNECT_PATIENCE: Duration = Duration::from_millis(500);
 /// From a connection's end to the first attempt at another one; each further one waits twice as long.
 const FIRST_PAUSE_NS: u64 = 100_000_000;
 const LONGEST_PAUSE_NS: u64 = 5_000_000_000;
+/// Frames that may wait on this machine for a receiver that is slower: whatever waits is old when it comes.
+const FRAMES_KEPT: usize = 3;
+/// How long a receiver may take nothing before the connection counts as lost.
+const TAKING_PATIENCE_MS: u32 = 5_000;
 /// How long the last packets may take at the end.
 const FAREWELL: Duration = Duration::from_millis(200);
 
 /// Connects to a receiver, again and again where it has to. A frame is left out where the one before has not been taken
-/// whole, so that a slow receiver gets whole packets and the newest poses.
+/// whole, so that a slow receiver gets whole packets, and poses that are as old as the system's buffers of both sides make
+/// them; the one here is small.
 #[derive(Debug)]
 pub struct SlipSender {
     to: SocketAddrV4,
@@ -26,6 +33,8 @@ pub struct SlipSender {
     /// What the receiver has not taken yet, from `taken` on.
     pending: Vec<u8>,
     taken: usize,
+    /// The longest frame that the system's buffer has been made for.
+    longest: usize,
 }
 
 #[derive(Debug)]
@@ -38,7 +47,7 @@ impl SlipSender {
     /// A sender that connects with its first frame.
     pub fn new(to: SocketAddrV4) -> Self {
         let link = Link::Down { retry_ns: 0 };
-        Self { to, link, pause_ns: FIRST_PAUSE_NS, pending: Vec::new(), taken: 0 }
+        Self { to, link, pause_ns: FIRST_PAUSE_NS, pending: Vec::new(), taken: 0, longest: 0 }
     }
 
     fn deliver(&mut self, packets: &Packets, now_ns: u64) -> io::Result<Delivery> {
@@ -53,6 +62,7 @@ impl SlipSender {
             slip::append(packet, &mut self.pending);
             delivery.count(self.pending.len() - before, Ok(()));
         }
+        self.keep_few()?;
         self.flush()?;
         self.pause_ns = FIRST_PAUSE_NS;
         Ok(delivery)
@@ -66,7 +76,21 @@ impl SlipSender {
         let stream = TcpStream::connect_timeout(&self.to.into(), CONNECT_PATIENCE)?;
         stream.set_nonblocking(true)?;
         stream.set_nodelay(true)?;
+        set_tcp_user_timeout(&stream, TAKING_PATIENCE_MS)?;
         self.link = Link::Up(stream);
+        self.longest = 0;
+        Ok(())
+    }
+
+    /// Has the system keep few frames. Left to itself it keeps megabytes, and a slow receiver gets poses of many seconds ago.
+    fn keep_few(&mut self) -> io::Result<()> {
+        if let Link::Up(stream) = &self.link
+            && self.pending.len() > self.longest
+        {
+            self.longest = self.pending.len();
+            // The system doubles it, for what it needs beside the bytes.
+            set_socket_send_buffer_size(stream, FRAMES_KEPT * self.longest)?;
+        }
         Ok(())
     }
 
