@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
+use bench_dragon::bridge::zenoh::wire::MAX_EVERY;
 use bench_dragon::bridge::zenoh::{KeyPrefix, KeyPrefixError, LinkMode, check_endpoint};
 use clap::{Args, ValueEnum};
 
-use super::value::{count, rate};
+use super::value::{rate, within};
 
 /// Arguments of `bridge zenoh`.
 #[derive(Clone, Debug, Args)]
@@ -29,7 +30,7 @@ pub(crate) struct ZenohArgs {
     #[arg(long, value_name = "PREFIX", value_parser = key)]
     pub(crate) key: Option<KeyPrefix>,
     /// Send one frame of so many.
-    #[arg(long, value_name = "N", conflicts_with_all = ["rate", "receive"], allow_negative_numbers = true, value_parser = count)]
+    #[arg(long, value_name = "N", conflicts_with_all = ["rate", "receive"], allow_negative_numbers = true, value_parser = every)]
     pub(crate) every: Option<u64>,
     /// Send at most so many frames a second.
     #[arg(long, value_name = "HZ", conflicts_with = "receive", allow_negative_numbers = true, value_parser = rate)]
@@ -62,4 +63,8 @@ impl From<Mode> for LinkMode {
 
 fn key(text: &str) -> Result<KeyPrefix, KeyPrefixError> {
     text.parse()
+}
+
+fn every(text: &str) -> Result<u64, String> {
+    within(text, &(1..=MAX_EVERY))
 }

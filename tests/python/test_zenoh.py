@@ -109,10 +109,10 @@ def test_every_frame_is_the_one_of_the_bus_bit_for_bit(session):
 def test_the_description_is_there_for_whoever_asks_and_names_its_run(session):
     (reply,) = session.get(f"{KEY}/description", timeout=PATIENCE_S)
     assert str(reply.ok.encoding) == "text/toml"
-    run_id, every = struct.unpack("<QQ", reply.ok.attachment.to_bytes())
+    run_id, every, rate_hz = struct.unpack("<QQQ", reply.ok.attachment.to_bytes())
     subscriber, samples = received(session, "frames")
     assert struct.unpack_from("<Q", samples.get(timeout=PATIENCE_S).payload.to_bytes())[0] == run_id
-    assert every == 1
+    assert (every, rate_hz) == (1, 50)
     assert "rate_hz = 50" in reply.ok.payload.to_string()
     subscriber.undeclare()
 

@@ -2,7 +2,7 @@
 //!
 //! A frame of a later tick is nobody's; taken, it would make all that follow look old.
 
-use crate::config::RATE_HZ;
+use crate::replay::FASTEST_HZ;
 
 /// How much later than it was sent the first frame may have come, in seconds: what a cut way holds back.
 const MAX_DELAY_S: u64 = 10;
@@ -19,7 +19,7 @@ pub(super) struct Advance {
 impl Advance {
     /// Of a run of this rate; of the greatest one where it is not known.
     pub(super) fn new(rate_hz: u64) -> Self {
-        let most_hz = u64::from(*RATE_HZ.end());
+        let most_hz = u64::from(FASTEST_HZ);
         Self { rate_hz: if rate_hz == 0 { most_hz } else { rate_hz.min(most_hz) }, first: None }
     }
 
@@ -73,6 +73,6 @@ mod tests {
 
     #[test]
     fn a_rate_that_nobody_can_have_is_none() {
-        assert_eq!([0, 60, u64::MAX].map(|rate_hz| Advance::new(rate_hz).rate_hz()), [100_000, 60, 100_000]);
+        assert_eq!([0, 60, u64::MAX].map(|rate_hz| Advance::new(rate_hz).rate_hz()), [10_000_000, 60, 10_000_000]);
     }
 }

@@ -38,6 +38,23 @@ pub enum ZenohLine {
         /// Its number there.
         remote_run_id: u64,
     },
+    /// A run that the other side has told of cannot be put on the bus here: what is received goes on.
+    Refused {
+        /// The run's number there.
+        remote_run_id: u64,
+        /// Why.
+        reason: String,
+    },
+    /// Nobody is connected: whatever is sent reaches nobody.
+    Alone {
+        /// Whom it goes on trying to reach.
+        connects: Vec<String>,
+    },
+    /// Somebody is connected again, or at last.
+    Connected {
+        /// Frames so far that have reached nobody.
+        unheard: u64,
+    },
     /// Frames have stopped coming.
     Silent {
         /// The run's number here; null before the first one.
@@ -73,15 +90,17 @@ pub enum Silence {
 /// What a sending bridge came to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SenderSummary {
-    /// Frames handed to zenoh.
+    /// Frames handed to zenoh while somebody was connected.
     pub frames: u64,
-    /// Frames of the bus that the bridge was too late for.
+    /// Frames that were to be sent while nobody was.
+    pub unheard: u64,
+    /// Frames of the bus that the bridge was too late for: overwritten, or of a run that another one had followed already.
     pub lost: u64,
     /// Alerts handed to zenoh.
     pub alerts: u64,
     /// Commands passed on to the server.
     pub commands: u64,
-    /// Commands and other questions that were not: malformed, or more than are taken at a time.
+    /// Commands and other questions that were not: malformed, too late, or more than are taken at a time.
     pub refused: u64,
 }
 
@@ -96,7 +115,7 @@ pub struct ReceiverSummary {
     pub lost: u64,
     /// Of these, frames that came and were given up here, the bus being behind.
     pub dropped: u64,
-    /// Payloads that were not what they should be.
+    /// Payloads that were not what they should be, or not what their run is described as.
     pub malformed: u64,
     /// Frames and alerts of runs that are not the one that is received, or whose description had not come.
     pub foreign: u64,

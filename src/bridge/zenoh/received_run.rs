@@ -3,13 +3,15 @@
 use bench_dragon_ipc::{Alert, BusError, Domain, FrameHeader, HandleState};
 
 use super::advance::Advance;
+use super::known_runs::Description;
 use super::rate_limit::RateLimit;
 use super::relay::Place;
 use super::remote_run::{NotNew, RemoteRun};
-use super::wire::Described;
+use super::wire::{Described, Seen};
 use crate::clock::monotonic_ns;
 use crate::monitor::AlertPublisher;
-use crate::source::{AskedCommand, Stage, described_rate_hz};
+use crate::replay::FASTEST_HZ;
+use crate::source::{AskedCommand, Stage};
 
 /// How much faster than described frames may come: what was held up on the way comes at once.
 const HASTE: u64 = 2;
@@ -26,7 +28,9 @@ pub(super) struct ReceivedRun {
     stage: Stage,
     remote: RemoteRun,
     bench_count: usize,
+    toml: String,
     advance: Advance,
+    last_arrived_ns: u64,
     frame_limit: RateLimit,
     alert_limit: RateLimit,
     alerts_told: u64,
@@ -45,11 +49,12 @@ pub(super) enum Taken {
 }
 
 /// What a run came to.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Ended {
     pub(super) frames: u64,
     pub(super) lost: u64,
     pub(super) alerts: u64,
+    pub(super) description: Description,
 }
 
 impl ReceivedRun {
@@ -60,18 +65,20 @@ impl ReceivedRun {
     pub(super) fn begin(
         domain: &Domain,
         described: Described,
-        toml: &str,
+        toml: String,
         bench_count: usize,
     ) -> Result<Self, BusError> {
-        let stage = Stage::open(domain, "bridge-zenoh", toml, bench_count)?;
-        let advance = Advance::new(described_rate_hz(toml).into());
+        let stage = Stage::open(domain, "bridge-zenoh", &toml, bench_count, sent_hz(described))?;
+        let advance = Advance::new(described.rate_hz);
         let most_hz = advance.rate_hz() * HASTE;
         Ok(Self {
             alerts: AlertPublisher::open(domain)?,
             stage,
             remote: RemoteRun::new(described),
             bench_count,
+            toml,
             advance,
+            last_arrived_ns: 0,
             frame_limit: RateLimit::new(most_hz, most_hz.max(LEAST_BURST)),
             alert_limit: RateLimit::new(ALERT_RATE.0, ALERT_RATE.1),
             alerts_told: 0,
@@ -94,6 +101,10 @@ impl ReceivedRun {
         self.remote.lost()
     }
 
+    pub(super) fn bench_count(&self) -> usize {
+        self.bench_count
+    }
+
     /// How far apart frames are to come, in nanoseconds.
     pub(super) fn period_ns(&self) -> u64 {
         self.remote.every().saturating_mul(1_000_000_000) / self.advance.rate_hz()
@@ -104,7 +115,18 @@ impl ReceivedRun {
         Place { run_id: self.run_id(), tick: self.remote.next_tick() }
     }
 
+    /// What has been seen of it there by now: its last frame, or as many ticks later as have passed since, but not the next
+    /// frame that is sent.
+    pub(super) fn seen(&self, now_ns: u64) -> Seen {
+        let since_ns = u128::from(now_ns.saturating_sub(self.last_arrived_ns));
+        let ticks = since_ns * u128::from(self.advance.rate_hz()) / 1_000_000_000;
+        let ticks = ticks.min(u128::from(self.remote.every() - 1)) as u64;
+        let last_tick = self.remote.last_tick().unwrap_or(0);
+        Seen { run_id: self.remote_run_id(), tick: last_tick.saturating_add(ticks) }
+    }
+
     pub(super) fn describe(&mut self, described: Described) {
+        self.stage.report().tell_rate(sent_hz(described));
         self.remote.describe(described);
     }
 
@@ -126,6 +148,7 @@ impl ReceivedRun {
             Ok(tick) => tick,
             Err(NotNew) => return Ok(Taken::NotNew),
         };
+        self.last_arrived_ns = arrived_ns;
         self.stage.publish(header, handles, tick, arrived_ns)?;
         self.stage.report().tell(&FrameHeader { tick, ..*header }, 0);
         self.stage.report().count(begun_ns - arrived_ns, monotonic_ns() - begun_ns);
@@ -155,9 +178,19 @@ impl ReceivedRun {
 
     /// Takes the services off the bus.
     pub(super) fn finish(self) -> Ended {
-        let Self { alerts, stage, remote, alerts_told, .. } = self;
+        let Self { alerts, stage, remote, toml, alerts_told, .. } = self;
         drop(alerts);
         stage.finish();
-        Ended { frames: remote.next_tick(), lost: remote.lost(), alerts: alerts_told }
+        Ended {
+            frames: remote.next_tick(),
+            lost: remote.lost(),
+            alerts: alerts_told,
+            description: (remote.described(), toml),
+        }
     }
+}
+
+/// Frames a second that are sent of a run, rounded up; 0 where that is not known.
+fn sent_hz(described: Described) -> u32 {
+    described.rate_hz.div_ceil(described.every).try_into().unwrap_or(FASTEST_HZ)
 }

@@ -7,17 +7,18 @@ use std::time::Duration;
 use super::error::BridgeError;
 use super::inbox::{Arrival, Inbox};
 use super::keys::KeyPrefix;
+use super::known_runs::{Description, KnownRuns, Standing};
 use super::line::{ReceiverSummary, Silence, ZenohLine};
 use super::link::Link;
 use super::link_error::LinkError;
-use super::rate_limit::RateLimit;
 use super::received_run::{ReceivedRun, Taken};
 use super::relay::{MAX_ASKED, Relay};
 use super::subscriptions::{Subscriptions, ask_for_description, subscribe};
 use super::wire::{Described, decode_alert, decode_frame};
 use crate::clock::monotonic_ns;
 use crate::histogram::LatencyHistogram;
-use bench_dragon_ipc::{Domain, HandleState, SourceLock};
+use bench_dragon_ipc::service::frame_memory;
+use bench_dragon_ipc::{BusError, Domain, HandleState, SourceLock};
 
 /// How long nothing may happen before commands and signals are looked for.
 const LOOK_PERIOD: Duration = Duration::from_millis(5);
@@ -25,12 +26,12 @@ const LOOK_PERIOD: Duration = Duration::from_millis(5);
 const ASK_PERIOD_NS: u64 = 200_000_000;
 /// How long frames may fail to come before it is said; where they are sent more seldom, three times their period.
 const SILENCE_NS: u64 = 2_000_000_000;
-/// Frames that are taken before commands and signals are looked for again.
-const MAX_FRAMES_A_TURN: usize = 256;
-/// Descriptions that are kept: of the run that is, and of those that may follow.
-const MAX_DESCRIPTIONS: usize = 4;
-/// Runs that are remembered to be over, so that two sources under one key do not take turns.
-const MAX_PAST_RUNS: usize = 64;
+/// Frames, descriptions and alerts, of each kind, that are taken before commands and signals are looked for again.
+const MAX_A_TURN: usize = 256;
+
+/// A frame that has not as many benches as its run is described with.
+#[derive(Clone, Copy, Debug)]
+struct OtherDragon;
 
 /// A receiving bridge.
 #[derive(Debug)]
@@ -41,10 +42,7 @@ pub struct Receiver {
     relay: Relay,
     // After the relay, whose commands are its services'.
     run: Option<ReceivedRun>,
-    descriptions: Vec<(Described, String)>,
-    past_runs: Vec<u64>,
-    /// New runs: each takes services of its own.
-    run_limit: RateLimit,
+    others: KnownRuns,
     /// Where the last frame was put.
     handles: Vec<HandleState>,
     silent: Option<Silence>,
@@ -78,9 +76,7 @@ impl Receiver {
             prefix,
             inbox,
             run: None,
-            descriptions: Vec::new(),
-            past_runs: Vec::new(),
-            run_limit: RateLimit::new(1, 4),
+            others: KnownRuns::new(),
             handles: Vec::new(),
             silent: None,
             last_frame_ns: monotonic_ns(),
@@ -108,12 +104,13 @@ impl Receiver {
             if self.inbox.take_news_of_source() {
                 self.ask_for_description(monotonic_ns());
             }
-            while let Some((described, toml)) = self.inbox.descriptions.pop() {
+            for _ in 0..MAX_A_TURN {
+                let Some((described, toml)) = self.inbox.descriptions.pop() else { break };
                 if let Some(line) = self.take_description(described, toml) {
                     tell(line)?;
                 }
             }
-            for _ in 0..MAX_FRAMES_A_TURN {
+            for _ in 0..MAX_A_TURN {
                 let Some(arrival) = self.inbox.frames.pop() else { break };
                 if let Some(line) = self.take_frame(&arrival)? {
                     tell(line)?;
@@ -130,23 +127,16 @@ impl Receiver {
 
     /// The next description. Returns what is to be told of it.
     fn take_description(&mut self, described: Described, toml: String) -> Option<ZenohLine> {
+        if !self.others.hears(monotonic_ns()) {
+            self.summary.too_fast += 1;
+            return None;
+        }
         if let Some(run) = self.run.as_mut().filter(|run| run.remote_run_id() == described.run_id) {
             run.describe(described);
             return None;
         }
-        let known = self.descriptions.iter().position(|(known, _)| known.run_id == described.run_id);
-        if let Some(index) = known {
-            self.descriptions[index] = (described, toml);
-            return None;
-        }
-        if self.past_runs.contains(&described.run_id) {
-            return None;
-        }
-        if self.descriptions.len() == MAX_DESCRIPTIONS {
-            self.descriptions.remove(0);
-        }
-        self.descriptions.push((described, toml));
-        Some(ZenohLine::Found { remote_run_id: described.run_id, every: described.every })
+        let is_new = self.others.describe(described, toml);
+        is_new.then_some(ZenohLine::Found { remote_run_id: described.run_id, every: described.every })
     }
 
     fn take_frame(&mut self, arrival: &Arrival) -> Result<Option<ZenohLine>, BridgeError> {
@@ -156,11 +146,15 @@ impl Receiver {
         };
         let mut begun = None;
         if self.run.as_ref().is_none_or(|run| run.remote_run_id() != header.run_id) {
-            begun = self.begin(header.run_id, header.bench_count as usize)?;
+            let Ok(line) = self.begin(header.run_id, header.bench_count) else {
+                self.summary.malformed += 1;
+                return Ok(None);
+            };
+            begun = line;
         }
         let Some(run) = self.run.as_mut().filter(|run| run.remote_run_id() == header.run_id) else {
             self.summary.foreign += 1;
-            return Ok(None);
+            return Ok(begun);
         };
         let refused = match run.take(&header, &self.handles, arrival.arrived_ns)? {
             Taken::Published => None,
@@ -179,41 +173,64 @@ impl Receiver {
         Ok(begun.or(resumed))
     }
 
-    /// Begins to receive a run, where its description is there and it is not one that is over.
-    fn begin(&mut self, remote_run_id: u64, bench_count: usize) -> Result<Option<ZenohLine>, BridgeError> {
-        if self.past_runs.contains(&remote_run_id) {
-            return Ok(None);
-        }
+    /// Begins to receive a run, where its description is there and it is not one that is over. What the bus has no room for
+    /// is told of, and counts as over.
+    ///
+    /// # Errors
+    /// [`OtherDragon`] where a frame is not of as many benches as its run is described with.
+    fn begin(&mut self, remote_run_id: u64, bench_count: u32) -> Result<Option<ZenohLine>, OtherDragon> {
         let now_ns = monotonic_ns();
-        let Some(index) = self.descriptions.iter().position(|(described, _)| described.run_id == remote_run_id) else {
-            self.ask_for_description(now_ns);
-            return Ok(None);
-        };
-        if !self.run_limit.allows(now_ns) {
-            return Ok(None);
+        match self.others.standing(remote_run_id, bench_count, now_ns) {
+            Standing::Next(described, toml) => {
+                let begun = self.replace_run(described, toml, bench_count as usize);
+                Ok(Some(begun.unwrap_or_else(|error| {
+                    self.others.end(remote_run_id);
+                    ZenohLine::Refused { remote_run_id, reason: error.to_string() }
+                })))
+            }
+            Standing::Unknown => {
+                self.ask_for_description(now_ns);
+                Ok(None)
+            }
+            Standing::Barred => Ok(None),
+            Standing::OtherDragon => Err(OtherDragon),
         }
-        let (described, toml) = self.descriptions.swap_remove(index);
-        self.end_run();
-        let run = ReceivedRun::begin(&self.domain, described, &toml, bench_count)?;
-        let line = ZenohLine::Receiving { run_id: run.run_id(), remote_run_id };
+    }
+
+    /// The services of a run go before those of the next one come, or are taken over from readers that keep them open. Where
+    /// the next one cannot begin, the one before begins again with its next frame, if it had to end at all.
+    fn replace_run(&mut self, described: Described, toml: String, bench_count: usize) -> Result<ZenohLine, BusError> {
+        let freed = self.run.as_ref().map_or(0, |run| frame_memory(run.bench_count()));
+        require_room(frame_memory(bench_count).saturating_sub(freed))?;
+        let before = self.end_run();
+        let run = match ReceivedRun::begin(&self.domain, described, toml, bench_count) {
+            Ok(run) => run,
+            Err(error) => {
+                if let Some((described, toml)) = before {
+                    self.others.describe(described, toml);
+                }
+                return Err(error);
+            }
+        };
+        if let Some((before, _)) = before {
+            self.others.end(before.run_id);
+        }
+        let line = ZenohLine::Receiving { run_id: run.run_id(), remote_run_id: described.run_id };
         self.summary.runs += 1;
         self.silent = None;
         self.run = Some(run);
-        Ok(Some(line))
+        Ok(line)
     }
 
-    /// The services of a run go before those of the next one come, or are taken over from readers that keep them open.
-    fn end_run(&mut self) {
-        let Some(run) = self.run.take() else { return };
+    /// Ends the run that is received. Returns what it was described as.
+    fn end_run(&mut self) -> Option<Description> {
+        let run = self.run.take()?;
         self.relay.give_up(run.place());
-        if self.past_runs.len() == MAX_PAST_RUNS {
-            self.past_runs.remove(0);
-        }
-        self.past_runs.push(run.remote_run_id());
         let ended = run.finish();
         self.summary.frames += ended.frames;
         self.summary.lost += ended.lost;
         self.summary.alerts += ended.alerts;
+        Some(ended.description)
     }
 
     fn ask_for_description(&mut self, now_ns: u64) {
@@ -227,7 +244,8 @@ impl Receiver {
     }
 
     fn take_alerts(&mut self) -> Result<(), BridgeError> {
-        while let Some(payload) = self.inbox.alerts.pop() {
+        for _ in 0..MAX_A_TURN {
+            let Some(payload) = self.inbox.alerts.pop() else { break };
             let Ok(alert) = decode_alert(&payload.to_bytes()) else {
                 self.summary.malformed += 1;
                 continue;
@@ -245,7 +263,7 @@ impl Receiver {
         let now_ns = monotonic_ns();
         run.report_alive();
         while let Some(command) = run.take_command() {
-            self.relay.pass_on(command, &self.link.session, &self.inbox, run.place(), now_ns);
+            self.relay.pass_on(command, &self.link.session, &self.inbox, run.place(), run.seen(now_ns), now_ns);
         }
         self.relay.give_back(&self.inbox, run.remote(), run.place(), now_ns);
     }
@@ -282,4 +300,14 @@ impl Receiver {
             ..self.summary
         }
     }
+}
+
+/// Fails where so much shared memory is not free. Nothing is written for it, as a source does before it begins: whoever
+/// reaches this bridge may have it asked, again and again, and memory that is taken even for a moment others miss.
+fn require_room(needed: u64) -> Result<(), BusError> {
+    let space = rustix::fs::statvfs("/dev/shm");
+    // Where there is no bound, it says that there are no blocks at all.
+    let bounded = space.ok().filter(|space| space.f_blocks > 0);
+    let free = bounded.map_or(u64::MAX, |space| space.f_bavail.saturating_mul(space.f_frsize));
+    if needed <= free { Ok(()) } else { Err(BusError::SharedMemoryFull { needed }) }
 }

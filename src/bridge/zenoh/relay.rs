@@ -15,7 +15,7 @@ use zenoh::{Session, Wait as _};
 use super::inbox::Inbox;
 use super::keys::KeyPrefix;
 use super::remote_run::RemoteRun;
-use super::wire::{COMMAND_ENCODING, REPLY_BYTES, decode_reply, encode_command};
+use super::wire::{COMMAND_ENCODING, REPLY_BYTES, Seen, decode_reply, encode_command, encode_seen};
 use crate::source::AskedCommand;
 
 /// Commands that are on their way at a time.
@@ -67,13 +67,15 @@ impl Relay {
         self.sent
     }
 
-    /// Passes a command on, or answers it where that makes no sense.
+    /// Passes a command on, or answers it where that makes no sense. With it goes what has been seen of the show, so that it
+    /// is not carried out after it has been answered here as one that had no answer.
     pub(super) fn pass_on(
         &mut self,
         command: AskedCommand,
         session: &Session,
         inbox: &Arc<Inbox>,
         place: Place,
+        seen: Seen,
         now_ns: u64,
     ) {
         let refusal = match command.request() {
@@ -84,7 +86,7 @@ impl Relay {
             Some(request) => {
                 let number = self.next_number;
                 self.next_number += 1;
-                if ask(session, &self.key, request, number, inbox).is_ok() {
+                if ask(session, &self.key, request, seen, number, inbox).is_ok() {
                     self.sent += 1;
                     let deadline_ns = now_ns + PATIENCE.as_nanos() as u64 + GRACE_NS;
                     self.asked.push(Asked { number, deadline_ns, command });
@@ -136,7 +138,14 @@ impl Place {
     }
 }
 
-fn ask(session: &Session, key: &str, request: Request, number: u64, inbox: &Arc<Inbox>) -> zenoh::Result<()> {
+fn ask(
+    session: &Session,
+    key: &str,
+    request: Request,
+    seen: Seen,
+    number: u64,
+    inbox: &Arc<Inbox>,
+) -> zenoh::Result<()> {
     let is_answered = Arc::new(AtomicBool::new(false));
     let answer = {
         let (is_answered, inbox) = (Arc::clone(&is_answered), Arc::clone(inbox));
@@ -151,6 +160,7 @@ fn ask(session: &Session, key: &str, request: Request, number: u64, inbox: &Arc<
         .get(key)
         .payload(encode_command(&request.to_wire()))
         .encoding(COMMAND_ENCODING)
+        .attachment(encode_seen(seen))
         .congestion_control(CongestionControl::Drop)
         .priority(Priority::RealTime)
         .express(true)

@@ -40,6 +40,16 @@ impl RemoteRun {
         self.described.every
     }
 
+    /// What is known of it.
+    pub fn described(&self) -> Described {
+        self.described
+    }
+
+    /// The tick there of the last frame that has come.
+    pub fn last_tick(&self) -> Option<u64> {
+        self.there.back().copied()
+    }
+
     /// Takes note of what is sent of it, which another sender may have changed.
     pub fn describe(&mut self, described: Described) {
         self.described = described;
@@ -98,7 +108,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn run(every: u64) -> RemoteRun {
-        RemoteRun::new(Described { run_id: 1, every })
+        RemoteRun::new(Described { run_id: 1, every, rate_hz: 1000 })
     }
 
     #[test]

@@ -13,16 +13,21 @@ use zenoh::pubsub::Publisher;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::{Session, Wait as _};
 
-use super::clerk::{Clerk, Desk};
+use super::clerk::Clerk;
+use super::company::{Change, Company};
+use super::desk::Desk;
 use super::error::BridgeError;
 use super::keys::KeyPrefix;
 use super::line::{SenderSummary, Silence, ZenohLine};
 use super::link::Link;
 use super::link_error::LinkError;
+use super::sent_runs::{Fate, SentRuns};
 use super::thinning::{Share, Thinning};
 use super::wire::{
     ALERT_ENCODING, DESCRIPTION_ENCODING, Described, FRAME_ENCODING, encode_alert, encode_described, encode_frame,
 };
+use crate::clock::monotonic_ns;
+use crate::replay::FASTEST_HZ;
 use crate::source::described_rate_hz;
 
 /// How long to wait for a frame before the rest is looked after.
@@ -32,6 +37,8 @@ const DESCRIPTION_PATIENCE: Duration = Duration::from_millis(200);
 const LOOK_PERIOD: Duration = Duration::from_millis(1);
 /// A source that has said nothing for so long is gone: it publishes its status ten times a second, whatever it does.
 const SOURCE_PATIENCE: Duration = Duration::from_secs(2);
+/// Statuses that are read at a time: one a source.
+const MAX_STATUSES: usize = 4;
 /// Alerts that are passed on between two frames.
 const MAX_ALERTS_A_FRAME: usize = 16;
 
@@ -80,28 +87,20 @@ impl SenderPorts {
 pub struct Sender {
     ports: SenderPorts,
     settings: SenderSettings,
-    run: Option<SentRun>,
+    runs: SentRuns,
+    /// A description that has come, and since when it waits for the status, which tells how fast the run is.
+    news: Option<(Description, Instant)>,
+    /// A run and its rate, as the last status has them.
+    rate: Option<(u64, u32)>,
+    company: Company,
     source: Option<LivelinessToken>,
     last_sign: Instant,
     summary: SenderSummary,
     desk: Arc<Desk>,
     // The clerk's questions end before the session does.
-    _clerk: Clerk,
+    clerk: Clerk,
     publishers: Publishers,
     link: Link,
-}
-
-#[derive(Debug)]
-struct SentRun {
-    run_id: u64,
-    thinning: Thinning,
-}
-
-impl SentRun {
-    /// All frames of a run of which nothing is known.
-    fn undescribed(run_id: u64) -> Self {
-        Self { run_id, thinning: Thinning::of(Share::OneOf(1), 0) }
-    }
 }
 
 #[derive(Debug)]
@@ -126,10 +125,13 @@ impl Sender {
         let clerk = Clerk::start(&link.session, prefix, domain, &desk, settings.allows_commands);
         let publishers = Publishers::declare(&link.session, prefix).map_err(LinkError::session)?;
         Ok(Self {
-            _clerk: clerk.map_err(LinkError::session)?,
+            clerk: clerk.map_err(LinkError::session)?,
             ports,
             settings,
-            run: None,
+            runs: SentRuns::default(),
+            news: None,
+            rate: None,
+            company: Company::none(monotonic_ns()),
             source: None,
             last_sign: Instant::now(),
             summary: SenderSummary::default(),
@@ -150,6 +152,9 @@ impl Sender {
     ) -> Result<SenderSummary, Failed> {
         while !stop.load(Ordering::Relaxed) {
             let frame = self.ports.frames.wait(WAIT_PERIOD).map_err(BridgeError::from)?;
+            if let Some(line) = self.look_for_company() {
+                tell(line)?;
+            }
             if let Some(frame) = &frame
                 && let Some(line) = self.send_frame(frame)?
             {
@@ -163,48 +168,94 @@ impl Sender {
                 tell(line)?;
             }
         }
-        self.summary.lost = self.ports.frames.lost();
-        Ok(SenderSummary { commands: self.desk.commands(), refused: self.desk.refused(), ..self.summary })
+        Ok(self.finish())
+    }
+
+    fn finish(self) -> SenderSummary {
+        let Self { ports, clerk, desk, summary, .. } = self;
+        // What it has at hand counts as well.
+        drop(clerk);
+        let lost = summary.lost + ports.frames.lost();
+        SenderSummary { lost, commands: desk.commands(), refused: desk.refused(), ..summary }
     }
 
     fn send_frame(&mut self, frame: &Frame) -> Result<Option<ZenohLine>, BridgeError> {
         let header = frame.header();
         let begun = self.wait_for_run(header.run_id)?;
-        if self.run.as_ref().is_none_or(|run| run.run_id != header.run_id) {
+        if !self.runs.knows(header.run_id) && self.runs.do_without_description(header.run_id) {
             tracing::warn!("the source of run {} publishes no description: nobody can follow it", header.run_id);
-            self.run = Some(SentRun::undescribed(header.run_id));
         }
-        let run = self.run.as_mut().expect("given where it was missing");
-        if run.thinning.takes(header) {
-            self.publishers.frames.put(encode_frame(header, frame.handles())).wait().map_err(LinkError::session)?;
-            self.summary.frames += 1;
+        match self.runs.fate(header) {
+            Fate::Sent => {
+                self.publishers.frames.put(encode_frame(header, frame.handles())).wait().map_err(LinkError::session)?;
+                let count = if self.company.is_there() { &mut self.summary.frames } else { &mut self.summary.unheard };
+                *count += 1;
+            }
+            Fate::LeftOut => {}
+            Fate::Past => self.summary.lost += 1,
         }
         Ok(begun)
     }
 
     /// Waits for the description of a run, but not for long.
     fn wait_for_run(&mut self, run_id: u64) -> Result<Option<ZenohLine>, BridgeError> {
-        let mut begun = None;
         let deadline = Instant::now() + DESCRIPTION_PATIENCE;
-        while self.run.as_ref().is_none_or(|run| run.run_id != run_id) && Instant::now() < deadline {
-            begun = self.take_description()?;
-            if begun.is_none() {
-                thread::sleep(LOOK_PERIOD);
+        while !self.runs.knows(run_id) {
+            let begun = self.take_description()?;
+            if begun.is_some() {
+                return Ok(begun);
             }
+            let is_described = self.news.as_ref().is_some_and(|(description, _)| description.run_id == run_id);
+            if !is_described && Instant::now() >= deadline {
+                break;
+            }
+            thread::sleep(LOOK_PERIOD);
         }
-        Ok(begun)
+        Ok(None)
     }
 
-    /// Tells the other side what the frames that follow are of, where there is a new run.
+    /// Tells the other side what the frames that follow are of, where there is a new run and it is known how fast it is.
     fn take_description(&mut self) -> Result<Option<ZenohLine>, BridgeError> {
-        let Some(Description { run_id, toml }) = self.ports.descriptions.poll()? else { return Ok(None) };
-        let thinning = Thinning::of(self.settings.share, described_rate_hz(&toml));
-        let described = Described { run_id, every: thinning.every() };
-        self.desk.describe(described, &toml);
-        let put = self.publishers.description.put(toml).attachment(encode_described(described));
+        if let Some(description) = self.ports.descriptions.poll()? {
+            self.news = Some((description, Instant::now()));
+        }
+        self.look_at_status()?;
+        let Some((Description { run_id, toml }, since)) = &self.news else { return Ok(None) };
+        let run_id = *run_id;
+        let rate_hz = match self.rate {
+            Some((of_run, rate_hz)) if of_run == run_id => rate_hz.min(FASTEST_HZ),
+            _ if since.elapsed() < DESCRIPTION_PATIENCE => return Ok(None),
+            _ => described_rate_hz(toml).min(FASTEST_HZ),
+        };
+        let thinning = Thinning::of(self.settings.share, rate_hz);
+        let described = Described { run_id, every: thinning.every(), rate_hz: rate_hz.into() };
+        self.desk.describe(described, toml);
+        let put = self.publishers.description.put(toml.as_str()).attachment(encode_described(described));
         put.wait().map_err(LinkError::session)?;
-        self.run = Some(SentRun { run_id, thinning });
+        self.news = None;
+        self.runs.describe(run_id, thinning);
         Ok(Some(ZenohLine::Sending { run_id, every: described.every }))
+    }
+
+    /// The status is a sign of life, and has the rate of what comes, which for a recording that is played faster is not the one
+    /// that it is described with.
+    fn look_at_status(&mut self) -> Result<(), BridgeError> {
+        // One of the source there is, and one that the last one has left.
+        for _ in 0..MAX_STATUSES {
+            let Some(status) = self.ports.status.poll()? else { break };
+            self.rate = Some((status.run_id, status.rate_hz));
+            self.last_sign = Instant::now();
+        }
+        Ok(())
+    }
+
+    /// Says that nobody is connected, and that somebody is again.
+    fn look_for_company(&mut self) -> Option<ZenohLine> {
+        let Self { company, link, summary, .. } = self;
+        Some(match company.note(monotonic_ns(), || link.is_connected())? {
+            Change::Alone => ZenohLine::Alone { connects: link.connects().to_vec() },
+            Change::Connected => ZenohLine::Connected { unheard: summary.unheard },
+        })
     }
 
     fn send_alerts(&mut self) -> Result<(), BridgeError> {
@@ -218,20 +269,21 @@ impl Sender {
 
     /// Keeps the word that a source is there.
     fn look_for_source(&mut self, has_frame: bool) -> Result<Option<ZenohLine>, BridgeError> {
+        self.look_at_status()?;
         let now = Instant::now();
-        if has_frame || self.ports.status.poll()?.is_some() {
+        if has_frame {
             self.last_sign = now;
         }
         let is_there = now - self.last_sign < SOURCE_PATIENCE;
         // Whoever sees it asks for the description, which is to be there.
-        if is_there && self.source.is_none() && self.run.is_some() {
+        if is_there && self.source.is_none() && self.runs.run_id().is_some() {
             let token = self.link.session.liveliness().declare_token(self.settings.prefix.source()).wait();
             self.source = Some(token.map_err(LinkError::session)?);
         }
         if is_there || self.source.take().is_none() {
             return Ok(None);
         }
-        Ok(Some(ZenohLine::Silent { run_id: self.run.as_ref().map(|run| run.run_id), reason: Silence::NoSource }))
+        Ok(Some(ZenohLine::Silent { run_id: self.runs.run_id(), reason: Silence::NoSource }))
     }
 }
 

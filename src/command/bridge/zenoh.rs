@@ -90,6 +90,16 @@ fn tell(format: Format, line: &ZenohLine) -> anyhow::Result<()> {
         ZenohLine::Receiving { run_id, remote_run_id } => {
             complain(&format!("receiving run {remote_run_id}, here run {run_id}"));
         }
+        ZenohLine::Refused { remote_run_id, reason } => {
+            complain(&format!("run {remote_run_id} is not received: {reason}"));
+        }
+        ZenohLine::Alone { connects } => {
+            let trying = format!(", still trying {}; RUST_LOG=zenoh=debug tells why", listed(connects));
+            complain(&format!("nobody is connected{}", if connects.is_empty() { "" } else { &trying }));
+        }
+        ZenohLine::Connected { unheard } => {
+            complain(&format!("somebody is connected; {unheard} frames have reached nobody"));
+        }
         ZenohLine::Silent { reason: Silence::LinkOrSource, .. } => {
             complain("no frames come, though a source is there: the link is cut, or the source stands");
         }
@@ -109,9 +119,10 @@ fn listed(endpoints: &[String]) -> String {
 }
 
 fn sent(summary: &SenderSummary) -> String {
-    let SenderSummary { frames, lost, alerts, commands, refused } = summary;
+    let SenderSummary { frames, unheard, lost, alerts, commands, refused } = summary;
     format!(
-        "{frames} frames sent, {lost} of the bus lost, {alerts} alerts, {commands} commands passed on, {refused} refused"
+        "{frames} frames sent, {unheard} with nobody connected, {lost} of the bus lost, {alerts} alerts, {commands} commands \
+         passed on, {refused} refused"
     )
 }
 

@@ -1,9 +1,13 @@
 //! Commands from the other side.
 
-use bench_dragon_ipc::ShowState;
+use bench_dragon::bridge::zenoh::wire::encode_command;
+use bench_dragon_ipc::{Request, ShowState};
+use rustix::process::Signal;
 use serde_json::Value;
+use zenoh::Wait as _;
 
-use super::bridges::Bridge;
+use super::bridges::{Bridge, KEY};
+use super::hostile::connected;
 use crate::reader::Reader;
 use crate::stage::Stage;
 
@@ -65,4 +69,57 @@ fn a_bridge_that_is_told_to_takes_commands_and_answers_in_the_words_of_the_other
     server.summary();
     assert_eq!(receiver.stop()["commands"], 4);
     assert_eq!(sender.stop()["commands"], 4);
+}
+
+#[test]
+fn a_command_that_was_refused_because_nobody_answered_is_not_carried_out_later() {
+    let (near, far) = (Stage::new(), Stage::new());
+    let server = near.serve(&["--rate", "20"]);
+    let sender = Bridge::sending(&near, &["--allow-commands"]);
+    let mut receiver = Bridge::receiving(&far, &sender);
+    receiver.until("receiving");
+    assert_eq!(ctl(&near, &["pause"])["accepted"], true);
+    Reader::join(&far).read_until(|header| header.show_state() == Some(ShowState::Paused));
+
+    sender.process.signal(Signal::STOP);
+    let refused = ctl(&far, &["resume"]);
+    assert_eq!(refused["reason"], "the server is on another host, which does not answer", "{refused}");
+    receiver.until("silent");
+    sender.process.signal(Signal::CONT);
+    receiver.until("resumed");
+    // It stands behind the other one, and is taken: so that one has been looked at.
+    let mut reader = Reader::join(&near);
+    let sought = ctl(&far, &["seek", "100"]);
+    assert_eq!(sought["accepted"], true, "{sought}");
+    let shots = reader.read_until(|header| header.sim_time_s() == 100.0);
+    assert!(shots.iter().all(|shot| shot.state() == ShowState::Paused));
+    server.stop();
+    receiver.stop();
+    let sent = sender.stop();
+    assert_eq!((&sent["commands"], &sent["refused"]), (&1.into(), &1.into()), "{sent}");
+}
+
+#[test]
+fn a_bridge_that_ends_passes_on_no_more_of_the_commands_that_wait() {
+    const ASKED: u64 = 12;
+    let near = Stage::new();
+    let server = near.serve(&["--rate", "20"]);
+    let sender = Bridge::sending(&near, &["--allow-commands"]);
+    let session = connected(&sender.endpoint);
+    let command = encode_command(&Request::Pause.to_wire());
+    server.process.signal(Signal::STOP);
+    let replies: Vec<_> = (0..ASKED)
+        .map(|_| session.get(format!("{KEY}/commands")).payload(command).wait().expect("it is open"))
+        .collect();
+    // It is answered, though the server answers none of those that came before it.
+    let described = session.get(format!("{KEY}/description")).wait().expect("it is open");
+    assert!(described.recv().is_ok_and(|reply| reply.result().is_ok()));
+    let sent = sender.stop();
+    let (commands, refused) = (sent["commands"].as_u64().expect("a count"), sent["refused"].as_u64().expect("a count"));
+    assert!((1..ASKED).contains(&commands), "{sent}");
+    assert_eq!(commands + refused, ASKED, "{sent}");
+    drop(replies);
+    session.close().wait().expect("it is open");
+    server.process.signal(Signal::CONT);
+    server.stop();
 }

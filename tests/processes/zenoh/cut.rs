@@ -30,7 +30,8 @@ fn a_run_whose_way_is_cut_goes_on_as_the_same_run_when_it_is_joined_again() {
         return;
     };
     let (near, far) = (Stage::new(), Stage::new());
-    let server = near.serve(&["--rate", "50"]);
+    // So slow that the reader, which waits for what the bridges say, has room for the frames of twelve seconds.
+    let server = near.serve(&["--rate", "20"]);
     let mut sender = start_within(&cable.near, &near, &["--listen", Cable::ENDPOINT]);
     sender.until("sending");
     let mut receiver = start_within(&cable.far, &far, &["--receive", "--connect", Cable::ENDPOINT]);

@@ -1,15 +1,22 @@
 //! What others put under our keys.
 
-use bench_dragon::bridge::zenoh::wire::encode_frame;
+use std::collections::HashSet;
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+use bench_dragon::bridge::zenoh::wire::{Described, encode_described, encode_frame};
 use bench_dragon_ipc::{FrameHeader, HandleState};
 use serde_json::json;
+use zenoh::qos::CongestionControl;
 use zenoh::{Config, Session, Wait as _};
 
-use super::bridges::{ANY_PORT, Bridge, KEY};
+use super::bridges::{ANY_PORT, Bridge, KEY, arguments};
+use crate::process::Process;
 use crate::reader::{Reader, assert_accounted_for};
+use crate::skip::skip;
 use crate::stage::Stage;
 
-fn connected(endpoint: &str) -> Session {
+pub(super) fn connected(endpoint: &str) -> Session {
     let config = json!({
         "mode": "peer",
         "connect": { "endpoints": [endpoint] },
@@ -58,6 +65,106 @@ fn what_is_malformed_or_foreign_is_counted_and_dropped_and_the_show_goes_on() {
     assert_eq!((&received["foreign"], &received["too_fast"]), (&json!(1), &json!(1)), "{received}");
     assert_eq!((&received["lost"], &received["not_new"]), (&json!(0), &json!(0)), "{received}");
     sender.stop();
+}
+
+/// Describes a run of so many benches to whoever listens.
+fn describe(session: &Session, run_id: u64, benches: u32) {
+    let attached = encode_described(Described { run_id, every: 1, rate_hz: 50 });
+    session
+        .put(format!("{KEY}/description"), format!("[dragon]\nbenches = {benches}\n"))
+        .attachment(attached)
+        .congestion_control(CongestionControl::Block)
+        .wait()
+        .expect("it is open");
+}
+
+/// A frame of so many benches.
+fn frame_of(run_id: u64, bench_count: u32) -> Vec<u8> {
+    let handles = vec![HandleState::default(); bench_count as usize + 1];
+    encode_frame(&FrameHeader { run_id, bench_count, ..FrameHeader::default() }, &handles)
+}
+
+#[test]
+fn a_frame_of_another_dragon_than_its_run_is_described_with_begins_nothing() {
+    let (near, far) = (Stage::new(), Stage::new());
+    let server = near.serve(&["--rate", "50"]);
+    let sender = Bridge::sending(&near, &[]);
+    let mut receiver = Bridge::start(&far, &["--receive", "--listen", ANY_PORT, "--connect", &sender.endpoint]);
+    let run_id = receiver.until("receiving")["run_id"].clone();
+    let mut reader = Reader::join(&far);
+    let session = connected(&receiver.endpoint);
+    describe(&session, 5, 223);
+    assert_eq!(receiver.until("found")["remote_run_id"], 5);
+    let put = |frame| session.put(format!("{KEY}/frames"), frame).congestion_control(CongestionControl::Block).wait();
+    put(frame_of(5, 100_000)).expect("it is open");
+    // Of the dragon that it is described with: so what came before it has been looked at.
+    put(frame_of(5, 223)).expect("it is open");
+    assert_eq!(receiver.until("receiving")["remote_run_id"], 5);
+    let before = reader.read_until(|header| run_id != header.run_id);
+    assert!(before.iter().all(|shot| shot.header.bench_count == 223));
+    session.close().wait().expect("it is open");
+    server.stop();
+    let received = receiver.stop();
+    assert_eq!((&received["malformed"], &received["runs"]), (&json!(1), &json!(2)), "{received}");
+    sender.stop();
+}
+
+#[test]
+fn a_run_that_the_bus_has_no_room_for_is_told_of_and_the_show_goes_on() {
+    // Room for the paper's dragon, and not for one of a hundred thousand benches.
+    let script = r#"mount -t tmpfs -o size=128m none /dev/shm && exec "$@""#;
+    let launcher = ["--mount", "sh", "-c", script, "sh"];
+    let trial = Command::new("unshare").args(launcher).arg("true").stderr(Stdio::null()).status();
+    if !trial.is_ok_and(|status| status.success()) {
+        skip("no /dev/shm can be mounted here in a namespace of its own");
+        return;
+    }
+    let (near, far) = (Stage::new(), Stage::new());
+    let server = near.serve(&["--rate", "50"]);
+    let sender = Bridge::sending(&near, &[]);
+    let plain = far.command(&arguments(&["--receive", "--listen", ANY_PORT, "--connect", &sender.endpoint]));
+    let mut command = Command::new("unshare");
+    command.args(launcher).arg(plain.get_program()).args(plain.get_args()).env_remove("RUST_LOG");
+    let mut receiver = Bridge::announced(Process::start(command));
+    receiver.until("receiving");
+    let session = connected(&receiver.endpoint);
+    describe(&session, 5, 100_000);
+    receiver.until("found");
+    let put =
+        || session.put(format!("{KEY}/frames"), frame_of(5, 100_000)).congestion_control(CongestionControl::Block);
+    put().wait().expect("it is open");
+    let refused = receiver.until("refused");
+    assert_eq!(refused["remote_run_id"], 5);
+    let reason = refused["reason"].as_str().expect("a text");
+    assert!(reason.starts_with("/dev/shm has less than the "), "{reason}");
+    put().wait().expect("it is open");
+    session.close().wait().expect("it is open");
+    let mut reader = Reader::join(&near);
+    let begun = reader.next().header.tick;
+    reader.read_to_tick(begun + 50);
+    server.stop();
+    let received = receiver.stop();
+    assert_eq!((&received["runs"], &received["foreign"]), (&json!(1), &json!(2)), "{received}");
+    assert!(received["frames"].as_u64() >= Some(50), "{received}");
+    sender.stop();
+}
+
+#[test]
+fn a_flood_of_descriptions_is_heard_a_few_times_a_second() {
+    let far = Stage::new();
+    let mut receiver = Bridge::start(&far, &["--receive", "--listen", ANY_PORT]);
+    let begun = Instant::now();
+    let session = connected(&receiver.endpoint);
+    (1..=4_000).for_each(|run_id| describe(&session, run_id, 5));
+    receiver.until("found");
+    session.close().wait().expect("it is open");
+    let lines = receiver.process.terminate().expect_clean().json_lines();
+    let found = lines.iter().filter(|line| line["type"] == "found");
+    let runs: HashSet<u64> = found.filter_map(|line| line["remote_run_id"].as_u64()).collect();
+    let most = 8 + 5 * (begun.elapsed().as_secs() + 1);
+    assert!(runs.len() as u64 <= most, "{} of {most}", runs.len());
+    let received = lines.last().expect("a summary");
+    assert!(received["too_fast"].as_u64() > Some(0), "{received}");
 }
 
 #[test]

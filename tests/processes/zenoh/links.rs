@@ -105,6 +105,28 @@ fn who_cannot_be_reached_yet_is_found_when_he_comes() {
 }
 
 #[test]
+fn a_sending_bridge_tells_that_nobody_is_connected_and_that_somebody_is() {
+    let (near, far) = (Stage::new(), Stage::new());
+    let server = near.serve(&["--rate", "50"]);
+    let port = TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port").port();
+    let endpoint = format!("tcp/127.0.0.1:{port}");
+    let mut sender = Bridge::start(&near, &["--connect", &endpoint]);
+    let alone = sender.until("alone");
+    assert_eq!(alone["connects"], serde_json::json!([endpoint]));
+    let mut receiver = Bridge::start(&far, &["--receive", "--listen", &endpoint]);
+    let unheard = sender.until("connected")["unheard"].as_u64().expect("a count");
+    receiver.until("receiving");
+    Reader::join(&far).next();
+    receiver.stop();
+    let told = sender.until("alone");
+    assert_eq!(told["connects"], alone["connects"]);
+    server.stop();
+    let sent = sender.stop();
+    assert!(unheard > 0 && sent["unheard"].as_u64() > Some(unheard), "{sent}");
+    assert!(sent["frames"].as_u64() > Some(0), "{sent}");
+}
+
+#[test]
 fn a_client_that_reaches_nobody_ends_at_a_signal() {
     let stage = Stage::new();
     let port = TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port").port();

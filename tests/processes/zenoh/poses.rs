@@ -2,9 +2,11 @@
 
 use std::fs;
 
-use bench_dragon_ipc::{DescriptionReader, FrameHeader};
+use bench_dragon::record::{Recorder, RecorderSettings};
+use bench_dragon_ipc::{DescriptionReader, FrameHeader, HandleState, StatusReader};
+use rustix::process::Signal;
 
-use super::bridges::Bridge;
+use super::bridges::{ANY_PORT, Bridge};
 use crate::eventually::eventually;
 use crate::reader::{Reader, Shot};
 use crate::stage::Stage;
@@ -110,4 +112,66 @@ fn a_source_that_ends_is_missed_and_its_services_stay() {
     Reader::join(&far);
     receiver.stop();
     sender.stop();
+}
+
+#[test]
+fn a_recording_that_is_played_faster_than_it_was_made_gets_through() {
+    const FRAMES: u64 = 1_000;
+    let (near, far) = (Stage::new(), Stage::new());
+    let mut recorder = Recorder::start(RecorderSettings::new(near.path("a.mcap"), 0)).expect("a recorder");
+    recorder.describe(7, "[dragon]\nbenches = 1\n[serve]\nrate_hz = 20\n").expect("the configuration");
+    for tick in 0..FRAMES {
+        let (scheduled_ns, sim_time_ns) = (tick * 50_000_000, tick as i64);
+        let header = FrameHeader { run_id: 7, tick, scheduled_ns, sim_time_ns, bench_count: 1, ..Default::default() };
+        recorder.frame(&header, &[HandleState::default(); 2]).expect("a frame");
+    }
+    recorder.finish().expect("a finished recording");
+
+    let replay = near.start(&["replay", "a.mcap", "--rate", "20", "--readers", "3"]);
+    replay.complaint();
+    let sender = Bridge::sending(&near, &[]);
+    let mut slow = Bridge::start(&near, &["--listen", ANY_PORT, "--rate", "40"]);
+    assert_eq!(slow.until("sending")["every"], 10, "of four hundred a second");
+    let mut receiver = Bridge::receiving(&far, &sender);
+    let _third = Reader::join(&near);
+    receiver.until("receiving");
+    let statuses = StatusReader::open(far.domain(), "test").expect("the bridge has made the services");
+    Reader::join(&far).read_until(|header| header.sim_time_ns == FRAMES as i64 - 1);
+    assert_eq!(eventually(|| statuses.poll().expect("the bus is readable")).rate_hz, 400);
+    replay.end().expect_clean();
+    let received = receiver.stop();
+    assert_eq!(
+        (&received["frames"], &received["lost"], &received["too_fast"]),
+        (&FRAMES.into(), &0.into(), &0.into()),
+        "{received}"
+    );
+    let sent = slow.stop();
+    assert_eq!(sent["unheard"], FRAMES / 10, "{sent}");
+    sender.stop();
+}
+
+#[test]
+fn a_bridge_that_lagged_across_a_restart_leaves_out_as_many_frames_as_before() {
+    const EVERY: u64 = 50;
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "50"]);
+    let mut sender = Bridge::sending(&stage, &["--every", &EVERY.to_string()]);
+    let mut reader = Reader::join(&stage);
+    let begun = reader.next().header.tick;
+    sender.process.signal(Signal::STOP);
+    reader.read_to_tick(begun + 100);
+    let first = server.stop();
+    let server = stage.serve(&["--rate", "50"]);
+    let mut reader = Reader::join(&stage);
+    reader.read_to_tick(100);
+    sender.process.signal(Signal::CONT);
+    assert_eq!(sender.until("sending")["run_id"], server.run_id);
+    let now = reader.read_unread().last().map_or(100, |shot| shot.header.tick);
+    reader.read_to_tick(now + 2 * EVERY);
+    let second = server.stop();
+    let sent = sender.stop();
+    let count = |line: &serde_json::Value, key: &str| line[key].as_u64().expect("a count");
+    let most = (count(&first, "frames") + count(&second, "frames")) / EVERY + 2;
+    assert!((1..=most).contains(&count(&sent, "unheard")), "{most}: {sent}");
+    assert!(count(&sent, "lost") > 0, "those of the first run that came when the second one was known: {sent}");
 }

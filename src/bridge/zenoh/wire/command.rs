@@ -14,6 +14,35 @@ pub const COMMAND_BYTES: usize = size_of::<Command>();
 /// Bytes of a reply.
 pub const REPLY_BYTES: usize = size_of::<CommandReply>();
 
+/// Bytes of what is attached to a command.
+pub const SEEN_BYTES: usize = 16;
+
+/// What whoever commands has seen of the show: attached to a command, as two little-endian `u64`. By it the other side tells
+/// one that was held up on its way, and which must not be carried out any more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Seen {
+    /// The run.
+    pub run_id: u64,
+    /// The tick that it has come to.
+    pub tick: u64,
+}
+
+/// What is attached to a command, as bytes.
+pub fn encode_seen(seen: Seen) -> [u8; SEEN_BYTES] {
+    concatenated([seen.run_id, seen.tick])
+}
+
+/// Reads what is attached to a command.
+///
+/// # Errors
+/// [`WireError::Length`], [`WireError::RunId`].
+pub fn decode_seen(bytes: &[u8]) -> Result<Seen, WireError> {
+    let mut fields = Fields::of(bytes, SEEN_BYTES)?;
+    let seen = Seen { run_id: fields.word(), tick: fields.word() };
+    run_id(seen.run_id)?;
+    Ok(seen)
+}
+
 /// A command as bytes, in the order of its fields.
 pub fn encode_command(command: &Command) -> [u8; COMMAND_BYTES] {
     let [first, second] = command.values.map(f64::to_bits);

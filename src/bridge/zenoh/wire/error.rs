@@ -26,7 +26,7 @@ pub enum WireError {
     /// Two benches are named, the lower one first, or none.
     #[error("benches {0} and {1} are no pair")]
     Pair(u32, u32),
-    /// A text that is none, or a step between frames of 0.
+    /// A text that is none, or a step between frames or a rate that no source has.
     #[error("a description that is none")]
     Description,
 }

@@ -14,10 +14,12 @@ mod frame;
 
 pub use alert::{ALERT_BYTES, ALERT_ENCODING, decode_alert, encode_alert};
 pub use command::{
-    COMMAND_BYTES, COMMAND_ENCODING, REPLY_BYTES, REPLY_ENCODING, decode_command, decode_reply, encode_command,
-    encode_reply,
+    COMMAND_BYTES, COMMAND_ENCODING, REPLY_BYTES, REPLY_ENCODING, SEEN_BYTES, Seen, decode_command, decode_reply,
+    decode_seen, encode_command, encode_reply, encode_seen,
 };
-pub use description::{DESCRIBED_BYTES, DESCRIPTION_ENCODING, Described, decode_description, encode_described};
+pub use description::{
+    DESCRIBED_BYTES, DESCRIPTION_ENCODING, Described, MAX_EVERY, decode_description, encode_described,
+};
 pub use error::WireError;
 pub use frame::{FRAME_ENCODING, HANDLE_BYTES, HEADER_BYTES, MAX_FRAME_BYTES, decode_frame, encode_frame};
 
@@ -41,6 +43,9 @@ mod tests {
             }
             if let Ok(reply) = decode_reply(&bytes) {
                 prop_assert_eq!(encode_reply(&reply).to_vec(), bytes.clone());
+            }
+            if let Ok(seen) = decode_seen(&bytes) {
+                prop_assert_eq!(encode_seen(seen).to_vec(), bytes.clone());
             }
             let (text, attached) = bytes.split_at(bytes.len().saturating_sub(DESCRIBED_BYTES));
             if let Ok((described, toml)) = decode_description(text, attached) {
