@@ -75,15 +75,18 @@ fn two_receivers_get_every_tracker_of_every_frame_for_ten_seconds() {
 
     let sent = summary["frames"].as_u64().expect("a count");
     assert!(sent >= FRAMES as u64, "{summary}");
-    assert_eq!((&summary["errors"], &summary["stale"], &summary["dropped"]), (&0.into(), &0.into(), &0.into()));
+    assert_eq!((&summary["errors"], &summary["dropped"]), (&0.into(), &0.into()));
     for file in decoded(&stage) {
         let received = Received::read(&file);
         assert_eq!(received.frames.len(), FRAMES, "{}", file.display());
         assert_names(&received.names, &stage);
+        let mut stale = 0;
         for (index, frame) in received.frames.iter().enumerate() {
             assert_whole(frame, index);
-            assert_is_of_the_bus(frame, &shots, epoch_ns);
+            stale += u64::from(!assert_is_of_the_bus(frame, &shots, epoch_ns));
         }
+        // A machine that is busy enough keeps the server waiting for longer than a frame is fresh.
+        assert!(summary["stale"].as_u64() >= Some(stale), "{stale}: {summary}");
     }
 }
 
@@ -152,15 +155,16 @@ fn assert_whole(frame: &Value, index: usize) {
     assert!(ids.eq((0..BENCHES as u64).map(Some)), "frame {index}");
 }
 
-/// Every value is that of the frame of the bus which was sent at the trackers' time.
-fn assert_is_of_the_bus(frame: &Value, shots: &[Shot], epoch_ns: u64) {
+/// Every value is that of the frame of the bus which was sent at the trackers' time. Returns whether it is told as fresh.
+fn assert_is_of_the_bus(frame: &Value, shots: &[Shot], epoch_ns: u64) -> bool {
     let timestamp_us = frame["trackers"][0][11].as_u64().expect("a time");
     let sent_us = |shot: &Shot| (shot.header.published_ns - epoch_ns) / 1_000;
     let shot = shots.iter().find(|shot| sent_us(shot) == timestamp_us).expect("a frame of the bus");
     assert!(frame["headers"][0][0].as_u64() >= Some(timestamp_us), "told before it was sent");
     let trackers = frame["trackers"].as_array().expect("a list");
+    let is_fresh = trackers[0][10] == 1.0;
     for (tracker, handles) in trackers.iter().zip(shot.handles.windows(2)) {
-        let expected = tracker_of(&BenchState::between(&handles[0], &handles[1]), shot.header.time_scale);
+        let expected = tracker_of(&BenchState::between(&handles[0], &handles[1]), shot.header.time_scale, is_fresh);
         let told: Vec<f64> =
             tracker.as_array().expect("a list")[1..].iter().map(|value| value.as_f64().expect("a number")).collect();
         assert_eq!(told[10], timestamp_us as f64);
@@ -169,10 +173,13 @@ fn assert_is_of_the_bus(frame: &Value, shots: &[Shot], epoch_ns: u64) {
             assert!(apart <= f64::from(f32::EPSILON) * expected.abs().max(1e-30), "{tracker}, not {expected}");
         }
     }
+    is_fresh
 }
 
-/// Position, speed, orientation and status as the documentation has them: y and z change places, and turns their sign.
-fn tracker_of(bench: &BenchState, time_scale: f64) -> [f64; 10] {
-    let ([x, y, z], [vx, vy, vz]) = (bench.centre_m, bench.velocity_mps.map(|value| value * time_scale));
-    [x, z, y, vx, vz, vy, 0.0, -bench.heading_rad, 0.0, 1.0]
+/// Position, speed, orientation and status as the documentation has them: y and z change places, turns their sign, and
+/// what is stale stands.
+fn tracker_of(bench: &BenchState, time_scale: f64, is_fresh: bool) -> [f64; 10] {
+    let factor = if is_fresh { time_scale } else { 0.0 };
+    let ([x, y, z], [vx, vy, vz]) = (bench.centre_m, bench.velocity_mps.map(|value| value * factor));
+    [x, z, y, vx, vz, vy, 0.0, -bench.heading_rad, 0.0, f64::from(is_fresh)]
 }

@@ -5,6 +5,7 @@ use std::net::{TcpListener, UdpSocket};
 use std::process::Command;
 use std::time::Duration;
 
+use rustix::net::sockopt::set_socket_recv_buffer_size;
 use rustix::process::Signal;
 
 use crate::process::Process;
@@ -14,10 +15,16 @@ use crate::stage::{Stage, program};
 
 /// A minute: longer than anything here takes on any machine.
 const PATIENCE: Duration = Duration::from_mins(1);
+/// Packets among which the wanted one is: of the paper's dragon at fifty frames a second, those of a minute.
+const MAX_PACKETS: usize = 40_000;
 /// Where the first tracker's status lies in a DATA packet.
 const STATUS_AT: usize = 80;
 /// Where its speed lies.
 const SPEED_AT: usize = 48;
+/// Where its timestamp lies.
+const TIMESTAMP_AT: usize = 88;
+/// Where the packet's own timestamp lies.
+const SENT_AT: usize = 8;
 /// An address of this machine on which nobody else chooses ports.
 const RECEIVER: &str = "127.34.56.78:0";
 
@@ -28,20 +35,43 @@ fn receiver() -> (UdpSocket, String) {
     (socket, address)
 }
 
-/// Reads DATA packets until one's first tracker has this status; returns its speed.
-fn wait_for_status(socket: &UdpSocket, status: f32) -> [f32; 3] {
-    let mut packet = [0; 1_500];
-    let value = |packet: &[u8], at: usize| f32::from_le_bytes(packet[at..at + 4].try_into().expect("four bytes"));
-    loop {
-        let len = socket.recv(&mut packet).expect("the bridge goes on sending");
-        if packet[..2] == [0x55, 0x67]
-            && len > STATUS_AT + 4
-            && packet[24..26] == [0, 0]
-            && value(&packet, STATUS_AT) == status
-        {
-            return [0, 4, 8].map(|offset| value(&packet, SPEED_AT + offset));
-        }
+/// The first tracker of a frame.
+#[derive(Clone, Copy, Debug)]
+struct FirstTracker {
+    status: f32,
+    speed: [f32; 3],
+    /// How old the frame of the bus was when it was told.
+    age_us: u64,
+}
+
+impl FirstTracker {
+    /// Reads it from a packet, where it is one of DATA that begins with it.
+    fn of(packet: &[u8]) -> Option<Self> {
+        let is_first = packet.len() >= TIMESTAMP_AT + 8 && packet[..2] == [0x55, 0x67] && packet[24..26] == [0, 0];
+        let float = |at: usize| f32::from_le_bytes(packet[at..at + 4].try_into().expect("four bytes"));
+        let time_us = |at: usize| u64::from_le_bytes(packet[at..at + 8].try_into().expect("eight bytes"));
+        is_first.then(|| Self {
+            status: float(STATUS_AT),
+            speed: [0, 4, 8].map(|offset| float(SPEED_AT + offset)),
+            age_us: time_us(SENT_AT) - time_us(TIMESTAMP_AT),
+        })
     }
+}
+
+/// Reads packets until the first tracker of one is as wanted.
+fn wait_for(socket: &UdpSocket, is_wanted: impl Fn(&FirstTracker) -> bool) -> FirstTracker {
+    let mut packet = [0; 1_500];
+    let mut next = || {
+        let len = socket.recv(&mut packet).expect("the bridge goes on sending");
+        FirstTracker::of(&packet[..len])
+    };
+    let found = (0..MAX_PACKETS).find_map(|_| next().filter(&is_wanted));
+    found.expect("one of so many is as wanted")
+}
+
+/// Reads packets until one's first tracker has this status; returns its speed.
+fn wait_for_status(socket: &UdpSocket, status: f32) -> [f32; 3] {
+    wait_for(socket, |tracker| tracker.status == status).speed
 }
 
 /// The next notice; other lines are passed over.
@@ -65,6 +95,26 @@ fn trackers_of_a_dead_server_turn_invalid_and_stand_until_another_one_is_there()
     let summary = bridge.terminate().expect_clean().last_json();
     assert!(summary["stale"].as_u64() > Some(0), "{summary}");
     server.stop();
+}
+
+#[test]
+fn a_replay_that_is_slow_is_no_silent_server() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "50", "--until", "1", "--readers", "1"]);
+    let recorder = stage.start(&["record", "a.mcap"]);
+    server.summary();
+    recorder.terminate().expect_clean();
+    let (socket, target) = receiver();
+    let mut bridge = stage.start_waiting(&["bridge", "psn", "--to", &target, "--rate", "50", "--format", "json"]);
+    // A frame every two seconds.
+    let replay = stage.start(&["replay", "a.mcap", "--rate", "0.01", "--format", "json"]);
+    assert_eq!(bridge.json()["type"], "started");
+    let old = wait_for(&socket, |tracker| (1_600_000..2_900_000).contains(&tracker.age_us));
+    assert_eq!(old.status, 1.0, "{old:?}");
+    assert_ne!(old.speed, [0.0; 3]);
+    replay.terminate().expect_clean();
+    assert_eq!(wait_for_status(&socket, 0.0), [0.0; 3]);
+    bridge.terminate().expect_clean();
 }
 
 #[test]
@@ -108,9 +158,12 @@ fn a_bridge_that_stands_still_or_is_killed_costs_the_server_nothing() {
 }
 
 #[test]
-fn a_tcp_receiver_that_does_not_read_loses_whole_frames_and_is_told() {
+fn a_tcp_receiver_that_does_not_read_loses_whole_frames_but_for_a_few_and_is_told() {
+    // Three in the system's buffer, which may hold twice as much as it was asked for, and those on both sides of it.
+    const MOST_KEPT: usize = 12;
     let stage = Stage::new();
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    set_socket_recv_buffer_size(&listener, 4_096).expect("a socket");
     let target = listener.local_addr().expect("a bound socket has an address").to_string();
     let server = stage.serve(&["--rate", "50"]);
     let args = ["bridge", "osc", "--tcp", "--to", &target, "--rate", "250", "--format", "json"];
@@ -129,6 +182,8 @@ fn a_tcp_receiver_that_does_not_read_loses_whole_frames_and_is_told() {
     let packets: Vec<&[u8]> = bytes.split(|byte| *byte == 0xC0).filter(|packet| !packet.is_empty()).collect();
     assert_eq!(packets.len() % 224, 0, "only whole frames");
     assert!(packets.chunks(224).all(|frame| frame[0].starts_with(b"/dragon/show\0")));
+    let kept = packets.len() / 224;
+    assert!(kept <= MOST_KEPT, "{kept} frames are old when they come");
     server.stop();
 }
 
