@@ -32,7 +32,7 @@ pub(crate) enum Bridge {
   bench-dragon bridge psn --to 10.0.0.20:56565 --rate 30
 
 A tracker is a bench's centre, its id the bench's number, the head's 0. Its x is our x, its y (up) our z, its z (depth) our y. \
-Its status is 1, and 0 once the server has been silent for 1.5 seconds.")]
+Its status is 1, and 0 once the server has been silent for 1.5 seconds, or for three periods of one that is slower.")]
     Psn(PsnArgs),
     /// Open Sound Control: a message a bench, for whatever speaks OSC.
     #[command(after_help = "Examples:
@@ -41,7 +41,8 @@ Its status is 1, and 0 once the server has been silent for 1.5 seconds.")]
   bench-dragon bridge osc --address /stage/{index}/pose --angle radians
 
 A frame is one message /dragon/show (show time in s, state, time scale, tick, fresh: 1, or 0 once the server has been silent \
-for 1.5 seconds) and one a bench (x, y, z in metres, heading counter-clockwise from +x, speed in m/s of wall time).")]
+for 1.5 seconds, or three periods of a slower one) and one a bench (x, y, z in metres, heading counter-clockwise from +x, \
+speed in m/s of wall time).")]
     Osc(OscArgs),
     /// zenoh: the same bus on another machine, where every client works unchanged.
     #[cfg(feature = "zenoh")]
