@@ -18,6 +18,13 @@ pub enum BridgeLine {
         /// What.
         message: String,
     },
+    /// No frame has come for too long: the last one is sent as stale.
+    Silent {
+        /// How long ago it was sent by the server.
+        age_s: f64,
+    },
+    /// Frames come again.
+    Resumed,
     /// The bridge has ended.
     Summary(BridgeSummary),
 }

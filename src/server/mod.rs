@@ -106,7 +106,7 @@ impl Server {
         let member = Member::join(domain, "serve", Role::Source { bench_count })?;
         let run_id = random_run_id();
         let description = Description { run_id, toml: settings.config.to_toml() };
-        let report = SourceReport::start(domain.clone(), description, bench_count, settings.config.rate_hz())?;
+        let report = SourceReport::start("serve", domain.clone(), description, bench_count, settings.config.rate_hz())?;
         let server = Self {
             simulation: Simulation::new(settings.config.dragon().clone(), plan(&settings, run_id)),
             commands: CommandServer::create(&member)?,

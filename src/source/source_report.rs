@@ -17,21 +17,11 @@ pub(crate) struct SourceReport {
 }
 
 impl SourceReport {
-    /// The report of the server: as [`SourceReport::start_of`].
-    pub(crate) fn start(
-        domain: Domain,
-        description: Description,
-        bench_count: usize,
-        rate_hz: u32,
-    ) -> Result<Self, BusError> {
-        Self::start_of("serve", domain, description, bench_count, rate_hz)
-    }
-
     /// Starts the thread of a source of this name and returns once the description and a first status are on the bus.
     ///
     /// # Errors
     /// What kept them from the bus.
-    pub(crate) fn start_of(
+    pub(crate) fn start(
         source: &'static str,
         domain: Domain,
         description: Description,

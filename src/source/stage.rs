@@ -43,7 +43,7 @@ impl Stage {
         Ok(Self {
             commands: CommandServer::create(&member)?,
             _alerts: (member.alerts()?, member.alert_events()?),
-            report: SourceReport::start_of(name, domain.clone(), description, bench_count, rate_hz)?,
+            report: SourceReport::start(name, domain.clone(), description, bench_count, rate_hz)?,
             // The last service: clients take it for the sign that all are there.
             frames: FramePublisher::create(domain, &member, bench_count)?,
             _member: member,

@@ -90,8 +90,11 @@ fn trackers_of_a_dead_server_turn_invalid_and_stand_until_another_one_is_there()
     assert_ne!(wait_for_status(&socket, 1.0), [0.0; 3]);
     server.process.kill();
     assert_eq!(wait_for_status(&socket, 0.0), [0.0; 3]);
+    let silent = bridge.json_until(|line| line["type"] == "silent").pop().expect("the line");
+    assert!(silent["age_s"].as_f64() > Some(1.5), "{silent}");
     let server = stage.serve(&["--rate", "50"]);
     assert_ne!(wait_for_status(&socket, 1.0), [0.0; 3]);
+    bridge.json_until(|line| line["type"] == "resumed");
     let summary = bridge.terminate().expect_clean().last_json();
     assert!(summary["stale"].as_u64() > Some(0), "{summary}");
     server.stop();
@@ -248,7 +251,7 @@ fn a_network_that_comes_is_used_and_one_that_goes_is_told() {
 #[test]
 fn what_cannot_be_sent_at_all_is_one_line() {
     let stage = Stage::new();
-    let cases: [(&[&str], i32, &str); 9] = [
+    let cases: [(&[&str], i32, &str); 11] = [
         (
             &["psn", "--interface", "192.0.2.77"],
             1,
@@ -266,6 +269,8 @@ fn what_cannot_be_sent_at_all_is_one_line() {
             "must begin with /, have no blank and none of #*,?[]{} in its parts",
         ),
         (&["osc", "--tcp", "--ttl", "3"], 2, "cannot be used with"),
+        (&["osc", "--tcp", "--to", "236.1.1.1:9000"], 2, "--to is 236.1.1.1:9000, must be one machine's with --tcp"),
+        (&["osc", "--show-address", "/dragon/bench/0"], 2, "--show-address is /dragon/bench/0, must be no bench's"),
     ];
     for (args, status, complaint) in cases {
         let ended = stage.run(&[&["bridge"], args].concat());

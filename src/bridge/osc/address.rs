@@ -42,6 +42,13 @@ impl AddressPattern {
     pub fn of_bench(&self, index: usize) -> String {
         self.0.replace(INDEX, &index.to_string())
     }
+
+    /// Whether the show's message would have the address of a bench's.
+    pub fn is_bench(&self, show: &ShowAddress) -> bool {
+        let mut numbers =
+            show.0.split(|character: char| !character.is_ascii_digit()).filter_map(|part| part.parse().ok());
+        numbers.any(|index| self.of_bench(index) == show.0)
+    }
 }
 
 impl FromStr for AddressPattern {
@@ -104,6 +111,10 @@ mod tests {
         }
         assert_eq!("/dragon/bench".parse::<AddressPattern>(), Err(AddressError::NoIndex));
         assert!("/dragon/show".parse::<ShowAddress>().is_ok());
+        let benches: AddressPattern = "/{index}/dragon2/bench{index}".parse().expect("an address");
+        for (show, is_bench) in [("/7/dragon2/bench7", true), ("/7/dragon2/bench8", false), ("/dragon/show", false)] {
+            assert_eq!(benches.is_bench(&show.parse().expect("an address")), is_bench, "{show}");
+        }
         assert_eq!("/dragon/{index}".parse::<ShowAddress>(), Err(AddressError::Address));
         assert_eq!(
             "/{index}/{index}".parse::<AddressPattern>().map(|pattern| pattern.of_bench(2)),

@@ -97,7 +97,9 @@ impl LinkSettings {
 /// # Errors
 /// What an endpoint looks like.
 pub fn check_endpoint(text: &str) -> Result<String, String> {
-    let is_link = text.parse::<EndPoint>().is_ok() && ["tcp/", "tls/"].iter().any(|link| text.starts_with(link));
+    let address = ["tcp/", "tls/"].iter().find_map(|link| text.strip_prefix(link));
+    let has_port = |address: &str| address.rsplit_once(':').is_some_and(|(_, port)| port.parse::<u16>().is_ok());
+    let is_link = text.parse::<EndPoint>().is_ok() && address.is_some_and(has_port);
     if is_link { Ok(text.to_owned()) } else { Err("must be as tcp/10.0.0.5:7447 or tls/stage.example:7447".to_owned()) }
 }
 
@@ -239,7 +241,15 @@ mod tests {
         for sound in ["tcp/127.0.0.1:7447", "tcp/[::1]:0", "tls/stage.example:7447"] {
             assert_eq!(check_endpoint(sound).as_deref(), Ok(sound));
         }
-        for odd in ["", "127.0.0.1:7447", "tcp", "udp/10.0.0.1:7447", "quic/10.0.0.1:7447"] {
+        for odd in [
+            "",
+            "127.0.0.1:7447",
+            "tcp",
+            "tcp/10.0.0.1",
+            "tls/stage.example:seven",
+            "udp/10.0.0.1:7447",
+            "quic/10.0.0.1:7447",
+        ] {
             assert!(check_endpoint(odd).is_err(), "{odd}");
         }
     }

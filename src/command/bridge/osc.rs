@@ -12,8 +12,10 @@ use super::feed::Feed;
 use super::open_udp;
 use super::session::Session;
 use crate::cli::{Angle, BridgeArgs, OscArgs};
+use crate::command::BadInput;
 
 pub(super) fn run(args: &BridgeArgs, osc: &OscArgs) -> anyhow::Result<ExitCode> {
+    check(osc)?;
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
     let outlet: Box<dyn Outlet> =
@@ -28,6 +30,17 @@ pub(super) fn run(args: &BridgeArgs, osc: &OscArgs) -> anyhow::Result<ExitCode> 
         session.send_frame(&packets, &release)?;
     }
     session.finish(feed.missed())
+}
+
+/// Refuses what cannot be sent, or not be told apart.
+fn check(OscArgs { to, tcp, address, show_address, .. }: &OscArgs) -> Result<(), BadInput> {
+    if *tcp && (to.ip().is_multicast() || to.ip().is_broadcast()) {
+        return Err(BadInput(format!("--to is {to}, must be one machine's with --tcp")));
+    }
+    if address.is_bench(show_address) {
+        return Err(BadInput(format!("--show-address is {show_address}, must be no bench's by --address {address}")));
+    }
+    Ok(())
 }
 
 fn settings(osc: &OscArgs) -> OscSettings {

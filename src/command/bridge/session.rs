@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::process::ExitCode;
 
-use bench_dragon::bridge::{Outage, Outlet, Packets, Turn};
+use bench_dragon::bridge::{Freshness, Outage, Outlet, Packets, Turn};
 use bench_dragon::report::{BridgeLine, BridgeSummary};
 
 use super::feed::Release;
@@ -17,27 +17,27 @@ pub(super) struct Session {
     to: String,
     outlet: Box<dyn Outlet>,
     outage: Outage,
+    /// Whether the frame that was sent last was too old to be believed.
+    is_stale: bool,
     summary: BridgeSummary,
 }
 
 impl Session {
     pub(super) fn new(format: Format, to: impl Display, outlet: Box<dyn Outlet>) -> Self {
         let (outage, summary) = (Outage::default(), BridgeSummary::default());
-        Self { format, to: to.to_string(), outlet, outage, summary }
+        Self { format, to: to.to_string(), outlet, outage, is_stale: false, summary }
     }
 
     /// Tells that there is a server.
     pub(super) fn announce(&self, epoch_ns: u64, rate_hz: u32) -> anyhow::Result<()> {
         let to = &self.to;
-        match self.format {
-            Format::Json => print_json(&BridgeLine::Started { to: to.clone(), epoch_ns })?,
-            Format::Text => complain(&format!("sending to {to} at {rate_hz} Hz; Ctrl-C ends it")),
-        }
-        Ok(())
+        let line = BridgeLine::Started { to: to.clone(), epoch_ns };
+        self.say(&line, &format!("sending to {to} at {rate_hz} Hz; Ctrl-C ends it"))
     }
 
     /// Sends a frame of poses.
     pub(super) fn send_frame(&mut self, packets: &Packets, release: &Release<'_>) -> anyhow::Result<()> {
+        self.note_freshness(release.snapshot.freshness)?;
         let is_sent = self.send(packets, release.now_ns)?;
         self.summary.frames += u64::from(is_sent);
         self.summary.stale += u64::from(is_sent && !release.snapshot.freshness.is_fresh());
@@ -62,6 +62,21 @@ impl Session {
         Ok(delivery.packets > 0)
     }
 
+    /// Tells when the server falls silent, and when it is back.
+    fn note_freshness(&mut self, freshness: Freshness) -> anyhow::Result<()> {
+        let was_stale = std::mem::replace(&mut self.is_stale, !freshness.is_fresh());
+        match freshness {
+            Freshness::Stale { age_ns } if !was_stale => {
+                let age_s = age_ns as f64 * 1e-9;
+                let text =
+                    format!("no frame has come for {age_s:.1} s: the last one is sent as stale, with speeds of 0");
+                self.say(&BridgeLine::Silent { age_s }, &text)
+            }
+            Freshness::Fresh if was_stale => self.say(&BridgeLine::Resumed, "frames come again"),
+            _ => Ok(()),
+        }
+    }
+
     /// Tells what was sent. `missed` are the releases that passed meanwhile.
     pub(super) fn finish(mut self, missed: u64) -> anyhow::Result<ExitCode> {
         self.summary.missed = missed;
@@ -77,12 +92,15 @@ impl Session {
     }
 
     fn tell(&self, message: &str) -> anyhow::Result<()> {
+        self.say(&BridgeLine::Notice { message: message.to_owned() }, message)
+    }
+
+    /// Says something: as a line for machines, or as text for people.
+    fn say(&self, line: &BridgeLine, text: &str) -> anyhow::Result<()> {
         match self.format {
-            Format::Json => print_json(&BridgeLine::Notice { message: message.to_owned() }),
-            Format::Text => {
-                complain(message);
-                Ok(())
-            }
+            Format::Json => print_json(line)?,
+            Format::Text => complain(text),
         }
+        Ok(())
     }
 }
