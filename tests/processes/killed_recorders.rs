@@ -136,7 +136,7 @@ fn open_in_replay(stage: &Stage, path: &Path, frames: usize) {
     let mut replay = stage.start(&["replay".as_ref(), path.as_os_str(), "--format".as_ref(), "json".as_ref()]);
     if frames == 0 {
         let ended = replay.end();
-        assert_eq!(ended.stderr, format!("error: {} holds no frames\n", path.display()));
+        assert_eq!(ended.stderr, format!("error: {} holds no frames: it stops in the middle\n", path.display()));
         return;
     }
     assert_eq!(replay.json()["type"], "started");
