@@ -96,7 +96,7 @@ impl Replay {
     /// Opens the recording and takes the instance.
     ///
     /// # Errors
-    /// [`ReplayError::Open`] where the file is no recording, [`BusError::SourceRunning`] where a source runs on the
+    /// [`ReplayError::Open`] where the file is no recording, [`BusError::SourceRunning`](bench_dragon_ipc::BusError::SourceRunning) where a source runs on the
     /// instance.
     pub fn open(domain: &Domain, settings: ReplaySettings) -> Result<Self, ReplayError> {
         let read_ahead = ReadAhead::start(&settings)?;

@@ -61,7 +61,7 @@ impl Receiver {
     /// Takes the instance and begins to listen to the other side. It stays on the thread that it was opened on.
     ///
     /// # Errors
-    /// [`BusError::SourceRunning`](bench_dragon_ipc::BusError::SourceRunning) where a source runs on the instance,
+    /// [`BusError::SourceRunning`] where a source runs on the instance,
     /// [`LinkError::Session`].
     pub fn open(domain: &Domain, link: Link, prefix: KeyPrefix) -> Result<Self, BridgeError> {
         let lock = SourceLock::take(domain)?;
