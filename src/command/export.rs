@@ -3,6 +3,7 @@
 use std::fmt::Display;
 use std::fs;
 use std::io::{self, BufWriter};
+use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -12,6 +13,7 @@ use bench_dragon::report::ExportReport;
 use super::progress::Progress;
 use super::whole_file::{self, WholeFile};
 use crate::cli::{ExportArgs, Format, TableFile};
+use crate::command::BadInput;
 use crate::command::output::{complain_of_flaws, print_json, print_line};
 
 const WRITE_BUFFER_BYTES: usize = 1 << 20;
@@ -19,6 +21,7 @@ const WRITE_BUFFER_BYTES: usize = 1 << 20;
 pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
     let (file, interval, every_ns) = (args.file.clone(), args.interval.interval()?, args.every);
     let mut selection = Selection::open(ExportSettings { file, interval, every_ns, subject: args.subject() })?;
+    require_another_file(&args.file, &args.out)?;
     let mut reading = Reading::of(&args.file);
     match &args.out {
         TableFile::Stdout => {
@@ -48,6 +51,16 @@ pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Refuses to write over the recording, by whatever name.
+fn require_another_file(recording: &Path, out: &TableFile) -> anyhow::Result<()> {
+    let (TableFile::Csv(path) | TableFile::Xlsx(path)) = out else { return Ok(()) };
+    let inode = |path: &Path| fs::metadata(path).ok().map(|metadata| (metadata.dev(), metadata.ino()));
+    if inode(recording).is_some() && inode(recording) == inode(path) {
+        return Err(BadInput(format!("OUT is {}, must not be the recording itself", path.display())).into());
+    }
+    Ok(())
 }
 
 /// An error in writing names what was written, and keeps its kind: nobody reading any more is none for `head`.

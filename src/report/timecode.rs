@@ -16,6 +16,8 @@ pub struct TimecodeLine {
     pub position_s: f64,
     /// Show time at which it was noticed.
     pub time_s: f64,
+    /// Whether an operator's pause or hold keeps the show standing meanwhile.
+    pub stopped: bool,
 }
 
 /// How a timecode is from now on.
@@ -37,26 +39,24 @@ impl From<&TimecodeNews> for TimecodeLine {
             Event::Stands { position_s } => (TimecodeEvent::Stands, position_s),
             Event::Lost { position_s } => (TimecodeEvent::Lost, position_s),
         };
-        Self { event, position_s, time_s: news.sim_time_s }
+        Self { event, position_s, time_s: news.sim_time_s, stopped: news.is_stopped }
     }
 }
 
 impl fmt::Display for TimecodeLine {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { event, position_s, time_s } = self;
-        match event {
-            TimecodeEvent::Follows => {
-                write!(formatter, "timecode {position_s:.3} s runs: the show follows from {time_s:.3} s")
-            }
-            TimecodeEvent::Stands => {
-                write!(formatter, "timecode {position_s:.3} s stands: so does the show at {time_s:.3} s")
-            }
-            TimecodeEvent::Lost => {
-                write!(
-                    formatter,
-                    "timecode is lost, last at {position_s:.3} s: the show is by itself from {time_s:.3} s"
-                )
-            }
-        }
+        let Self { event, position_s, time_s, stopped } = self;
+        let timecode = match event {
+            TimecodeEvent::Follows => format!("timecode {position_s:.3} s runs"),
+            TimecodeEvent::Stands => format!("timecode {position_s:.3} s stands"),
+            TimecodeEvent::Lost => format!("timecode is lost, last at {position_s:.3} s"),
+        };
+        let show = match event {
+            _ if *stopped => format!("the show stays paused or held at {time_s:.3} s"),
+            TimecodeEvent::Follows => format!("the show follows from {time_s:.3} s"),
+            TimecodeEvent::Stands => "so does the show".to_owned(),
+            TimecodeEvent::Lost => format!("the show is by itself from {time_s:.3} s"),
+        };
+        write!(formatter, "{timecode}: {show}")
     }
 }

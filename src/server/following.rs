@@ -24,6 +24,8 @@ pub struct TimecodeNews {
     pub event: Event,
     /// Show time in seconds.
     pub sim_time_s: f64,
+    /// Whether an operator's pause or hold keeps the show standing meanwhile.
+    pub is_stopped: bool,
 }
 
 impl Following {
@@ -47,7 +49,7 @@ impl Following {
         let (order, event) = self.follower.steer(due_ns, show);
         if let Some(event) = event {
             // Where nobody has told the others yet, it goes untold.
-            let _ = self.news.push(TimecodeNews { event, sim_time_s: show.sim_time_s });
+            let _ = self.news.push(TimecodeNews { event, sim_time_s: show.sim_time_s, is_stopped: show.is_stopped });
         }
         if let Some(sim_time_s) = order.seek_s {
             self.follower.note_seek(simulation.request(Request::Seek { sim_time_s }).is_ok());

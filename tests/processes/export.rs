@@ -98,8 +98,10 @@ fn what_cannot_be_exported_is_told_in_one_line_and_leaves_nothing() {
     write_recording(&stage.path("a.mcap"), 0..17_000);
     fs::write(stage.path("letter"), "not a recording").expect("a file");
     std::os::unix::fs::symlink("/dev/full", stage.path("full.csv")).expect("a link");
+    std::os::unix::fs::symlink("a.mcap", stage.path("link.csv")).expect("a link");
     for (args, code, error) in [
         (&["letter", "a.csv"][..], 2, "letter is not an MCAP recording"),
+        (&["a.mcap", "link.csv"], 2, "OUT is link.csv, must not be the recording itself"),
         (&["a.mcap", "a.csv", "--from", "3", "--to", "2"], 2, "--to is 2, must be at least --from, which is 3"),
         (
             &["a.mcap", "a.csv", "--from", "20"],
@@ -120,7 +122,7 @@ fn what_cannot_be_exported_is_told_in_one_line_and_leaves_nothing() {
         let told = format!("error: {error}\n");
         assert_eq!((ended.code(), ended.stdout.as_str(), ended.stderr), (Some(code), "", told), "{args:?}");
     }
-    assert_eq!(files(&stage), ["a.mcap", "full.csv", "letter"]);
+    assert_eq!(files(&stage), ["a.mcap", "full.csv", "letter", "link.csv"]);
 }
 
 #[test]

@@ -7,6 +7,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Stdio};
 use bench_dragon_ipc::{FrameHeader, ShowState};
 use serde_json::{Value, json};
 
+use crate::children::{await_child, kill};
 use crate::ports::free_port;
 use crate::process::Process;
 use crate::python;
@@ -310,6 +311,27 @@ fn a_show_that_follows_timecode_goes_on_after_a_contact_until_it_is_stopped() {
     let summary = show.end();
     assert_eq!(summary.code(), Some(0), "{}", summary.stderr);
     assert_eq!(summary.last_json()["contact"]["benches"], json!([0, 8]), "{}", summary.stdout);
+}
+
+#[test]
+fn a_server_that_is_killed_while_the_timecode_stands_is_started_again_and_follows_on() {
+    let stage = Stage::new();
+    let source = format!("osc:{}", free_port());
+    let args = ["show", "--out", "out", "--rate", "50", "--auto-resume", "--timecode", &source, "--format", "json"];
+    let show = stage.start(&args);
+    let mut reader = Reader::await_server(&stage);
+    let before = reader.next().header.run_id;
+    let mut desk = Desk::start(&["osc", &source.replace("osc:", "127.0.0.1:")]);
+    let clock = desk.order("play 100");
+    read_following(&mut reader, clock, 0.0);
+    desk.order("stand");
+    while !show.complaint().contains("stands: so does the show") {}
+    kill(await_child(show.pid(), "serve", None));
+    reader.read_until(|header| header.run_id != before);
+    let clock = desk.order("play 200");
+    read_following(&mut reader, clock, 0.0);
+    let ended = show.terminate();
+    assert_eq!((ended.code(), &ended.last_json()["restarts"]["serve"]), (Some(0), &json!(1)), "{}", ended.stderr);
 }
 
 #[test]

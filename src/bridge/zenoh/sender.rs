@@ -95,6 +95,8 @@ pub struct Sender {
     company: Company,
     source: Option<LivelinessToken>,
     last_sign: Instant,
+    /// Whether it was told that no source is there.
+    was_silent: bool,
     summary: SenderSummary,
     desk: Arc<Desk>,
     // The clerk's questions end before the session does.
@@ -134,6 +136,7 @@ impl Sender {
             company: Company::none(monotonic_ns()),
             source: None,
             last_sign: Instant::now(),
+            was_silent: false,
             summary: SenderSummary::default(),
             desk,
             publishers,
@@ -276,14 +279,18 @@ impl Sender {
         }
         let is_there = now - self.last_sign < SOURCE_PATIENCE;
         // Whoever sees it asks for the description, which is to be there.
-        if is_there && self.source.is_none() && self.runs.run_id().is_some() {
+        let run_id = self.runs.run_id();
+        if let (true, None, Some(run_id)) = (is_there, &self.source, run_id) {
             let token = self.link.session.liveliness().declare_token(self.settings.prefix.source()).wait();
             self.source = Some(token.map_err(LinkError::session)?);
+            let lost = self.summary.lost + self.ports.frames.lost();
+            return Ok(std::mem::take(&mut self.was_silent).then_some(ZenohLine::Resumed { run_id, lost }));
         }
         if is_there || self.source.take().is_none() {
             return Ok(None);
         }
-        Ok(Some(ZenohLine::Silent { run_id: self.runs.run_id(), reason: Silence::NoSource }))
+        self.was_silent = true;
+        Ok(Some(ZenohLine::Silent { run_id, reason: Silence::NoSource }))
     }
 }
 

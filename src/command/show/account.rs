@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use anyhow::Context as _;
 use bench_dragon::record::repair;
-use bench_dragon::report::{ContactReport, MonitorLine, MonitorProgress, RecordLine, ServeLine, ShowSummary};
+use bench_dragon::report::{
+    ContactReport, MonitorLine, MonitorProgress, RecordLine, ServeLine, ShowSummary, TimecodeEvent,
+};
 use bench_dragon_ipc::AlertKind;
 
 use super::child::Role;
@@ -20,6 +22,8 @@ pub(super) struct Account {
     pub(super) progress: MonitorProgress,
     /// Whether a child ended so often that the show went on without it.
     pub(super) has_given_up: bool,
+    /// Whether the timecode stands, or none has come yet: then the show stands with it.
+    pub(super) has_timecode_stood: bool,
     /// The recordings that were begun, oldest first.
     recordings: Vec<PathBuf>,
     /// The recording of which no account was given yet.
@@ -34,6 +38,7 @@ impl Account {
             line: LiveLine::new(start_s, end_s),
             progress: MonitorProgress::default(),
             has_given_up: false,
+            has_timecode_stood: true,
             recordings: Vec::new(),
             open_recording: None,
         }
@@ -76,7 +81,15 @@ impl Account {
     fn take_serve_line(&mut self, line: &ServeLine) {
         match line {
             ServeLine::Started { .. } | ServeLine::Listening { .. } | ServeLine::TimecodeSummary(_) => {}
-            ServeLine::Timecode(timecode) => self.line.say(&timecode.to_string()),
+            ServeLine::Timecode(timecode) => {
+                match timecode.event {
+                    TimecodeEvent::Follows => self.has_timecode_stood = false,
+                    TimecodeEvent::Stands => self.has_timecode_stood = true,
+                    // As before: one that stood goes on standing.
+                    TimecodeEvent::Lost => {}
+                }
+                self.line.say(&timecode.to_string());
+            }
             ServeLine::Summary(summary) => self.tally.add_server(summary),
         }
     }

@@ -30,9 +30,9 @@ impl Show<'_> {
                 args.push(format!("--start-at={}", header.sim_time_s()));
                 args.push(format!("--start-travel={}", header.head_travel_m));
                 args.extend(self.walking_speed_mps.map(|speed_mps| format!("--start-speed={speed_mps}")));
-                // A show that follows timecode may only have stood with it; whoever paused it is asked once more.
-                let was_paused = self.paused && self.args.timecode.source.is_some();
-                if self.paused && !was_paused {
+                // A show that has stood with its timecode follows on; whoever paused one that ran is asked once more.
+                let was_paused = self.paused && self.args.timecode.source.is_some() && !self.account.has_timecode_stood;
+                if self.paused && self.args.timecode.source.is_none() {
                     args.push("--paused".to_owned());
                 }
                 // A guard's stop is no hold: the next grant lifts it.

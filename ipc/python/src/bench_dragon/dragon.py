@@ -127,7 +127,7 @@ class Dragon:
         Returns, as every command, the tick from which it holds: a server answers at the start of its next tick. Raises
         `Refused` where the server has a reason against it, and `NoAnswer` where it has not answered within `timeout_s`
         seconds: it may have taken the command. No command waits for a server: where there is none, `NoServer` is raised
-        at once.
+        at once. That one was killed an open dragon learns by its silence, `NoAnswer`.
         """
         return self._call(CommandKind.PAUSE, 0.0, timeout_s)
 
