@@ -37,7 +37,13 @@ fn what_is_malformed_or_foreign_is_counted_and_dropped_and_the_show_goes_on() {
     let mut shots = vec![reader.next()];
 
     let session = connected(&receiver.endpoint);
-    let put = |key: &str, payload: Vec<u8>| session.put(format!("{KEY}/{key}"), payload).wait().expect("it is open");
+    let put = |key: &str, payload: Vec<u8>| {
+        session
+            .put(format!("{KEY}/{key}"), payload)
+            .congestion_control(CongestionControl::Block)
+            .wait()
+            .expect("it is open");
+    };
     let handles = [HandleState::default(); 3];
     let sound = FrameHeader { run_id: remote_run_id, tick: u64::MAX - 9, bench_count: 2, ..FrameHeader::default() };
     let not_finite = FrameHeader { head_travel_m: f64::NAN, ..sound };
@@ -62,7 +68,9 @@ fn what_is_malformed_or_foreign_is_counted_and_dropped_and_the_show_goes_on() {
     server.stop();
     let received = receiver.stop();
     assert_eq!(received["malformed"], 3 * malformed.len(), "{received}");
-    assert_eq!((&received["foreign"], &received["too_fast"]), (&json!(1), &json!(1)), "{received}");
+    // That one, and what may have come before the description of the run that is received.
+    assert!(received["foreign"].as_u64() >= Some(1), "{received}");
+    assert_eq!(received["too_fast"], 1, "{received}");
     assert_eq!((&received["lost"], &received["not_new"]), (&json!(0), &json!(0)), "{received}");
     sender.stop();
 }
@@ -144,7 +152,9 @@ fn a_run_that_the_bus_has_no_room_for_is_told_of_and_the_show_goes_on() {
     reader.read_to_tick(begun + 50);
     server.stop();
     let received = receiver.stop();
-    assert_eq!((&received["runs"], &received["foreign"]), (&json!(1), &json!(2)), "{received}");
+    assert_eq!(received["runs"], 1, "{received}");
+    // The two, and what may have come before the description of the run that is received.
+    assert!(received["foreign"].as_u64() >= Some(2), "{received}");
     assert!(received["frames"].as_u64() >= Some(50), "{received}");
     sender.stop();
 }
