@@ -103,7 +103,12 @@ fn tell(format: Format, line: &ZenohLine) -> anyhow::Result<()> {
         ZenohLine::Silent { reason: Silence::LinkOrSource, .. } => {
             complain("no frames come, though a source is there: the link is cut, or the source stands");
         }
-        ZenohLine::Silent { reason: Silence::NoSource, .. } => complain("no frames come: no source is there"),
+        ZenohLine::Silent { reason: Silence::NoSource, run_id: None } => {
+            complain("no frames come: no source is there; both sides need the same --instance or --key");
+        }
+        ZenohLine::Silent { reason: Silence::NoSource, run_id: Some(_) } => {
+            complain("no frames come: no source is there");
+        }
         ZenohLine::Silent { reason: Silence::NoConnection, .. } => {
             complain("no frames come: nobody is connected, still trying; RUST_LOG=zenoh=debug tells why");
         }
