@@ -25,6 +25,7 @@ pub mod histogram;
 pub mod monitor;
 pub mod nameless_file;
 pub mod number;
+pub mod observe;
 pub mod plan;
 pub mod processors;
 pub mod record;

@@ -64,6 +64,11 @@ impl SourceLock {
 }
 
 impl SourceLock {
+    /// The process id of the source that holds the lock of a domain; `None` where no source runs.
+    pub fn holder(domain: &Domain) -> Option<u32> {
+        holder(domain)
+    }
+
     /// Removes the file that a killed source has left.
     pub(crate) fn clear_abandoned(domain: &Domain) -> io::Result<()> {
         lock_file::clear_abandoned(&lock_path(domain))

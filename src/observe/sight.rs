@@ -1,0 +1,163 @@
+//! What an observer knows so far.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use bench_dragon_ipc::{BusError, Description, Domain, Frame, FrameSubscriber, SourceLock, Status};
+
+use super::alert_log::AlertLog;
+use super::link::Link;
+use super::outlook::Outlook;
+use super::ports::Ports;
+use super::scene::{Scene, Still};
+use super::traffic::TrafficCount;
+use super::watched_run::WatchedRun;
+use crate::clock::monotonic_ns;
+use crate::config::Config;
+use crate::dragon::PairClearance;
+
+/// How often it is asked whether the source's process is there, in nanoseconds.
+const SOURCE_PERIOD_NS: u64 = 100_000_000;
+/// Frames that are taken at a time at most, so that a reader that falls behind still shows something.
+const MOST_FRAMES: usize = 1_000;
+
+/// All that has been seen.
+#[derive(Debug)]
+pub(super) struct Sight {
+    link: Link,
+    /// The newest frame, in shared memory, until it has been copied.
+    newest: Option<Frame>,
+    still: Option<Arc<Still>>,
+    run: Option<WatchedRun>,
+    description: Option<Description>,
+    nearest: Option<PairClearance>,
+    outlook: Outlook,
+    status: Option<Arc<Status>>,
+    traffic: TrafficCount,
+    alerts: Arc<AlertLog>,
+    source_is_there: bool,
+    source_asked_ns: u64,
+}
+
+impl Sight {
+    pub(super) fn new(now_ns: u64) -> Self {
+        Self {
+            link: Link::Waiting,
+            newest: None,
+            still: None,
+            run: None,
+            description: None,
+            nearest: None,
+            outlook: Outlook::Unknown,
+            status: None,
+            traffic: TrafficCount::new(now_ns),
+            alerts: Arc::default(),
+            source_is_there: false,
+            source_asked_ns: 0,
+        }
+    }
+
+    /// Waits for a frame, and counts it and all that are there by then.
+    pub(super) fn take_frames(&mut self, frames: &mut FrameSubscriber, wait: Duration) -> Result<(), BusError> {
+        let mut next = frames.wait(wait)?;
+        for _ in 0..MOST_FRAMES {
+            let Some(frame) = next else { break };
+            self.traffic.count(frame.header(), frame.continuity(), monotonic_ns());
+            self.newest = Some(frame);
+            next = frames.receive()?;
+        }
+        Ok(())
+    }
+
+    /// Takes everything else that has come, and works out what follows from the newest frame.
+    pub(super) fn renew(&mut self, ports: &Ports) -> Result<(), BusError> {
+        while let Some(alert) = ports.alerts.receive()? {
+            Arc::make_mut(&mut self.alerts).push(alert);
+        }
+        if let Some(status) = ports.statuses.poll()? {
+            self.status = Some(Arc::new(status));
+        }
+        if let Some(description) = ports.descriptions.poll()? {
+            self.description = Some(description);
+        }
+        if let Some(frame) = self.newest.take() {
+            self.still = Some(Arc::new(Still { header: *frame.header(), handles: frame.handles().to_vec() }));
+            drop(frame);
+            self.follow_run();
+            self.measure();
+        }
+        // Also where the head stands: the search goes on.
+        if let (Some(run), Some(still)) = (&mut self.run, &self.still) {
+            self.outlook = run.look_ahead(&still.header, self.nearest);
+        }
+        Ok(())
+    }
+
+    /// Judges whether the source is there.
+    pub(super) fn judge(&mut self, domain: &Domain, now_ns: u64) {
+        let Some(still) = &self.still else { return };
+        let age_ns = now_ns.saturating_sub(still.header.published_ns);
+        if now_ns.saturating_sub(self.source_asked_ns) >= SOURCE_PERIOD_NS {
+            self.source_asked_ns = now_ns;
+            self.source_is_there = SourceLock::holder(domain).is_some();
+        }
+        if !matches!(self.link, Link::Failed { .. }) {
+            let rate_hz = self.status.as_ref().map_or(0, |status| status.rate_hz);
+            self.link = Link::judge(age_ns, rate_hz, self.source_is_there);
+        }
+    }
+
+    /// Takes note that the bus cannot be read.
+    pub(super) fn fail(&mut self, error: &BusError) {
+        self.link = Link::Failed { reason: error.to_string() };
+        self.newest = None;
+    }
+
+    /// Takes note that the bus can be read, or could be if it were there.
+    pub(super) fn can_read(&mut self) {
+        if matches!(self.link, Link::Failed { .. }) {
+            self.link = Link::Waiting;
+        }
+    }
+
+    /// Everything, as it is now.
+    pub(super) fn scene(&mut self, now_ns: u64) -> Scene {
+        let run_id = self.still.as_ref().map(|still| still.header.run_id);
+        let run = self.run.as_ref().filter(|run| Some(run.run.run_id) == run_id);
+        Scene {
+            link: self.link.clone(),
+            frame: self.still.clone(),
+            run: run.map(|run| Arc::clone(&run.run)),
+            nearest: self.nearest,
+            least: run.and_then(|run| run.least),
+            outlook: self.outlook,
+            chart: run.map(|run| Arc::clone(&run.chart)),
+            status: self.status.clone().filter(|status| Some(status.run_id) == run_id),
+            traffic: self.traffic.traffic(now_ns).clone(),
+            alerts: Arc::clone(&self.alerts),
+        }
+    }
+
+    /// Begins with the run that the newest frame is of, once its description is there.
+    fn follow_run(&mut self) {
+        let Some(header) = self.still.as_ref().map(|still| still.header) else { return };
+        if self.run.as_ref().is_some_and(|run| run.run.run_id == header.run_id) {
+            return;
+        }
+        let description = self.description.as_ref().filter(|description| description.run_id == header.run_id);
+        // A source of another version describes what this one may not know: then the frames are shown without it.
+        let config = description.and_then(|description| Config::from_toml(&description.toml).ok());
+        if let Some(config) = config {
+            self.run = Some(WatchedRun::begin(config, &header, self.run.take()));
+        }
+    }
+
+    fn measure(&mut self) {
+        self.nearest = None;
+        self.outlook = Outlook::Unknown;
+        let (Some(run), Some(still)) = (&mut self.run, &self.still) else { return };
+        if run.run.run_id == still.header.run_id {
+            self.nearest = run.measure(&still.header, &still.handles);
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! The frames that arrive: how many, how often, how late.
+
+use std::sync::Arc;
+
+use bench_dragon_ipc::{Continuity, FrameHeader, TimeHistogram};
+
+/// How often the rate and the percentiles are measured anew, in nanoseconds.
+const WINDOW_NS: u64 = 1_000_000_000;
+
+/// What has come, since the observer began.
+#[derive(Clone, Debug, Default)]
+pub struct Traffic {
+    /// Frames read.
+    pub frames: u64,
+    /// Frames published between the first one read and the last, that never came.
+    pub lost: u64,
+    /// How often the source was started again.
+    pub restarts: u64,
+    /// Frames a second of wall time, over the last second.
+    pub rate_hz: f64,
+    /// From the instant at which a frame was due to the one at which it was read here, over the last second.
+    pub recent_latency: Arc<TimeHistogram>,
+    /// The same since the beginning.
+    pub latency: Arc<TimeHistogram>,
+}
+
+/// Counts them.
+#[derive(Debug)]
+pub(super) struct TrafficCount {
+    traffic: Traffic,
+    /// Of the second in progress.
+    recent: TimeHistogram,
+    recent_frames: u64,
+    begun_ns: u64,
+}
+
+impl TrafficCount {
+    pub(super) fn new(now_ns: u64) -> Self {
+        Self { traffic: Traffic::default(), recent: TimeHistogram::default(), recent_frames: 0, begun_ns: now_ns }
+    }
+
+    /// Counts a frame that is read now.
+    pub(super) fn count(&mut self, header: &FrameHeader, continuity: Continuity, now_ns: u64) {
+        self.traffic.frames += 1;
+        match continuity {
+            Continuity::Lost(frames) => self.traffic.lost += frames,
+            Continuity::Restarted => self.traffic.restarts += 1,
+            Continuity::First | Continuity::Next => {}
+        }
+        self.recent_frames += 1;
+        self.recent.record(now_ns.saturating_sub(header.scheduled_ns));
+    }
+
+    /// The count, of which rate and latency are those of the last whole second.
+    pub(super) fn traffic(&mut self, now_ns: u64) -> &Traffic {
+        let elapsed_ns = now_ns.saturating_sub(self.begun_ns);
+        if elapsed_ns >= WINDOW_NS {
+            self.traffic.rate_hz = self.recent_frames as f64 * 1e9 / elapsed_ns as f64;
+            Arc::make_mut(&mut self.traffic.latency).add(&self.recent);
+            self.traffic.recent_latency = Arc::new(std::mem::take(&mut self.recent));
+            self.recent_frames = 0;
+            self.begun_ns = now_ns;
+        }
+        &self.traffic
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rate_and_latency_are_those_of_the_last_whole_second() {
+        let mut count = TrafficCount::new(0);
+        let frame = |tick| FrameHeader { tick, scheduled_ns: tick * 10_000_000, ..FrameHeader::default() };
+        for tick in 0..100 {
+            count.count(
+                &frame(tick),
+                if tick == 50 { Continuity::Lost(3) } else { Continuity::Next },
+                tick * 10_000_000 + 40,
+            );
+        }
+        assert_eq!(count.traffic(999_999_999).rate_hz, 0.0);
+        let traffic = count.traffic(1_000_000_000).clone();
+        assert_eq!((traffic.frames, traffic.lost, traffic.rate_hz), (100, 3, 100.0));
+        assert_eq!((traffic.latency.count(), traffic.recent_latency.quantile_ns(1.0)), (100, 40));
+        let later = count.traffic(2_000_000_000);
+        assert_eq!((later.rate_hz, later.recent_latency.count(), later.latency.count()), (0.0, 0, 100));
+    }
+}
