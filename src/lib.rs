@@ -16,6 +16,7 @@
 pub mod bridge;
 pub mod clock;
 pub mod config;
+pub mod control;
 pub mod doctor;
 pub mod dragon;
 pub mod export;
@@ -37,3 +38,5 @@ mod source;
 pub mod stop;
 pub mod table;
 pub mod timecode;
+pub mod view;
+pub mod web;

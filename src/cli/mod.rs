@@ -4,6 +4,7 @@ mod bridge;
 mod common;
 mod ctl;
 mod doctor;
+mod live;
 mod measure;
 mod monitor;
 mod recording;
@@ -20,6 +21,7 @@ pub(crate) use bridge::{Angle, Bridge, BridgeArgs, NetworkArgs, OscArgs, PsnArgs
 pub(crate) use common::{BusArgs, ChildArgs, ConfigArgs, Format, FormatArgs};
 pub(crate) use ctl::{CtlArgs, Order};
 pub(crate) use doctor::DoctorArgs;
+pub(crate) use live::ViewArgs;
 pub(crate) use measure::{EchoArgs, HzArgs, LatencyArgs};
 pub(crate) use monitor::MonitorArgs;
 pub(crate) use recording::{ExportArgs, RecordArgs, ReplayArgs, TableFile};
@@ -113,6 +115,16 @@ Of several recorded runs and after a seek, each begins with a frame; the column 
 
 A bridge is a reader like any other: it polls, and the server never waits for it.")]
     Bridge(BridgeArgs),
+    /// Show what goes on in a browser, and steer from there.
+    #[command(after_help = "Examples:
+  bench-dragon view                              prints the address to open
+  bench-dragon view --listen 0.0.0.0:8223        for tablets in the house, with the token that is printed
+  bench-dragon view --read-only --instance main
+
+Looking from this machine is free; to steer, and to look from elsewhere, takes the token in the printed address. It is a new \
+one each time, unless the environment has one in BENCH_DRAGON_TOKEN. What is sent is not encrypted: through a network that is \
+not your own use a tunnel, `ssh -L 8223:localhost:8223 booth`.")]
+    View(ViewArgs),
     /// Send one command to the server and print its reply.
     #[command(after_help = "Examples:
   bench-dragon ctl pause

@@ -1,6 +1,7 @@
 //! Values of the command line: read, and refused with what is allowed.
 
 use std::fmt::Display;
+use std::net::SocketAddr;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
@@ -14,6 +15,15 @@ pub(super) const MAX_STEPPED_S: f64 = 1_000_000.0;
 
 pub(super) fn instance(name: &str) -> Result<Instance, String> {
     Instance::new(name).map_err(|_| format!("must be 1 to {} of a-z, 0-9 and -", Instance::MAX_LEN))
+}
+
+pub(super) fn listen_address(text: &str) -> Result<SocketAddr, String> {
+    text.parse().map_err(|_| "must be an address and a port, as in 127.0.0.1:8223 or [::]:8223".to_owned())
+}
+
+pub(super) fn site(name: &str) -> Result<String, String> {
+    let is_name = !name.is_empty() && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-._".contains(&byte));
+    if is_name { Ok(name.to_owned()) } else { Err("must be a host's name, without a port".to_owned()) }
 }
 
 pub(super) fn finite(text: &str) -> Result<f64, String> {

@@ -1,19 +1,13 @@
 //! `ctl`: one command, one reply.
 
 use std::process::ExitCode;
-use std::thread;
-use std::time::{Duration, Instant};
 
-use bench_dragon_ipc::{BusError, CommandClient, CommandReply, Domain, Refusal, Request};
+use bench_dragon::control;
+use bench_dragon_ipc::{Domain, Request};
 use serde::Serialize;
 
 use crate::cli::{CtlArgs, Format, Order};
 use crate::command::output::{complain, print_json, print_line};
-
-/// How long a server may take to answer: far more than a tick at the lowest rate.
-const PATIENCE: Duration = Duration::from_secs(5);
-/// How often a seek that is not proved yet is sent again.
-const PROOF_PERIOD: Duration = Duration::from_millis(20);
 
 #[derive(Serialize)]
 struct ReplyLine {
@@ -26,7 +20,7 @@ struct ReplyLine {
 
 pub(crate) fn run(args: &CtlArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::new(args.bus.instance.clone())?;
-    let reply = call(&CommandClient::open(&domain, "ctl")?, request(args.order))?;
+    let reply = control::call(&domain, "ctl", request(args.order))?;
     let outcome = reply.outcome();
     let reason = outcome.err().map(|refusal| refusal.to_string());
     match (args.format.format, &reason) {
@@ -38,18 +32,6 @@ pub(crate) fn run(args: &CtlArgs) -> anyhow::Result<ExitCode> {
         (Format::Text, Some(reason)) => complain(&format!("refused: {reason}")),
     }
     Ok(if outcome.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
-}
-
-/// Sends a command. A seek that the server's guard has still to prove is sent again until it is.
-fn call(client: &CommandClient, request: Request) -> Result<CommandReply, BusError> {
-    let deadline = Instant::now() + PATIENCE;
-    loop {
-        let reply = client.call(request, PATIENCE)?;
-        if reply.outcome() != Err(Refusal::NotProved) || Instant::now() >= deadline {
-            return Ok(reply);
-        }
-        thread::sleep(PROOF_PERIOD);
-    }
 }
 
 fn request(order: Order) -> Request {

@@ -27,6 +27,7 @@ mod serve;
 mod show;
 mod solve;
 mod timecode;
+mod view;
 
 pub(crate) mod output;
 mod whole_file;
@@ -59,6 +60,7 @@ pub(crate) fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Replay(args) => replay::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Bridge(args) => bridge::run(&args),
+        Command::View(args) => view::run(&args),
         Command::Ctl(args) => ctl::run(&args),
         Command::Echo(args) => echo::run(&args),
         Command::Hz(args) => hz::run(&args),

@@ -1,11 +1,13 @@
 //! What lies ahead of the head, in show time.
 
 use bench_dragon_ipc::FrameHeader;
+use serde::Serialize;
 
 use crate::monitor::forecast::Forecast;
 
 /// Whether benches will touch.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Outlook {
     /// Nothing is known of the ground ahead.
     #[default]

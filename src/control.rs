@@ -1,0 +1,30 @@
+//! One command to the server of an instance, and its reply.
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use bench_dragon_ipc::{BusError, CommandClient, CommandReply, Domain, Refusal, Request};
+
+/// How long a server may take to answer: far more than a tick at the lowest rate.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// How often a seek that is not proved yet is sent again.
+const PROOF_PERIOD: Duration = Duration::from_millis(20);
+
+/// Sends a command, under this node name, and waits for its reply. A seek that the server's guard has still to prove is sent
+/// again until it is.
+///
+/// Each call joins the bus anew: a client that stays would take a killed server for one that is slow.
+///
+/// # Errors
+/// As [`CommandClient::open`] and [`CommandClient::call`].
+pub fn call(domain: &Domain, name: &str, request: Request) -> Result<CommandReply, BusError> {
+    let client = CommandClient::open(domain, name)?;
+    let deadline = Instant::now() + PATIENCE;
+    loop {
+        let reply = client.call(request, PATIENCE)?;
+        if reply.outcome() != Err(Refusal::NotProved) || Instant::now() >= deadline {
+            return Ok(reply);
+        }
+        thread::sleep(PROOF_PERIOD);
+    }
+}

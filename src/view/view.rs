@@ -1,0 +1,210 @@
+//! The requests that a view answers.
+
+use std::net::IpAddr;
+use std::sync::Arc;
+
+use axum::Router;
+use axum::body::Bytes;
+use axum::extract::ws::WebSocketUpgrade;
+use axum::extract::{DefaultBodyLimit, FromRequestParts as _, Request, State};
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
+use axum::http::{HeaderMap, HeaderValue, StatusCode};
+use axum::response::Response;
+use axum::routing::{any, get, post};
+use bench_dragon_ipc::{BusError, Domain};
+use serde::Serialize;
+use tokio::sync::watch;
+
+use super::access::{Access, Rights};
+use super::assets::{ASSETS, Asset};
+use super::commands::{CommandFailure, Commands};
+use super::order::read_order;
+use super::page_stream::{MAX_MESSAGE_BYTES, PageStream};
+use super::seats::{MAX_VIEWERS, Seats};
+use super::shown::Shown;
+use super::token::Token;
+use crate::observe::Scene;
+use crate::web::{json, refuse, text};
+
+/// What a page's stream is called.
+const PROTOCOL: &str = "bench-dragon.view.v1";
+/// Longest body of a command in bytes.
+const MAX_COMMAND_BYTES: usize = 1 << 10;
+
+/// How a view is set up.
+#[derive(Debug)]
+pub struct ViewSettings {
+    /// What steering takes.
+    pub token: Token,
+    /// Whether nobody may steer.
+    pub is_read_only: bool,
+    /// Where it listens: off loopback, looking takes the token too.
+    pub address: IpAddr,
+}
+
+/// A view of one instance.
+#[derive(Clone, Debug)]
+pub struct View(Arc<Inner>);
+
+#[derive(Debug)]
+struct Inner {
+    instance: String,
+    access: Access,
+    commands: Commands,
+    scenes: watch::Sender<Arc<Shown>>,
+    closing: watch::Sender<bool>,
+    seats: Seats,
+}
+
+/// What a page has to know before it connects.
+#[derive(Serialize)]
+struct AccessReport<'a> {
+    version: &'static str,
+    instance: &'a str,
+    read_only: bool,
+    may_view: bool,
+    may_control: bool,
+    viewers: usize,
+    max_viewers: usize,
+}
+
+/// The server's reply to a command.
+#[derive(Serialize)]
+struct ReplyReport {
+    accepted: bool,
+    tick: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason: Option<String>,
+}
+
+impl View {
+    /// A view of a domain's instance, which sends its commands there.
+    pub fn new(domain: Domain, settings: ViewSettings) -> Self {
+        let ViewSettings { token, is_read_only, address } = settings;
+        Self(Arc::new(Inner {
+            instance: domain.instance().to_string(),
+            access: Access::new(token, is_read_only, !address.is_loopback()),
+            commands: Commands::new(domain),
+            scenes: watch::Sender::new(Arc::default()),
+            closing: watch::Sender::new(false),
+            seats: Seats::new(),
+        }))
+    }
+
+    /// Shows a scene to all pages. Never waits for any of them.
+    pub fn show(&self, scene: Scene) {
+        let sequence = self.0.scenes.borrow().sequence.wrapping_add(1);
+        self.0.scenes.send_replace(Shown::new(sequence, scene));
+    }
+
+    /// Becomes true when the view ends.
+    pub fn closing(&self) -> &watch::Sender<bool> {
+        &self.0.closing
+    }
+
+    /// What answers its requests.
+    pub fn router(&self) -> Router {
+        let pages =
+            ASSETS.iter().fold(Router::new(), |router, asset| router.route(asset.path, get(async move || page(asset))));
+        pages
+            .route("/access", get(tell_access))
+            .route("/stream", any(open_stream))
+            .route("/command", post(take_command))
+            .fallback(async || refuse(StatusCode::NOT_FOUND, "there is no such page"))
+            .method_not_allowed_fallback(async || refuse(StatusCode::METHOD_NOT_ALLOWED, "not in this way"))
+            .layer(DefaultBodyLimit::max(MAX_COMMAND_BYTES))
+            .with_state(self.clone())
+    }
+
+    fn rights(&self, headers: &HeaderMap) -> Rights {
+        self.0.access.rights(headers)
+    }
+}
+
+fn page(asset: &'static Asset) -> Response {
+    let mut response = text(StatusCode::OK, asset.media_type, asset.bytes);
+    // The next version of the program has other files under the same names.
+    response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+    response
+}
+
+async fn tell_access(State(View(view)): State<View>, headers: HeaderMap) -> Response {
+    let Rights { may_view, may_control } = view.access.rights(&headers);
+    let report = AccessReport {
+        version: env!("CARGO_PKG_VERSION"),
+        instance: if may_view { &view.instance } else { "" },
+        read_only: view.access.is_read_only(),
+        may_view,
+        may_control,
+        viewers: view.seats.taken(),
+        max_viewers: MAX_VIEWERS,
+    };
+    let mut response = json(StatusCode::OK, &report);
+    response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    response
+}
+
+async fn open_stream(State(view): State<View>, request: Request) -> Response {
+    if !view.rights(request.headers()).may_view {
+        return refuse(
+            StatusCode::UNAUTHORIZED,
+            "looking from elsewhere takes the token that `bench-dragon view` printed",
+        );
+    }
+    let (mut parts, _) = request.into_parts();
+    let Ok(upgrade) = WebSocketUpgrade::from_request_parts(&mut parts, &view).await else {
+        return refuse(StatusCode::UPGRADE_REQUIRED, "a stream is a WebSocket");
+    };
+    let Some(seat) = view.0.seats.take() else {
+        return refuse(StatusCode::SERVICE_UNAVAILABLE, "as many look already as can be served: 32");
+    };
+    let (mut scenes, closing) = (view.0.scenes.subscribe(), view.0.closing.subscribe());
+    scenes.mark_changed();
+    upgrade
+        .protocols([PROTOCOL])
+        .max_message_size(MAX_MESSAGE_BYTES)
+        .max_frame_size(MAX_MESSAGE_BYTES)
+        .on_upgrade(move |socket| PageStream::new(socket, scenes, closing, seat).run())
+}
+
+async fn take_command(
+    State(view): State<View>,
+    headers: HeaderMap,
+    body: Result<Bytes, axum::extract::rejection::BytesRejection>,
+) -> Response {
+    if view.0.access.is_read_only() {
+        return refuse(StatusCode::FORBIDDEN, "this view takes no commands: it was started with --read-only");
+    }
+    if !view.rights(&headers).may_control {
+        return refuse(StatusCode::UNAUTHORIZED, "a command takes the token that `bench-dragon view` printed");
+    }
+    if headers.get(CONTENT_TYPE).is_none_or(|media_type| media_type != "application/json") {
+        return refuse(StatusCode::UNSUPPORTED_MEDIA_TYPE, "a command is application/json");
+    }
+    let Ok(body) = body else {
+        return refuse(StatusCode::PAYLOAD_TOO_LARGE, "a command has at most 1024 bytes");
+    };
+    let request = match read_order(&body) {
+        Ok(request) => request,
+        Err(reason) => return refuse(StatusCode::BAD_REQUEST, &reason),
+    };
+    match view.0.commands.call(request).await {
+        Ok(reply) => {
+            let reason = reply.outcome().err().map(|refusal| refusal.to_string());
+            json(StatusCode::OK, &ReplyReport { accepted: reason.is_none(), tick: reply.tick, reason })
+        }
+        Err(CommandFailure::Crowded) => {
+            refuse(StatusCode::TOO_MANY_REQUESTS, "more commands at a time than can be sent: try again")
+        }
+        Err(CommandFailure::Bus(error)) => refuse(status_of(&error), &error.to_string()),
+    }
+}
+
+fn status_of(error: &BusError) -> StatusCode {
+    match error {
+        BusError::NoAnswer { .. } => StatusCode::GATEWAY_TIMEOUT,
+        error if error.is_absent() => StatusCode::SERVICE_UNAVAILABLE,
+        BusError::TooManyClients { .. } => StatusCode::SERVICE_UNAVAILABLE,
+        _ => StatusCode::INTERNAL_SERVER_ERROR,
+    }
+}

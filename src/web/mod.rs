@@ -1,0 +1,16 @@
+//! Serving people and scrapers over HTTP/1.1: what every page of ours has in common.
+//!
+//! - *Where:* one address, loopback unless told otherwise.
+//! - *Who:* a request has to call this machine by a name that it has ([`Hosts`]), so that a page of elsewhere cannot reach it
+//!   by a name that it has bent to this address (DNS rebinding); and where a browser says from which page it comes, that has
+//!   to be one of ours.
+//! - *How much:* so many connections at a time, each with its first line and headers within seconds, of a bounded length.
+
+mod hosts;
+mod reply;
+mod same_site;
+mod site;
+
+pub use hosts::Hosts;
+pub use reply::{json, refuse, text};
+pub use site::{MAX_CONNECTIONS, Site, closed};

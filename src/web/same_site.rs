@@ -1,0 +1,112 @@
+//! Whether a request comes from a page of this site, or from no page at all.
+
+use std::sync::Arc;
+
+use axum::extract::{Request, State};
+use axum::http::header::{HOST, ORIGIN};
+use axum::http::uri::Authority;
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode};
+use axum::middleware::Next;
+use axum::response::Response;
+
+use super::hosts::Hosts;
+use super::reply::refuse;
+
+/// What a browser is told of every reply: nothing from elsewhere, in no frame, as the type that it has.
+const HEADERS: [(HeaderName, &str); 6] = [
+    (
+        HeaderName::from_static("content-security-policy"),
+        "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; \
+         manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    ),
+    (HeaderName::from_static("x-content-type-options"), "nosniff"),
+    (HeaderName::from_static("x-frame-options"), "DENY"),
+    (HeaderName::from_static("referrer-policy"), "no-referrer"),
+    (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
+    (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
+];
+const FETCH_SITE: &str = "sec-fetch-site";
+const FETCH_MODE: &str = "sec-fetch-mode";
+
+/// Passes on a request that may come here, and refuses every other one.
+pub(super) async fn admit(State(hosts): State<Arc<Hosts>>, request: Request, next: Next) -> Response {
+    let mut response = match check(&hosts, &request) {
+        Ok(()) => next.run(request).await,
+        Err(reason) => refuse(StatusCode::FORBIDDEN, reason),
+    };
+    for (name, value) in HEADERS {
+        response.headers_mut().insert(name, HeaderValue::from_static(value));
+    }
+    response
+}
+
+fn check(hosts: &Hosts, request: &Request) -> Result<(), &'static str> {
+    let headers = request.headers();
+    let host = only(headers, HOST.as_str()).ok_or("a request has to name one Host")?;
+    let named = request.uri().authority().map(Authority::as_str);
+    if !hosts.allow(host) || named.is_some_and(|named| !named.eq_ignore_ascii_case(host)) {
+        return Err("this Host is not served here: use the machine's address, or --allow-host NAME");
+    }
+    if headers.contains_key(ORIGIN) {
+        let origin = only(headers, ORIGIN.as_str()).ok_or("a request has one Origin at most")?;
+        let from = origin.strip_prefix("http://").or_else(|| origin.strip_prefix("https://"));
+        if !from.is_some_and(|from| from.eq_ignore_ascii_case(host)) {
+            return Err("requests from pages of another origin are refused");
+        }
+    }
+    let is_foreign = headers.get(FETCH_SITE).is_some_and(|site| site != "same-origin" && site != "none");
+    // A link on a page of elsewhere may lead here.
+    let is_visit = request.method() == Method::GET && headers.get(FETCH_MODE).is_some_and(|mode| mode == "navigate");
+    if is_foreign && !is_visit {
+        return Err("requests from pages of another site are refused");
+    }
+    Ok(())
+}
+
+/// The value of a header that is there once, as text.
+fn only<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a str> {
+    let mut values = headers.get_all(name).iter();
+    let value = values.next()?.to_str().ok()?;
+    values.next().is_none().then_some(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use axum::body::Body;
+
+    use super::*;
+
+    fn outcome(headers: &[(&str, &str)]) -> Result<(), &'static str> {
+        let hosts = Hosts::new("127.0.0.1:8223".parse().expect("an address"), None, &[]);
+        let builder =
+            headers.iter().fold(Request::builder().uri("/"), |builder, (name, value)| builder.header(*name, *value));
+        check(&hosts, &builder.body(Body::empty()).expect("a request"))
+    }
+
+    #[test]
+    fn a_page_of_this_site_and_a_program_that_is_no_page_are_admitted() {
+        let here = ("host", "localhost:8223");
+        assert_eq!(outcome(&[here]), Ok(()));
+        assert_eq!(outcome(&[here, ("origin", "http://localhost:8223"), ("sec-fetch-site", "same-origin")]), Ok(()));
+        assert_eq!(outcome(&[here, ("sec-fetch-site", "none")]), Ok(()));
+        assert_eq!(outcome(&[here, ("sec-fetch-site", "cross-site"), ("sec-fetch-mode", "navigate")]), Ok(()));
+    }
+
+    #[test]
+    fn a_page_of_elsewhere_is_refused_however_it_comes() {
+        let here = ("host", "localhost:8223");
+        for foreign in [
+            vec![("host", "evil.example")],
+            vec![],
+            vec![here, here],
+            vec![here, ("origin", "http://evil.example")],
+            vec![here, ("origin", "http://localhost:9999")],
+            vec![here, ("origin", "null")],
+            vec![here, ("origin", "http://localhost:8223"), ("origin", "http://evil.example")],
+            vec![here, ("sec-fetch-site", "cross-site")],
+            vec![here, ("sec-fetch-site", "same-site"), ("sec-fetch-mode", "no-cors")],
+        ] {
+            assert!(outcome(&foreign).is_err(), "{foreign:?}");
+        }
+    }
+}

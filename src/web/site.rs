@@ -1,0 +1,130 @@
+//! A listening address, and the loop that answers there.
+
+use std::io;
+use std::net::{SocketAddr, TcpListener};
+use std::pin::pin;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::{Router, middleware};
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use tokio::net::TcpStream;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
+use tokio::time::{sleep, timeout};
+
+use super::hosts::Hosts;
+use super::same_site::admit;
+use crate::stop::StopFlag;
+
+/// Connections at a time; further ones are closed at once.
+pub const MAX_CONNECTIONS: usize = 128;
+/// How long a client may take for its first line and headers, and rest between two requests.
+const HEADER_PATIENCE: Duration = Duration::from_secs(10);
+/// Longest first line and headers in bytes.
+const MAX_HEADER_BYTES: usize = 16 << 10;
+const MAX_HEADERS: usize = 64;
+/// How often the stop flag is looked at.
+const LOOK_PERIOD: Duration = Duration::from_millis(20);
+/// How long connections may take to end.
+const FAREWELL: Duration = Duration::from_secs(1);
+/// How long to wait where no connection could be accepted: too many files are open, say.
+const ACCEPT_PERIOD: Duration = Duration::from_millis(50);
+
+/// An address that is listened to.
+#[derive(Debug)]
+pub struct Site {
+    listener: TcpListener,
+    address: SocketAddr,
+    hosts: Hosts,
+}
+
+impl Site {
+    /// Listens at an address, port 0 being any free one, for requests to this machine, by its name too where that is known,
+    /// or to one of these hosts.
+    ///
+    /// # Errors
+    /// The operating system's reason.
+    pub fn open(address: SocketAddr, machine: Option<&str>, allowed: &[String]) -> io::Result<Self> {
+        let listener = TcpListener::bind(address)?;
+        listener.set_nonblocking(true)?;
+        let address = listener.local_addr()?;
+        Ok(Self { hosts: Hosts::new(address, machine, allowed), listener, address })
+    }
+
+    /// Where it listens.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// Answers with what the router says, until the flag is set. Then `closing` becomes true, and whoever has subscribed to it
+    /// has a second to end and to unsubscribe.
+    ///
+    /// # Errors
+    /// The operating system's reason why no timer or no socket can be had.
+    pub fn serve(self, router: Router, stop: &StopFlag, closing: &watch::Sender<bool>) -> io::Result<()> {
+        let router = router.layer(middleware::from_fn_with_state(Arc::new(self.hosts), admit));
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build()?;
+        runtime.block_on(async {
+            let listener = tokio::net::TcpListener::from_std(self.listener)?;
+            tokio::select! {
+                () = accept(&listener, &router, closing) => {}
+                () = until(stop) => {}
+            }
+            drop(listener);
+            closing.send_replace(true);
+            // One that does not end is dropped with the runtime.
+            let _ = timeout(FAREWELL, closing.closed()).await;
+            Ok(())
+        })
+    }
+}
+
+async fn until(stop: &StopFlag) {
+    while !stop.is_set() {
+        sleep(LOOK_PERIOD).await;
+    }
+}
+
+async fn accept(listener: &tokio::net::TcpListener, router: &Router, closing: &watch::Sender<bool>) {
+    let seats = Arc::new(Semaphore::new(MAX_CONNECTIONS));
+    loop {
+        match listener.accept().await {
+            Ok((stream, _)) => {
+                // Whoever comes when all are taken is closed at once.
+                if let Ok(seat) = Arc::clone(&seats).try_acquire_owned() {
+                    tokio::spawn(answer(stream, router.clone(), closing.subscribe(), seat));
+                }
+            }
+            Err(_) => sleep(ACCEPT_PERIOD).await,
+        }
+    }
+}
+
+async fn answer(stream: TcpStream, router: Router, mut closing: watch::Receiver<bool>, _seat: OwnedSemaphorePermit) {
+    // Small messages go out at once; a socket that refuses sends them a little later.
+    let _ = stream.set_nodelay(true);
+    let connection = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(HEADER_PATIENCE)
+        .max_buf_size(MAX_HEADER_BYTES)
+        .max_headers(MAX_HEADERS)
+        .serve_connection(TokioIo::new(stream), TowerToHyperService::new(router))
+        .with_upgrades();
+    let mut connection = pin!(connection);
+    // A client that breaks off or speaks no HTTP has had its answer, if any.
+    tokio::select! {
+        _ = connection.as_mut() => {}
+        () = closed(&mut closing) => {
+            connection.as_mut().graceful_shutdown();
+            let _ = connection.await;
+        }
+    }
+}
+
+/// Returns when a site ends.
+pub async fn closed(closing: &mut watch::Receiver<bool>) {
+    // Where its sender is gone, the site has ended too.
+    let _ = closing.wait_for(|closing| *closing).await;
+}
