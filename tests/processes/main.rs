@@ -56,6 +56,7 @@ mod suspended;
 mod system_calls;
 mod timecode;
 mod turnaround;
+mod view;
 mod wall_clock;
 #[cfg(feature = "zenoh")]
 mod zenoh;

@@ -1,0 +1,106 @@
+//! The view's server, by clients that were not written here; what they expect is in `tests/python`. The page itself is another
+//! test's.
+
+use std::ffi::OsStr;
+use std::process::Stdio;
+
+use serde_json::Value;
+
+use crate::process::Process;
+use crate::python::{self, python};
+use crate::reader::{Reader, assert_accounted_for};
+use crate::stage::{Stage, program};
+
+/// What a Python program of a view has to know.
+fn variables(stage: &Stage) -> [(&'static str, &OsStr); 2] {
+    [
+        ("BENCH_DRAGON", OsStr::new(env!("CARGO_BIN_EXE_bench-dragon"))),
+        ("BENCH_DRAGON_INSTANCE", OsStr::new(stage.domain().instance().as_str())),
+    ]
+}
+
+#[test]
+fn pages_get_what_they_are_promised_and_nobody_else_gets_anything() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100"]);
+    python::run("test_view.py", &variables(&stage));
+    server.stop();
+}
+
+#[test]
+fn of_two_hundred_pages_as_many_as_fit_are_served_and_the_servers_readers_miss_nothing() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100"]);
+    let mut reader = Reader::join(&stage);
+    let mut crowd = python();
+    crowd.arg("tests/python/crowd.py").envs(variables(&stage));
+    let crowd = std::thread::spawn(move || Process::start(crowd).end());
+    let mut shots = Vec::new();
+    while !crowd.is_finished() {
+        shots.push(reader.next());
+    }
+    let outcome = crowd.join().expect("no panic").expect_clean().last_json();
+    let let_in = outcome["let_in"].as_u64().expect("a count");
+    let refused: u64 = outcome["refused"].as_object().expect("counts").values().filter_map(Value::as_u64).sum();
+    assert_eq!(let_in + refused, 200, "{outcome}");
+    assert!((1..=32).contains(&let_in), "{outcome}");
+    assert_eq!(outcome["in_order"], true, "{outcome}");
+    assert_accounted_for(&shots, 0);
+    let summary = server.stop();
+    println!("two hundred pages knocked: {outcome}; lateness {}, {} overruns", summary["lateness_us"], summary["overruns"]);
+}
+
+#[test]
+fn off_loopback_looking_takes_the_token_too() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "50"]);
+    let mut alone = std::process::Command::new("unshare");
+    let inside = python();
+    alone.args(["--net", "sh", "-c", "ip link set lo up && ip address add 10.77.0.1/32 dev lo && exec \"$@\"", "sh"]);
+    alone.arg(inside.get_program()).args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/python/test_exposed_view.py"]);
+    alone.current_dir(env!("CARGO_MANIFEST_DIR")).env("PYTHONDONTWRITEBYTECODE", "1").envs(variables(&stage));
+    let possible = std::process::Command::new("unshare").args(["--net", "true"]).stderr(Stdio::null()).status();
+    if !possible.is_ok_and(|status| status.success()) {
+        crate::skip::skip("a network of its own takes root");
+    } else {
+        let ended = Process::start(alone).end();
+        assert_eq!(ended.code(), Some(0), "{}{}", ended.stdout, ended.stderr);
+    }
+    server.stop();
+}
+
+#[test]
+fn a_view_without_a_server_waits_for_one_and_lives_through_its_end() {
+    let stage = Stage::new();
+    python::run("test_view_without_server.py", &variables(&stage));
+}
+
+#[test]
+fn a_view_that_cannot_listen_says_why_in_one_line() {
+    let stage = Stage::new();
+    let mut first = stage.start(&["view", "--listen", "127.0.0.1:0", "--format", "json"]);
+    let address = first.json()["address"].as_str().expect("an address").to_owned();
+    let second = stage.run(&["view", "--listen", &address]);
+    assert_eq!(second.code(), Some(1));
+    assert_eq!(second.stderr.lines().count(), 1, "{}", second.stderr);
+    assert!(second.stderr.contains(&address) && second.stderr.contains("in use"), "{}", second.stderr);
+    first.terminate().expect_clean();
+}
+
+#[test]
+fn an_address_a_host_or_a_token_that_is_none_is_bad_input() {
+    for (args, named) in [
+        (vec!["view", "--listen", "localhost"], "localhost"),
+        (vec!["view", "--listen", "127.0.0.1:99999"], "127.0.0.1:99999"),
+        (vec!["view", "--allow-host", "http://booth"], "http://booth"),
+    ] {
+        let ended = Process::start(program(&args)).end();
+        assert_eq!(ended.code(), Some(2), "{}", ended.stderr);
+        assert!(ended.stderr.lines().count() == 1 && ended.stderr.contains(named), "{}", ended.stderr);
+    }
+    let mut short = program(&["view", "--listen", "127.0.0.1:0"]);
+    short.env("BENCH_DRAGON_TOKEN", "short");
+    let ended = Process::start(short).end();
+    let told = "error: the environment's BENCH_DRAGON_TOKEN must be 16 to 128 of A-Z, a-z, 0-9, - and _\n";
+    assert_eq!((ended.code(), ended.stderr.as_str()), (Some(2), told));
+}

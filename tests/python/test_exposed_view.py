@@ -1,0 +1,42 @@
+"""A view that others can reach. Run in a network of its own that has the address 10.77.0.1."""
+
+import json
+import os
+
+import pytest
+from view import viewing
+
+ADDRESS = "10.77.0.1"
+
+
+@pytest.fixture(scope="module", params=[f"{ADDRESS}:0", "0.0.0.0:0"])
+def view(request):
+    program, instance = os.environ["BENCH_DRAGON"], os.environ["BENCH_DRAGON_INSTANCE"]
+    with viewing(program, instance, "--allow-host", "booth.example", listen=request.param) as view:
+        view.address = view.address.replace("0.0.0.0", ADDRESS)
+        yield view
+
+
+def test_who_does_not_know_the_token_sees_only_the_empty_page(view):
+    assert view.request("/")[0] == 200
+    access = json.loads(view.request("/access")[1])
+    assert (access["may_view"], access["may_control"], access["instance"]) == (False, False, "")
+    assert view.stream_status() == 401
+    assert view.stream_status("bench-dragon.token.00000000000000000000000000000000") == 401
+    assert view.request("/metrics")[0] == 401
+
+
+def test_who_knows_the_token_looks_and_steers(view):
+    assert view.stream_status(f"bench-dragon.token.{view.token}") == 101
+    bearer = {"Authorization": f"Bearer {view.token}"}
+    access = json.loads(view.request("/access", **bearer)[1])
+    assert access["may_view"] and access["may_control"]
+    assert view.command({"command": "pause"})[0] == 200
+    assert view.request("/metrics", **bearer)[0] == 200
+
+
+def test_it_is_called_by_its_addresses_and_by_the_names_that_were_allowed(view):
+    for host in (view.address, "booth.example", "BOOTH.example:80", "localhost"):
+        assert view.request("/", Host=host)[0] == 200, host
+    for host in ("evil.example", "booth.example.evil.example", "booth"):
+        assert view.request("/", Host=host)[0] == 403, host

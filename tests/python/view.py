@@ -1,0 +1,99 @@
+"""A `bench-dragon view` and what comes from it, by the stock packages `websockets` and `urllib`."""
+
+import contextlib
+import json
+import struct
+import subprocess
+import urllib.error
+import urllib.request
+from dataclasses import dataclass
+
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+PROTOCOL = "bench-dragon.view.v1"
+HEADER = struct.Struct("<4I7d2I2d")
+
+
+@dataclass
+class View:
+    """A running view."""
+
+    address: str
+    token: str
+
+    def request(self, path, body=None, **headers):
+        """Status and text of a reply."""
+        headers = {name.replace("_", "-"): value for name, value in headers.items()}
+        data = body.encode() if isinstance(body, str) else body
+        request = urllib.request.Request(f"http://{self.address}{path}", data=data, headers=headers)
+        try:
+            with urllib.request.urlopen(request) as reply:
+                return reply.status, reply.read().decode()
+        except urllib.error.HTTPError as error:
+            return error.code, error.read().decode()
+
+    def command(self, body, **headers):
+        """The same of a command that is as it should be, but for what is said otherwise."""
+        headers = {"Authorization": f"Bearer {self.token}", "Content-Type": "application/json", **headers}
+        return self.request("/command", body if isinstance(body, (str, bytes)) else json.dumps(body), **headers)
+
+    def stream(self, *protocols, **options):
+        """A stream as a page opens it."""
+        return connect(f"ws://{self.address}/stream", subprotocols=[PROTOCOL, *protocols], proxy=None, max_size=None, **options)
+
+    def stream_status(self, *protocols, **options):
+        """The status with which a stream is refused, or 101."""
+        try:
+            with self.stream(*protocols, **options):
+                return 101
+        except InvalidStatus as refused:
+            return refused.response.status_code
+
+
+@dataclass
+class Frame:
+    """A frame as a page gets it."""
+
+    sequence: int
+    benches: int
+    state: int
+    tick: int
+    sim_time_s: float
+    clearance_m: float
+    pair: tuple
+    handles: list
+
+    @classmethod
+    def of(cls, message):
+        kind, sequence, benches, state, _, tick, sim_time_s, _, _, _, clearance_m, a, b, _, _ = HEADER.unpack_from(message)
+        assert kind == 1
+        handles = list(struct.iter_unpack("<3f", message[HEADER.size :]))
+        assert len(handles) == benches + 1
+        return cls(sequence, benches, state, int(tick), sim_time_s, clearance_m, (a, b), handles)
+
+
+def next_frame(stream, acknowledge=True):
+    """The next frame of a stream, and what is told before it."""
+    told = []
+    while True:
+        message = stream.recv()
+        if isinstance(message, bytes):
+            frame = Frame.of(message)
+            if acknowledge:
+                stream.send(json.dumps({"ack": frame.sequence}))
+            return frame, told
+        told.append(json.loads(message))
+
+
+@contextlib.contextmanager
+def viewing(program, instance, *args, listen="127.0.0.1:0"):
+    """Runs a view."""
+    command = [program, "view", "--format", "json", "--listen", listen, "--instance", instance, *args]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            listening = json.loads(process.stdout.readline())
+            yield View(listening["address"], listening["url"].partition("#token=")[2])
+        finally:
+            process.terminate()
+            assert process.wait() == 0
