@@ -1,4 +1,4 @@
-//! What the loop allocates on the heap in steady state.
+//! What the loop, and a reader of its frames, allocate on the heap in steady state.
 //!
 //! A run and one that is longer differ in nothing but their ticks, so the difference of what the loop's thread allocates in each
 //! is what the ticks allocate, to the last one. Allocations of other threads do not count: the reporter may allocate.
@@ -54,6 +54,39 @@ fn a_tick_allocates_nothing_but_what_iceoryx2_does_for_its_sample() {
         assert_eq!(long.count_current, short.count_current, "what a tick allocates it frees: {short:?} {long:?}");
         assert_eq!(long.count_max, short.count_max, "it never keeps more: {short:?} {long:?}");
     }
+}
+
+#[test]
+fn a_reader_allocates_once_a_second_for_its_report_and_for_nothing_else() {
+    const TICKS: u64 = 5000;
+    let (domain, server) = create(TICKS, 0);
+    let (allocations, span_ns) = thread::scope(|scope| {
+        let reading = scope.spawn(|| read_to(TICKS, &domain));
+        server.run(&AtomicBool::new(false)).expect("frames can be published");
+        reading.join().expect("the reader does not panic")
+    });
+    // Both ends of the span may bring one.
+    let reports = 1..=span_ns / 1_000_000_000 + 1;
+    assert!(reports.contains(&allocations.count_total), "{allocations:?} in {span_ns} ns of frames");
+    assert_eq!(allocations.count_current, 0, "it keeps nothing: {allocations:?}");
+}
+
+/// Reads frames up to a tick. Returns what that allocates from the second frame on, and what time lies between that and the last.
+fn read_to(last_tick: u64, domain: &Domain) -> (AllocationInfo, u64) {
+    let mut reader = FrameSubscriber::open(domain, "test").expect("the server has made the services");
+    let mut next = || loop {
+        match reader.receive().expect("the bus is readable") {
+            Some(frame) => return *frame.header(),
+            None => thread::sleep(Duration::from_micros(100)),
+        }
+    };
+    let (first, mut last) = (next(), next());
+    let allocations = allocation_counter::measure(|| {
+        while last.tick < last_tick {
+            last = next();
+        }
+    });
+    (allocations, last.published_ns - first.published_ns)
 }
 
 /// A run and a longer one. What a run's end allocates depends on the names of files, in which iceoryx2 has a number that grows

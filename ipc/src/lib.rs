@@ -9,6 +9,7 @@
 //! | `bench-dragon/description` | latest value | TOML text under its `run_id` |
 //! | `bench-dragon/status` | latest value | [`Status`] |
 //! | `bench-dragon/alerts` | publish-subscribe, event | [`Alert`] |
+//! | `bench-dragon/readers` | publish-subscribe | [`ReaderReport`] |
 //! | `bench-dragon/commands` | request-response | [`Command`] → [`CommandReply`] |
 //!
 //! - *Who creates:* only a source creates services; a client opens them, and where there are none it is told so
@@ -56,6 +57,9 @@ mod lock_file;
 mod member;
 mod membership;
 mod open_files;
+mod reader_report;
+mod reader_reports;
+mod report_publisher;
 mod service_layout;
 mod source_lock;
 mod space;
@@ -76,6 +80,8 @@ pub use error::BusError;
 pub use frame::{FrameHeader, HandleState, ShowState};
 pub use guard_lock::GuardLock;
 pub use open_files::require_open_files;
+pub use reader_report::ReaderReport;
+pub use reader_reports::ReaderReports;
 pub use service_layout::ServiceLayout;
 pub use source_lock::SourceLock;
 pub use space::require_shared_memory;

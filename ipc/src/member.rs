@@ -16,10 +16,12 @@ use crate::error::BusError;
 use crate::frame::{FrameHeader, HandleState};
 use crate::membership::Membership;
 use crate::open_files::require_open_files;
+use crate::reader_report::ReaderReport;
 use crate::service::{
     ALERT_BUFFER, ALERTS, AlertService, CLIENT_FILES, CLIENT_MEMORY, COMMANDS, CommandService, DESCRIPTION,
     DescriptionService, EventService, FRAMES, FrameService, MAX_ACTIVE_REQUESTS, MAX_BORROWED_FRAMES, MAX_MONITORS,
-    MAX_NODES, MAX_READERS, MAX_SOURCES, SOURCE_FILES, SOURCE_MEMORY, STATUS, Service, StatusService, frame_buffer,
+    MAX_NODES, MAX_READERS, MAX_SOURCES, READERS, ReaderService, SOURCE_FILES, SOURCE_MEMORY, STATUS, Service,
+    StatusService, frame_buffer,
 };
 use crate::space::require_shared_memory;
 use crate::status::Status;
@@ -176,6 +178,21 @@ impl Member {
     /// As [`Member::frames`].
     pub fn alert_events(&self) -> Result<EventService, BusError> {
         self.events(ALERTS)
+    }
+
+    /// What the readers of frames report of themselves, of each the newest.
+    ///
+    /// # Errors
+    /// As [`Member::frames`].
+    pub fn readers(&self) -> Result<ReaderService, BusError> {
+        let builder = || {
+            self.node
+                .service_builder(&service_name(READERS))
+                .publish_subscribe::<ReaderReport>()
+                .enable_safe_overflow(true)
+        };
+        let create = |_| limit(builder(), 1, 1, 0).max_publishers(MAX_READERS).create();
+        self.open_or_create(READERS, || builder().open(), create)
     }
 
     /// Commands to the server, each answered once.

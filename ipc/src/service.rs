@@ -4,7 +4,7 @@
 //! Only a source (the server, a replay, a receiving bridge) creates services; a client opens what is there. Each
 //! service of a source allows two publishers, because iceoryx2 cannot tunnel a service with one to another host; that
 //! there is only one source at a time is what [`SourceLock`](crate::SourceLock) is for. Alerts have as many publishers as
-//! there may be monitors.
+//! there may be monitors, and the readers' reports as many as there may be readers.
 
 use iceoryx2::prelude::ipc;
 use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
@@ -13,6 +13,7 @@ use crate::alert::Alert;
 use crate::command::{Command, CommandReply};
 use crate::frame::{FrameHeader, HandleState};
 pub use crate::member::{Member, Role};
+use crate::reader_report::ReaderReport;
 use crate::status::Status;
 
 /// Name of the frames: a publish-subscribe service, and an event service of the same name for the wake-up.
@@ -23,6 +24,8 @@ pub const DESCRIPTION: &str = "bench-dragon/description";
 pub const STATUS: &str = "bench-dragon/status";
 /// Name of the alerts: a publish-subscribe service, and an event service of the same name for the wake-up.
 pub const ALERTS: &str = "bench-dragon/alerts";
+/// Name of the readers' reports.
+pub const READERS: &str = "bench-dragon/readers";
 /// Name of the commands.
 pub const COMMANDS: &str = "bench-dragon/commands";
 
@@ -56,8 +59,10 @@ pub const ALERT_MEMORY: u64 = 1 << 20;
 pub(crate) const CLIENT_MEMORY: u64 = 256 << 10;
 /// Files that a source opens at most: its own forty, and three for each reader.
 pub const SOURCE_FILES: usize = 128;
-/// Files that a client opens at most.
-pub(crate) const CLIENT_FILES: usize = 32;
+/// Files that a client opens at most: its own twenty, and one for each reader of its reports.
+pub(crate) const CLIENT_FILES: usize = 48;
+/// Files that a reader of reports opens at most: two more for each reader that reports.
+pub(crate) const REPORT_FILES: usize = CLIENT_FILES + 2 * MAX_READERS;
 
 /// The iceoryx2 service type of the bus: one process, one thread a port.
 pub type Service = ipc::Service;
@@ -69,6 +74,8 @@ pub type DescriptionService = publish_subscribe::PortFactory<Service, [u8], u64>
 pub type StatusService = publish_subscribe::PortFactory<Service, Status, ()>;
 /// Makes publishers and subscribers of alerts.
 pub type AlertService = publish_subscribe::PortFactory<Service, Alert, ()>;
+/// Makes publishers and subscribers of readers' reports.
+pub type ReaderService = publish_subscribe::PortFactory<Service, ReaderReport, ()>;
 /// Makes servers and clients of commands.
 pub type CommandService = request_response::PortFactory<Service, Command, (), CommandReply, ()>;
 /// Makes notifiers and listeners.

@@ -10,7 +10,8 @@ use crate::alert::Alert;
 use crate::command::{Command, CommandReply};
 use crate::domain::Domain;
 use crate::frame::{FrameHeader, HandleState};
-use crate::service::{ALERTS, COMMANDS, DESCRIPTION, FRAMES, STATUS, Service};
+use crate::reader_report::ReaderReport;
+use crate::service::{ALERTS, COMMANDS, DESCRIPTION, FRAMES, READERS, STATUS, Service};
 use crate::status::Status;
 
 /// One service, as a process has made it.
@@ -40,6 +41,7 @@ pub(crate) fn service_layouts(domain: &Domain) -> Vec<ServiceLayout> {
         (DESCRIPTION, slice_of(dynamic::<u8>(), fixed::<u64>())),
         (STATUS, single(fixed::<Status>())),
         (ALERTS, single(fixed::<Alert>())),
+        (READERS, single(fixed::<ReaderReport>())),
         (COMMANDS, [single(fixed::<Command>()), single(fixed::<CommandReply>())].join(" to ")),
     ];
     let layout = |(service, expected): (&'static str, String)| {

@@ -18,8 +18,8 @@ use crate::command::output::{complain, print_json, print_line};
 use crate::command::parent::follow_parent;
 
 const MEGABYTE: u64 = 1_000_000;
-/// How often the disk's outlook is looked at.
-const OUTLOOK_PERIOD: Duration = Duration::from_secs(1);
+/// How often it is looked at how much has been written, and at the disk's outlook.
+const PROGRESS_PERIOD: Duration = Duration::from_secs(1);
 /// How often a warning is given again while it holds.
 const WARNING_PERIOD: Duration = Duration::from_mins(1);
 
@@ -41,10 +41,16 @@ pub(crate) fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
         print_json(&RecordLine::Started { file: args.file.clone() })?;
     }
     let mut session = Session::new(args.format.format, recorder);
-    if let Some(mut ports) = open_when_there(domain.instance(), &stop, || Ports::open(&domain, &stop))? {
-        session.follow(&mut ports, &stop)?;
+    let mut ports = open_when_there(domain.instance(), &stop, || Ports::open(&domain, &stop))?;
+    if let Some(ports) = &mut ports {
+        session.follow(ports, &stop)?;
     }
-    session.finish()?;
+    let summary = session.finish()?;
+    if let Some(Ports { mut frames, .. }) = ports {
+        // With it goes the reader's last report.
+        frames.set_bytes_written(summary.bytes);
+    }
+    print_summary(args.format.format, summary)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -118,14 +124,14 @@ struct Session {
     recorder: Recorder,
     run_id: Option<u64>,
     lost: u64,
-    outlook_due: Instant,
+    progress_due: Instant,
     warning_due: Instant,
 }
 
 impl Session {
     fn new(format: Format, recorder: Recorder) -> Self {
         let now = Instant::now();
-        Self { format, recorder, run_id: None, lost: 0, outlook_due: now, warning_due: now }
+        Self { format, recorder, run_id: None, lost: 0, progress_due: now, warning_due: now }
     }
 
     /// Records frame after frame; after a signal, those that are there already.
@@ -142,7 +148,7 @@ impl Session {
                 Next::End => return Ok(()),
             }
             self.lost = ports.frames.lost();
-            self.warn_of_disk()?;
+            self.look_at_progress(&mut ports.frames)?;
         }
     }
 
@@ -157,13 +163,16 @@ impl Session {
         Ok(self.recorder.frame(frame.header(), frame.handles())?)
     }
 
-    fn warn_of_disk(&mut self) -> anyhow::Result<()> {
+    /// Tells the bus how much has been written, and people where the disk gets full.
+    fn look_at_progress(&mut self, frames: &mut FrameSubscriber) -> anyhow::Result<()> {
         let now = Instant::now();
-        if now < self.outlook_due {
+        if now < self.progress_due {
             return Ok(());
         }
-        self.outlook_due = now + OUTLOOK_PERIOD;
-        match self.recorder.progress().warning {
+        self.progress_due = now + PROGRESS_PERIOD;
+        let progress = self.recorder.progress();
+        frames.set_bytes_written(progress.bytes_written);
+        match progress.warning {
             Some(warning) if now >= self.warning_due => {
                 self.warning_due = now + WARNING_PERIOD;
                 self.print_warning(&warning)
@@ -180,28 +189,32 @@ impl Session {
         Ok(())
     }
 
-    fn finish(self) -> anyhow::Result<()> {
+    /// Ends the recording, and says what it came to.
+    fn finish(self) -> anyhow::Result<RecordSummary> {
         let begun = self.recorder.progress().files;
         let summary = self.recorder.finish()?;
-        let summary = RecordSummary {
+        Ok(RecordSummary {
             frames: summary.frames,
             lost: self.lost,
             alerts: summary.alerts,
             bytes: summary.bytes,
             removed: begun.saturating_sub(summary.files.len() as u64),
             files: summary.files,
-        };
-        if self.format == Format::Json {
-            return print_json(&RecordLine::Summary(summary));
-        }
-        let RecordSummary { frames, lost, alerts, bytes, removed, files } = summary;
-        let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
-        let removed = if removed > 0 { format!(", {removed} older files removed") } else { String::new() };
-        print_line(format_args!(
-            "{frames} frames, {alerts} alerts, {lost} lost, {} in {}{removed}",
-            Size(bytes),
-            files.join(", ")
-        ))?;
-        Ok(())
+        })
     }
+}
+
+fn print_summary(format: Format, summary: RecordSummary) -> anyhow::Result<()> {
+    if format == Format::Json {
+        return print_json(&RecordLine::Summary(summary));
+    }
+    let RecordSummary { frames, lost, alerts, bytes, removed, files } = summary;
+    let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+    let removed = if removed > 0 { format!(", {removed} older files removed") } else { String::new() };
+    print_line(format_args!(
+        "{frames} frames, {alerts} alerts, {lost} lost, {} in {}{removed}",
+        Size(bytes),
+        files.join(", ")
+    ))?;
+    Ok(())
 }

@@ -8,7 +8,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use bench_dragon_ipc::service::{AlertService, EventService, Member, Role};
+use bench_dragon_ipc::service::{AlertService, EventService, Member, ReaderService, Role};
 use bench_dragon_ipc::{BusError, Description, Domain, Refusal, Request, ShowState, SourceLock};
 
 use crate::clock::{monotonic_ns, sleep_until, spin_until};
@@ -79,8 +79,10 @@ pub struct Server {
     // Dropped in this order: ports before the node, everything before the lock.
     frames: FramePublisher,
     commands: CommandServer,
-    // The alerts are the monitor's, but only a source creates services, and they last while somebody holds them.
+    // Alerts are the monitor's and reports the readers', but only a source creates services, and they last while somebody
+    // holds them.
     _alerts: (AlertService, EventService),
+    _readers: ReaderService,
     report: SourceReport,
     _member: Member,
     _lock: SourceLock,
@@ -111,6 +113,7 @@ impl Server {
             simulation: Simulation::new(settings.config.dragon().clone(), plan(&settings, run_id)),
             commands: CommandServer::create(&member)?,
             _alerts: (member.alerts()?, member.alert_events()?),
+            _readers: member.readers()?,
             // The last service: clients take it for the sign that all are there.
             frames: FramePublisher::create(domain, &member, bench_count)?,
             report,

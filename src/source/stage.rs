@@ -1,6 +1,6 @@
 //! The place on the bus of a run whose frames come from elsewhere: a recording, or another host.
 
-use bench_dragon_ipc::service::{AlertService, EventService, Member, Role};
+use bench_dragon_ipc::service::{AlertService, EventService, Member, ReaderService, Role};
 use bench_dragon_ipc::{BusError, Description, Domain, FrameHeader, HandleState, Refusal, Request};
 
 use super::command_server::CommandServer;
@@ -15,8 +15,10 @@ pub(crate) struct Stage {
     // Dropped in this order: ports before the node.
     frames: FramePublisher,
     commands: CommandServer,
-    // The alerts are the monitor's, but only a source creates services, and they last while somebody holds them.
+    // Alerts are the monitor's and reports the readers', but only a source creates services, and they last while somebody
+    // holds them.
     _alerts: (AlertService, EventService),
+    _readers: ReaderService,
     report: SourceReport,
     _member: Member,
     run_id: u64,
@@ -43,6 +45,7 @@ impl Stage {
         Ok(Self {
             commands: CommandServer::create(&member)?,
             _alerts: (member.alerts()?, member.alert_events()?),
+            _readers: member.readers()?,
             report: SourceReport::start(name, domain.clone(), description, bench_count, rate_hz)?,
             // The last service: clients take it for the sign that all are there.
             frames: FramePublisher::create(domain, &member, bench_count)?,

@@ -37,6 +37,7 @@ mod poses_files;
 mod process;
 mod python;
 mod reader;
+mod reader_reports;
 mod readers_end;
 mod real_time;
 mod record;

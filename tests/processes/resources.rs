@@ -69,7 +69,7 @@ fn every_number_of_files_that_is_too_small_is_one_line() {
         let limit = format!("--nofile={files}");
         for args in [&["serve", "--until", "0.01"][..], &["ctl", "pause"], &["echo", "--count", "1"], &["monitor"]] {
             let is_client = args[0] != "serve";
-            if is_client && files > 32 {
+            if is_client && files > 48 {
                 continue;
             }
             let ended = behind(&["prlimit", &limit], &stage.command(args)).end();

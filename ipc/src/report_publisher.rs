@@ -1,0 +1,108 @@
+//! A reader's report, kept up to date and sent about once a second.
+
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::prelude::BackpressureStrategy;
+
+use crate::frame::FrameHeader;
+use crate::reader_report::ReaderReport;
+use crate::service::{Member, Service};
+
+/// How far apart two reports are, in nanoseconds.
+const PERIOD_NS: u64 = 1_000_000_000;
+
+/// Counts what a reader reads, and reports it.
+///
+/// Reports are a courtesy: where the service is missing, as at an earlier version's source, where it has all the readers that it
+/// allows, or where anything else is wrong with it, nothing is reported, and frames are read as ever.
+#[derive(Debug)]
+pub(crate) struct ReportPublisher {
+    publisher: Option<Publisher<Service, ReaderReport, ()>>,
+    report: ReaderReport,
+    /// What was sent last.
+    sent: ReaderReport,
+}
+
+impl ReportPublisher {
+    /// Of the reader that has this name and number.
+    pub(crate) fn open(member: &Member, name: &str, reader: u128) -> Self {
+        let mut report = ReaderReport {
+            reader: [reader as u64, (reader >> 64) as u64],
+            pid: std::process::id(),
+            ..ReaderReport::default()
+        };
+        report.set_name(name);
+        let publisher = member.readers().ok().and_then(|readers| {
+            let builder = readers.publisher_builder().max_loaned_samples(1);
+            builder.backpressure_strategy(BackpressureStrategy::DiscardData).create().ok()
+        });
+        Self { publisher, sent: report, report }
+    }
+
+    /// Counts a frame, and how many there are lost by now.
+    pub(crate) fn count(&mut self, header: &FrameHeader, lost: u64) {
+        let ReaderReport { run_id, frames, sent_ns, .. } = &mut self.report;
+        (*run_id, *sent_ns) = (header.run_id, header.published_ns);
+        *frames += 1;
+        self.report.lost = lost;
+    }
+
+    /// Takes note of how many bytes have been written by now.
+    pub(crate) fn set_bytes_written(&mut self, bytes: u64) {
+        self.report.bytes_written = bytes;
+    }
+
+    /// Whether the last report is so many periods old. The frames are the clock, also of a source that is started again.
+    pub(crate) fn is_due(&self, periods: u64) -> bool {
+        self.report.sent_ns.abs_diff(self.sent.sent_ns) >= periods * PERIOD_NS
+    }
+
+    /// Sends the report, where it says anything new. Never waits.
+    pub(crate) fn send(&mut self) {
+        if self.report == self.sent {
+            return;
+        }
+        self.sent = self.report;
+        if let Some(publisher) = &self.publisher {
+            // Where it cannot be sent the next one says the same and more.
+            let _ = publisher.send_copy(self.report);
+        }
+    }
+}
+
+impl Drop for ReportPublisher {
+    fn drop(&mut self) {
+        self.send();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn report_publisher() -> ReportPublisher {
+        ReportPublisher { publisher: None, report: ReaderReport::default(), sent: ReaderReport::default() }
+    }
+
+    fn frame(published_ns: u64) -> FrameHeader {
+        FrameHeader { run_id: 7, published_ns, ..FrameHeader::default() }
+    }
+
+    #[test]
+    fn a_report_is_due_at_the_first_frame_and_a_second_of_frames_later() {
+        let mut reports = report_publisher();
+        assert!(!reports.is_due(1), "nothing has been read");
+        let due: Vec<u64> = (0..40)
+            .map(|tick| 77 * PERIOD_NS + tick * PERIOD_NS / 10)
+            .filter(|&published_ns| {
+                reports.count(&frame(published_ns), 3);
+                let is_due = reports.is_due(1);
+                if is_due {
+                    reports.send();
+                }
+                is_due
+            })
+            .collect();
+        assert_eq!(due, [77, 78, 79, 80].map(|second| second * PERIOD_NS));
+        assert_eq!((reports.sent.frames, reports.sent.lost, reports.sent.run_id), (31, 3, 7));
+    }
+}

@@ -1,0 +1,128 @@
+//! What readers report of themselves.
+
+use bench_dragon_ipc::service::{Member, Role};
+use bench_dragon_ipc::{FrameSubscriber, ReaderReport, ReaderReports};
+
+use crate::eventually::eventually;
+use crate::reader::Reader;
+use crate::stage::Stage;
+
+/// Opens the reports of a stage on which a server is.
+fn open(stage: &Stage) -> ReaderReports {
+    ReaderReports::open(stage.domain(), "test-reports").expect("a server has made the services")
+}
+
+/// The next report of a reader of this name.
+fn next_of(reports: &ReaderReports, name: &str) -> ReaderReport {
+    eventually(|| reports.receive().expect("reports are readable").filter(|report| report.name() == name))
+}
+
+/// Connects with the readers that are there: what one sends that is gone by then, nobody gets.
+fn connect(reports: &ReaderReports) {
+    while reports.receive().expect("reports are readable").is_some() {}
+}
+
+/// The last report of a reader of this name that has ended.
+fn last_of(reports: &ReaderReports, name: &str) -> ReaderReport {
+    let received = std::iter::from_fn(|| reports.receive().expect("reports are readable"));
+    received.filter(|report| report.name() == name).last().expect("a reader reports when it ends")
+}
+
+#[test]
+fn a_reader_reports_by_itself_while_it_reads_and_once_more_when_it_ends() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "50"]);
+    let reports = open(&stage);
+    let mut reader = Reader::join(&stage);
+    let first = reader.next();
+    // There is nothing more to read, which is when it reports.
+    let mut frames = 1 + reader.read_unread().len() as u64;
+    let report = next_of(&reports, "test");
+    assert!((1..=frames).contains(&report.frames), "{report:?}");
+    assert_eq!((report.run_id, report.pid, report.lost), (server.run_id, std::process::id(), 0));
+    assert_eq!((report.bytes_written, report.reserved), (0, 0));
+    let again = loop {
+        frames += reader.read_to_tick(first.header.tick + frames).len() as u64 + reader.read_unread().len() as u64;
+        match reports.receive().expect("reports are readable") {
+            Some(report) if report.name() == "test" => break report,
+            _ => {}
+        }
+    };
+    assert_eq!(again.reader, report.reader, "it is the same one");
+    assert!(again.frames > report.frames && again.sent_ns >= report.sent_ns + 1_000_000_000, "{report:?} {again:?}");
+    frames += reader.read_to_tick(first.header.tick + frames + 3).len() as u64;
+    drop(reader);
+    let last = last_of(&reports, "test");
+    assert_eq!((last.frames, last.reader), (frames, report.reader));
+    drop(reports);
+    server.stop();
+}
+
+#[test]
+fn a_reader_that_fell_behind_reports_what_it_has_lost() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "2000", "--until", "0.5", "--readers", "1"]);
+    let reports = open(&stage);
+    let mut reader = Reader::join(&stage);
+    reader.next();
+    connect(&reports);
+    let summary = server.summary();
+    reader.read_unread();
+    let lost = reader.lost();
+    assert!(lost > 0, "a thousand frames are more than a reader's buffer holds");
+    drop(reader);
+    let report = last_of(&reports, "test");
+    assert_eq!((report.lost, report.frames + report.lost), (lost, summary["frames"].as_u64().expect("a number")));
+}
+
+#[test]
+fn two_readers_of_one_name_are_told_apart() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "50"]);
+    let reports = open(&stage);
+    let (mut one, mut other) = (Reader::join(&stage), Reader::join(&stage));
+    one.next();
+    other.next();
+    connect(&reports);
+    drop(one);
+    let of_one = last_of(&reports, "test").reader;
+    drop(other);
+    assert_ne!(last_of(&reports, "test").reader, of_one);
+    drop(reports);
+    server.stop();
+}
+
+#[test]
+fn a_recorder_reports_the_bytes_that_it_has_written() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100", "--readers", "1"]);
+    let reports = open(&stage);
+    let recorder = stage.start(&["record", "a.mcap", "--format", "json"]);
+    // From here on it knows that its reports are read.
+    let report = next_of(&reports, "record");
+    assert_eq!(report.pid, recorder.pid());
+    let summary = recorder.terminate().expect_clean().last_json();
+    let last = last_of(&reports, "record");
+    assert_eq!(Some(last.bytes_written), summary["bytes"].as_u64());
+    assert_eq!((Some(last.frames), Some(last.lost)), (summary["frames"].as_u64(), summary["lost"].as_u64()));
+    drop(reports);
+    server.stop();
+}
+
+#[test]
+fn frames_of_a_source_that_knows_of_no_reports_are_read_as_ever() {
+    let stage = Stage::new();
+    let member = Member::join(stage.domain(), "other", Role::Source { bench_count: 1 }).expect("a member");
+    let frames = member.frames().expect("the service can be made");
+    let mut reader = FrameSubscriber::open(stage.domain(), "test").expect("the frames are there");
+    let publisher = frames.publisher_builder().initial_max_slice_len(2).create().expect("a publisher");
+    let mut sample = publisher.loan_slice(2).expect("a sample");
+    sample.user_header_mut().bench_count = 1;
+    sample.user_header_mut().published_ns = 5_000_000_000;
+    sample.send().expect("a frame");
+    assert!(reader.receive().expect("the bus is readable").is_some());
+    assert!(reader.receive().expect("the bus is readable").is_none());
+    let absent = ReaderReports::open(stage.domain(), "test-reports").expect_err("there is no such service");
+    assert!(absent.is_absent(), "{absent}");
+    drop((reader, publisher, frames, member));
+}
