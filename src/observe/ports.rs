@@ -1,6 +1,8 @@
 //! What an observer opens of the bus.
 
-use bench_dragon_ipc::{AlertSubscriber, BusError, DescriptionReader, Domain, FrameSubscriber, StatusReader};
+use bench_dragon_ipc::{
+    AlertSubscriber, BusError, DescriptionReader, Domain, FrameSubscriber, ReaderReports, StatusReader,
+};
 
 /// A reader of everything.
 #[derive(Debug)]
@@ -9,15 +11,23 @@ pub(super) struct Ports {
     pub(super) alerts: AlertSubscriber,
     pub(super) statuses: StatusReader,
     pub(super) descriptions: DescriptionReader,
+    /// A source of an earlier version has none.
+    pub(super) reports: Option<ReaderReports>,
 }
 
 impl Ports {
-    /// Opens the frames last, so that from their first one on everything else is there.
+    /// Opens the frames last, so that from their first one on everything else is there; and then what may be missing for good,
+    /// since whoever makes frames has made it before.
     pub(super) fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
         let descriptions = DescriptionReader::open(domain, &format!("{name}-description"))?;
         let statuses = StatusReader::open(domain, &format!("{name}-status"))?;
         let alerts = AlertSubscriber::open(domain, &format!("{name}-alerts"))?;
         let frames = FrameSubscriber::open(domain, name)?;
-        Ok(Self { frames, alerts, statuses, descriptions })
+        let reports = match ReaderReports::open(domain, &format!("{name}-reports")) {
+            Ok(reports) => Some(reports),
+            Err(error) if error.is_absent() => None,
+            Err(error) => return Err(error),
+        };
+        Ok(Self { frames, alerts, statuses, descriptions, reports })
     }
 }

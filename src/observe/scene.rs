@@ -8,6 +8,7 @@ use super::alert_log::AlertLog;
 use super::clearance_chart::ClearanceChart;
 use super::link::Link;
 use super::outlook::Outlook;
+use super::reader_log::ReaderLog;
 use super::run::Run;
 use super::traffic::Traffic;
 use crate::dragon::PairClearance;
@@ -44,4 +45,6 @@ pub struct Scene {
     pub traffic: Traffic,
     /// The alerts that have come.
     pub alerts: Arc<AlertLog>,
+    /// What the readers have reported of themselves.
+    pub readers: Arc<ReaderLog>,
 }

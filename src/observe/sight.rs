@@ -9,6 +9,7 @@ use super::alert_log::AlertLog;
 use super::link::Link;
 use super::outlook::Outlook;
 use super::ports::Ports;
+use super::reader_log::ReaderLog;
 use super::scene::{Scene, Still};
 use super::traffic::TrafficCount;
 use super::watched_run::WatchedRun;
@@ -35,6 +36,7 @@ pub(super) struct Sight {
     status: Option<Arc<Status>>,
     traffic: TrafficCount,
     alerts: Arc<AlertLog>,
+    readers: Arc<ReaderLog>,
     source_is_there: bool,
     source_asked_ns: u64,
 }
@@ -52,6 +54,7 @@ impl Sight {
             status: None,
             traffic: TrafficCount::new(now_ns),
             alerts: Arc::default(),
+            readers: Arc::default(),
             source_is_there: false,
             source_asked_ns: 0,
         }
@@ -73,6 +76,11 @@ impl Sight {
     pub(super) fn renew(&mut self, ports: &Ports) -> Result<(), BusError> {
         while let Some(alert) = ports.alerts.receive()? {
             Arc::make_mut(&mut self.alerts).push(alert);
+        }
+        if let Some(reports) = &ports.reports {
+            while let Some(report) = reports.receive()? {
+                Arc::make_mut(&mut self.readers).push(report);
+            }
         }
         if let Some(status) = ports.statuses.poll()? {
             self.status = Some(Arc::new(status));
@@ -135,6 +143,7 @@ impl Sight {
             status: self.status.clone().filter(|status| Some(status.run_id) == run_id),
             traffic: self.traffic.traffic(now_ns).clone(),
             alerts: Arc::clone(&self.alerts),
+            readers: Arc::clone(&self.readers),
         }
     }
 

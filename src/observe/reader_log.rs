@@ -1,0 +1,102 @@
+//! What the readers of the bus have reported of themselves.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use bench_dragon_ipc::ReaderReport;
+
+/// Readers whose last reports are kept: several times as many as the bus serves at a time.
+const KEPT_REPORTS: usize = 128;
+/// Names that are kept.
+const KEPT_NAMES: usize = 64;
+
+/// What the readers of one name have reported, all together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReaderCount {
+    /// How many there were, one after the other or side by side.
+    pub readers: u64,
+    /// Frames read.
+    pub frames: u64,
+    /// Frames lost.
+    pub lost: u64,
+    /// Bytes written.
+    pub bytes_written: u64,
+    /// When the last report was sent, in nanoseconds of `CLOCK_MONOTONIC`.
+    pub sent_ns: u64,
+}
+
+/// The counts of all readers that were heard of, by name. They only grow; a name that was not heard of for longest is
+/// forgotten where 64 others came since.
+#[derive(Clone, Debug, Default)]
+pub struct ReaderLog {
+    counts: BTreeMap<String, ReaderCount>,
+    /// The last report of each reader, the one that was heard of last at the end.
+    reports: VecDeque<ReaderReport>,
+}
+
+impl ReaderLog {
+    /// Takes the next report.
+    pub fn push(&mut self, report: ReaderReport) {
+        let earlier = self.reports.iter().position(|known| known.reader == report.reader);
+        let earlier = earlier.and_then(|index| self.reports.remove(index));
+        if self.reports.len() == KEPT_REPORTS {
+            self.reports.pop_front();
+        }
+        self.reports.push_back(report);
+        let since = earlier.unwrap_or_default();
+        let count = self.counts.entry(report.name().to_owned()).or_default();
+        count.readers += u64::from(earlier.is_none());
+        count.frames += report.frames.saturating_sub(since.frames);
+        count.lost += report.lost.saturating_sub(since.lost);
+        count.bytes_written += report.bytes_written.saturating_sub(since.bytes_written);
+        count.sent_ns = report.sent_ns;
+        if self.counts.len() > KEPT_NAMES {
+            self.forget_one();
+        }
+    }
+
+    /// The readers' names and their counts, in order of the names.
+    pub fn counts(&self) -> impl Iterator<Item = (&str, &ReaderCount)> {
+        self.counts.iter().map(|(name, count)| (name.as_str(), count))
+    }
+
+    fn forget_one(&mut self) {
+        let oldest = self.counts.iter().min_by_key(|(_, count)| count.sent_ns).map(|(name, _)| name.clone());
+        if let Some(name) = oldest {
+            self.counts.remove(&name);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn report(name: &str, reader: u64, frames: u64, sent_ns: u64) -> ReaderReport {
+        let mut report = ReaderReport { reader: [reader, 0], frames, lost: frames / 10, sent_ns, ..Default::default() };
+        report.set_name(name);
+        report
+    }
+
+    #[test]
+    fn the_counts_of_a_name_grow_over_all_its_readers() {
+        let mut log = ReaderLog::default();
+        for (reader, frames) in [(1, 100), (2, 20), (1, 150), (2, 20), (3, 7)] {
+            log.push(report("desk", reader, frames, frames));
+        }
+        log.push(ReaderReport { bytes_written: 5, ..report("record", 9, 1, 3) });
+        let counts: Vec<(&str, ReaderCount)> = log.counts().map(|(name, count)| (name, *count)).collect();
+        let desk = ReaderCount { readers: 3, frames: 177, lost: 17, bytes_written: 0, sent_ns: 7 };
+        let record = ReaderCount { readers: 1, frames: 1, lost: 0, bytes_written: 5, sent_ns: 3 };
+        assert_eq!(counts, [("desk", desk), ("record", record)]);
+    }
+
+    #[test]
+    fn of_very_many_names_the_latest_are_kept() {
+        let mut log = ReaderLog::default();
+        for reader in 0..1000 {
+            log.push(report(&format!("reader-{reader:04}"), reader, 1, reader));
+        }
+        assert_eq!(log.counts().map(|(name, _)| name).next(), Some("reader-0936"));
+        assert_eq!((log.counts().count(), log.reports.len()), (KEPT_NAMES, KEPT_REPORTS));
+    }
+}
