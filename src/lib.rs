@@ -23,6 +23,7 @@ pub mod export;
 pub mod figure;
 pub mod guard;
 pub mod histogram;
+pub mod metrics;
 pub mod monitor;
 pub mod nameless_file;
 pub mod number;

@@ -21,7 +21,7 @@ pub(crate) use bridge::{Angle, Bridge, BridgeArgs, NetworkArgs, OscArgs, PsnArgs
 pub(crate) use common::{BusArgs, ChildArgs, ConfigArgs, Format, FormatArgs};
 pub(crate) use ctl::{CtlArgs, Order};
 pub(crate) use doctor::DoctorArgs;
-pub(crate) use live::ViewArgs;
+pub(crate) use live::{MetricsArgs, SiteArgs, ViewArgs};
 pub(crate) use measure::{EchoArgs, HzArgs, LatencyArgs};
 pub(crate) use monitor::MonitorArgs;
 pub(crate) use recording::{ExportArgs, RecordArgs, ReplayArgs, TableFile};
@@ -125,6 +125,15 @@ Looking from this machine is free; to steer, and to look from elsewhere, takes t
 one each time, unless the environment has one in BENCH_DRAGON_TOKEN. What is sent is not encrypted: through a network that is \
 not your own use a tunnel, `ssh -L 8223:localhost:8223 booth`.")]
     View(ViewArgs),
+    /// Serve metrics to Prometheus, without a page.
+    #[command(after_help = "Examples:
+  bench-dragon metrics                           at http://127.0.0.1:9223/metrics
+  bench-dragon metrics --listen 0.0.0.0:9223     for a scraper on another machine
+  curl http://127.0.0.1:9223/metrics
+
+`view` serves the same at /metrics. Whoever can reach the address can read them, and nothing else. docs/metrics.md tells \
+them all.")]
+    Metrics(MetricsArgs),
     /// Send one command to the server and print its reply.
     #[command(after_help = "Examples:
   bench-dragon ctl pause

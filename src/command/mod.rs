@@ -18,6 +18,8 @@ mod guarding;
 mod hz;
 mod iox2_config;
 mod latency;
+mod listening;
+mod metrics;
 mod monitor;
 mod parent;
 mod progress;
@@ -61,6 +63,7 @@ pub(crate) fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Export(args) => export::run(&args),
         Command::Bridge(args) => bridge::run(&args),
         Command::View(args) => view::run(&args),
+        Command::Metrics(args) => metrics::run(&args),
         Command::Ctl(args) => ctl::run(&args),
         Command::Echo(args) => echo::run(&args),
         Command::Hz(args) => hz::run(&args),

@@ -23,6 +23,7 @@ use super::page_stream::{MAX_MESSAGE_BYTES, PageStream};
 use super::seats::{MAX_VIEWERS, Seats};
 use super::shown::Shown;
 use super::token::Token;
+use crate::metrics;
 use crate::observe::Scene;
 use crate::web::{json, refuse, text};
 
@@ -108,6 +109,7 @@ impl View {
             ASSETS.iter().fold(Router::new(), |router, asset| router.route(asset.path, get(async move || page(asset))));
         pages
             .route("/access", get(tell_access))
+            .route("/metrics", get(tell_metrics))
             .route("/stream", any(open_stream))
             .route("/command", post(take_command))
             .fallback(async || refuse(StatusCode::NOT_FOUND, "there is no such page"))
@@ -119,6 +121,10 @@ impl View {
     fn rights(&self, headers: &HeaderMap) -> Rights {
         self.0.access.rights(headers)
     }
+}
+
+fn refuse_look() -> Response {
+    refuse(StatusCode::UNAUTHORIZED, "looking from elsewhere takes the token that `bench-dragon view` printed")
 }
 
 fn page(asset: &'static Asset) -> Response {
@@ -144,12 +150,17 @@ async fn tell_access(State(View(view)): State<View>, headers: HeaderMap) -> Resp
     response
 }
 
+async fn tell_metrics(State(view): State<View>, headers: HeaderMap) -> Response {
+    if !view.rights(&headers).may_view {
+        return refuse_look();
+    }
+    let shown = Arc::clone(&view.0.scenes.borrow());
+    metrics::reply(&shown.scene)
+}
+
 async fn open_stream(State(view): State<View>, request: Request) -> Response {
     if !view.rights(request.headers()).may_view {
-        return refuse(
-            StatusCode::UNAUTHORIZED,
-            "looking from elsewhere takes the token that `bench-dragon view` printed",
-        );
+        return refuse_look();
     }
     let (mut parts, _) = request.into_parts();
     let Ok(upgrade) = WebSocketUpgrade::from_request_parts(&mut parts, &view).await else {
