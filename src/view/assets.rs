@@ -17,8 +17,40 @@ macro_rules! assets {
 }
 
 const HTML: &str = "text/html; charset=utf-8";
+const PICTURE: &str = "image/svg+xml";
+const SCRIPT: &str = "text/javascript; charset=utf-8";
+const STYLE: &str = "text/css; charset=utf-8";
 
 /// All of them.
 pub(super) const ASSETS: &[Asset] = &assets! {
     "/", "index.html", HTML;
+    "/alerts.js", "alerts.js", SCRIPT;
+    "/announcer.js", "announcer.js", SCRIPT;
+    "/boards.js", "boards.js", SCRIPT;
+    "/camera.js", "camera.js", SCRIPT;
+    "/canvas.js", "canvas.js", SCRIPT;
+    "/command.js", "command.js", SCRIPT;
+    "/connection.js", "connection.js", SCRIPT;
+    "/controls.js", "controls.js", SCRIPT;
+    "/details.js", "details.js", SCRIPT;
+    "/element.js", "element.js", SCRIPT;
+    "/figures.js", "figures.js", SCRIPT;
+    "/format.js", "format.js", SCRIPT;
+    "/frame.js", "frame.js", SCRIPT;
+    "/gap.js", "gap.js", SCRIPT;
+    "/icon.svg", "icon.svg", PICTURE;
+    "/keys.js", "keys.js", SCRIPT;
+    "/main.js", "main.js", SCRIPT;
+    "/overlap.js", "overlap.js", SCRIPT;
+    "/pace.js", "pace.js", SCRIPT;
+    "/palette.js", "palette.js", SCRIPT;
+    "/plan.js", "plan.js", SCRIPT;
+    "/pointer.js", "pointer.js", SCRIPT;
+    "/show.js", "show.js", SCRIPT;
+    "/standing.js", "standing.js", SCRIPT;
+    "/strip.js", "strip.js", SCRIPT;
+    "/style.css", "style.css", STYLE;
+    "/theme.js", "theme.js", SCRIPT;
+    "/timeline.js", "timeline.js", SCRIPT;
+    "/token.js", "token.js", SCRIPT;
 };

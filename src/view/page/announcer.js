@@ -1,0 +1,44 @@
+// @ts-check
+// What a screen reader says by itself: changes of state and alerts, never every frame.
+
+import { element } from './element.js';
+import * as format from './format.js';
+
+/** @typedef {import('./show.js').Alert} Alert */
+
+const GATHER_MS = 250;
+const URGENT = new Set(['contact', 'held', 'fault']);
+
+export class Announcer {
+  #polite = element('polite', HTMLElement);
+  #assertive = element('assertive', HTMLElement);
+  #status = '';
+  /** @type {Alert[]} */ #alerts = [];
+
+  /** @param {import('./standing.js').Standing} standing */
+  standing({ status, word, explanation }) {
+    if (status === this.#status) return;
+    this.#status = status;
+    (status === 'held' ? this.#assertive : this.#polite).textContent = `${word}. ${explanation}`;
+  }
+
+  /** Several that come at once are told as one. @param {Alert} alert */
+  alert(alert) {
+    this.#alerts.push(alert);
+    if (this.#alerts.length > 1) return;
+    setTimeout(() => {
+      const alerts = this.#alerts;
+      this.#alerts = [];
+      const told = alerts.findLast(({ kind }) => URGENT.has(kind)) ?? alerts[alerts.length - 1];
+      const more = alerts.length > 1 ? ` ${alerts.length} alerts in all.` : '';
+      (URGENT.has(told.kind) ? this.#assertive : this.#polite).textContent = sentence(told) + more;
+    }, GATHER_MS);
+  }
+}
+
+/** @param {Alert} alert */
+function sentence({ kind, time_s, benches, clearance_m }) {
+  const who = benches === null ? '' : `, ${format.pair(benches)}`;
+  const what = clearance_m === null ? '' : `, ${format.millimetres(clearance_m)} millimetres`;
+  return `Alert: ${kind}${who}${what}, at ${format.showTime(time_s)} seconds.`;
+}

@@ -1,0 +1,34 @@
+// @ts-check
+// A canvas that is as fine as the screen, up to twice as fine as the page: more nobody sees, and it costs.
+
+const FINEST = 2;
+
+/**
+ * Keeps a canvas at the size that it is shown at, and returns how to begin a picture: in the page's pixels.
+ * @param {HTMLCanvasElement} canvas
+ * @param {(width: number, height: number) => void} resized
+ */
+export function fineCanvas(canvas, resized) {
+  const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d', { alpha: false }));
+  let ratio = 1;
+  const measure = () => {
+    ratio = Math.min(devicePixelRatio, FINEST);
+    const { clientWidth, clientHeight } = canvas;
+    canvas.width = Math.max(Math.round(clientWidth * ratio), 1);
+    canvas.height = Math.max(Math.round(clientHeight * ratio), 1);
+    resized(clientWidth, clientHeight);
+  };
+  new ResizeObserver(measure).observe(canvas);
+  measure();
+  return {
+    context,
+    /** @returns {number} pixels of the canvas for one of the page */
+    ratio: () => ratio,
+    /** @param {string} ground */
+    begin(ground) {
+      context.setTransform(ratio, 0, 0, ratio, 0, 0);
+      context.fillStyle = ground;
+      context.fillRect(0, 0, canvas.clientWidth, canvas.clientHeight);
+    },
+  };
+}

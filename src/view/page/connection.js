@@ -1,0 +1,160 @@
+// @ts-check
+// The stream from the view: opened, read, and opened again when it is lost.
+
+import { readFrame } from './frame.js';
+
+/** @typedef {import('./standing.js').Line} Line */
+/** @typedef {{version: string, instance: string, read_only: boolean, may_view: boolean, may_control: boolean,
+ *   viewers: number, max_viewers: number}} Access */
+/**
+ * @typedef {object} Listener
+ * @property {(access: Access) => void} access
+ * @property {(frame: import('./frame.js').Frame) => void} frame
+ * @property {(message: {type: string}) => void} message
+ * @property {() => void} line the line stands differently
+ */
+
+const PROTOCOL = 'bench-dragon.view.v1';
+const TOKEN_PROTOCOL = 'bench-dragon.token.';
+const GOING_AWAY = 1001;
+/** The view speaks five times a second, whatever the show does. */
+const SILENT_AFTER_MS = 1500;
+const LOOK_PERIOD_MS = 100;
+const OPEN_WITHIN_MS = 3000;
+const FIRST_DELAY_MS = 200;
+const LONGEST_DELAY_MS = 2000;
+
+export class Connection {
+  /** @type {Line} */ line = { state: 'connecting', heard_ms: performance.now(), reason: null };
+  /** @type {string | null} */ #token;
+  #listener;
+  /** @type {WebSocket | null} */ #socket = null;
+  #delay_ms = FIRST_DELAY_MS;
+  /** Counts the attempts, so that what comes late of an earlier one is known. */
+  #attempt = 0;
+  #hasWarned = false;
+
+  /** @param {string | null} token @param {Listener} listener */
+  constructor(token, listener) {
+    this.#token = token;
+    this.#listener = listener;
+    setInterval(() => this.#lookWhetherSilent(), LOOK_PERIOD_MS);
+    // A hidden tab hears little, and that is no fault of the view's.
+    document.addEventListener('visibilitychange', () => { this.line.heard_ms = performance.now(); });
+  }
+
+  /** Connects anew, with another token. @param {string} token */
+  useToken(token) {
+    this.#token = token;
+    this.#delay_ms = FIRST_DELAY_MS;
+    this.#close();
+    void this.open();
+  }
+
+  async open() {
+    const attempt = (this.#attempt += 1);
+    const access = await this.#askForAccess();
+    if (attempt !== this.#attempt) return;
+    if (access === null) return this.#retry();
+    if (typeof access === 'string') return this.#refuse(access);
+    this.#listener.access(access);
+    if (!access.may_view) return this.#refuse('Seeing this show needs the address with the token.');
+    if (access.viewers >= access.max_viewers) return this.#refuse(`${access.viewers} pages look already, and more there may not be.`);
+    this.#openSocket(attempt);
+  }
+
+  /** What the view allows; a reason where it refuses; `null` where it is not there. @returns {Promise<Access | string | null>} */
+  async #askForAccess() {
+    try {
+      /** @type {HeadersInit} */
+      const headers = this.#token === null ? {} : { Authorization: `Bearer ${this.#token}` };
+      const response = await fetch('/access', { headers, cache: 'no-store', signal: AbortSignal.timeout(OPEN_WITHIN_MS) });
+      return response.ok ? await response.json() : (await response.text()).trim();
+    } catch {
+      return null;
+    }
+  }
+
+  /** @param {number} attempt */
+  #openSocket(attempt) {
+    const protocols = [PROTOCOL, ...(this.#token === null ? [] : [TOKEN_PROTOCOL + this.#token])];
+    const socket = new WebSocket(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/stream`, protocols);
+    socket.binaryType = 'arraybuffer';
+    this.#socket = socket;
+    const limit = setTimeout(() => socket.close(), OPEN_WITHIN_MS);
+    socket.addEventListener('open', () => {
+      clearTimeout(limit);
+      if (attempt !== this.#attempt) return;
+      this.line.heard_ms = performance.now();
+      this.#set('open');
+    });
+    socket.addEventListener('message', ({ data }) => {
+      if (attempt !== this.#attempt) return;
+      this.line.heard_ms = performance.now();
+      this.#delay_ms = FIRST_DELAY_MS;
+      this.#take(socket, data);
+    });
+    socket.addEventListener('close', ({ code }) => {
+      clearTimeout(limit);
+      if (attempt !== this.#attempt) return;
+      this.#socket = null;
+      this.#retry(code === GOING_AWAY ? 'ended' : 'lost');
+    });
+  }
+
+  /** @param {WebSocket} socket @param {unknown} data */
+  #take(socket, data) {
+    if (data instanceof ArrayBuffer) {
+      const frame = readFrame(data);
+      if (frame === null) return this.#warn('a frame');
+      socket.send(JSON.stringify({ ack: frame.sequence }));
+      this.#listener.frame(frame);
+      return;
+    }
+    try {
+      this.#listener.message(JSON.parse(String(data)));
+    } catch (error) {
+      this.#warn(`a message (${error})`);
+    }
+  }
+
+  /** Once is enough: a view of another version would send the same for ever. @param {string} what */
+  #warn(what) {
+    if (!this.#hasWarned) console.warn(`bench-dragon: ${what} of the view's was not understood; is the view of another version?`);
+    this.#hasWarned = true;
+  }
+
+  #lookWhetherSilent() {
+    const isSilent = performance.now() - this.line.heard_ms > SILENT_AFTER_MS;
+    if (this.line.state !== 'open' || !isSilent || document.visibilityState === 'hidden') return;
+    this.#close();
+    this.#retry('lost');
+  }
+
+  #close() {
+    this.#attempt += 1;
+    this.#socket?.close();
+    this.#socket = null;
+  }
+
+  /** @param {string} reason */
+  #refuse(reason) {
+    this.line.reason = reason;
+    this.#retry('refused');
+  }
+
+  /** @param {Line['state']} [state] as which the line stands from now on; none where that stays as it was */
+  #retry(state) {
+    if (state !== undefined) this.#set(state);
+    else if (this.line.state === 'open') this.#set('lost');
+    const attempt = this.#attempt;
+    setTimeout(() => { if (attempt === this.#attempt) void this.open(); }, this.#delay_ms);
+    this.#delay_ms = Math.min(this.#delay_ms * 2, LONGEST_DELAY_MS);
+  }
+
+  /** @param {Line['state']} state */
+  #set(state) {
+    this.line.state = state;
+    this.#listener.line();
+  }
+}

@@ -1,0 +1,131 @@
+// @ts-check
+// What steers the show. Hold is always one press; release lifts a safety stop, so that its button asks once more.
+
+import { sendCommand } from './command.js';
+import { element, write } from './element.js';
+import * as format from './format.js';
+
+/** @typedef {import('./command.js').Command} Command */
+/** @typedef {import('./connection.js').Access} Access */
+/** @typedef {import('./frame.js').ShowState} ShowState */
+
+const ASKS_FOR_MS = 5000;
+
+const button = (/** @type {string} */ id) => element(id, HTMLButtonElement);
+const input = (/** @type {string} */ id) => element(id, HTMLInputElement);
+const section = element('controls', HTMLElement);
+const reply = element('reply', HTMLElement);
+const released = button('release');
+
+export class Controls {
+  /** @type {string | null} */ #token;
+  /** @type {ShowState | null} */ #state = null;
+  #mayControl = false;
+  #isReadOnly = false;
+  #sent = 0;
+
+  /** @param {string | null} token */
+  constructor(token) {
+    this.#token = token;
+    button('pause').addEventListener('click', () => this.pauseOrResume());
+    button('hold').addEventListener('click', () => this.hold());
+    released.addEventListener('click', () => this.#askToRelease());
+    this.#offer('speed');
+    this.#offer('seek');
+    this.#enable();
+  }
+
+  /** @param {string} token */
+  useToken(token) {
+    this.#token = token;
+  }
+
+  /** @param {Access} access */
+  allow(access) {
+    this.#isReadOnly = access.read_only;
+    this.#mayControl = access.may_control && !access.read_only && this.#token !== null;
+    document.body.classList.toggle('is-read-only', access.read_only);
+    if (access.read_only) section.remove();
+    this.#enable();
+    if (!this.#mayControl) say('To steer the show, open the address that bench-dragon view printed.', 'quiet');
+    else if (reply.dataset.tone === 'quiet') say('', '');
+  }
+
+  /** The range of show time that may be sought, and the speed that is planned. @param {import('./show.js').Run} run */
+  takeRun(run) {
+    input('seek-field').min = String(run.start_s);
+    input('seek-field').max = String(run.end_s);
+    input('seek-field').placeholder = format.fixed(run.start_s, 0);
+    input('speed-field').placeholder = String(run.planned_speed_mps);
+  }
+
+  /** @param {ShowState} state */
+  takeState(state) {
+    if (state === this.#state) return;
+    this.#state = state;
+    const isPaused = state === 'paused';
+    write(element('pause-word', HTMLElement), isPaused ? 'Resume' : 'Pause');
+    element('pause-shape', SVGUseElement).setAttribute('href', isPaused ? '#shape-running' : '#shape-paused');
+    this.#stopAsking();
+    released.hidden = state !== 'held';
+  }
+
+  pauseOrResume() {
+    void this.#send({ command: this.#state === 'paused' ? 'resume' : 'pause' });
+  }
+
+  hold() {
+    void this.#send({ command: 'hold' });
+  }
+
+  release() {
+    if (this.#state === 'held') void this.#send({ command: 'release' });
+  }
+
+  /** Puts a show time into the field; it is sought when somebody says so. @param {number} time_s */
+  proposeSeek(time_s) {
+    if (this.#isReadOnly) return;
+    input('seek-field').value = time_s.toFixed(1);
+  }
+
+  #enable() {
+    for (const one of section.querySelectorAll('button, input')) {
+      if (one instanceof HTMLButtonElement || one instanceof HTMLInputElement) one.disabled = !this.#mayControl;
+    }
+  }
+
+  /** @param {'speed' | 'seek'} command */
+  #offer(command) {
+    element(`${command}-form`, HTMLFormElement).addEventListener('submit', (event) => {
+      event.preventDefault();
+      void this.#send({ command, value: input(`${command}-field`).valueAsNumber });
+    });
+  }
+
+  #askToRelease() {
+    if (released.dataset.asks === 'true') return this.release();
+    released.dataset.asks = 'true';
+    write(element('release-word', HTMLElement), 'Press again to release');
+    setTimeout(() => this.#stopAsking(), ASKS_FOR_MS);
+  }
+
+  #stopAsking() {
+    delete released.dataset.asks;
+    write(element('release-word', HTMLElement), 'Release the hold');
+  }
+
+  /** @param {Command} command */
+  async #send(command) {
+    if (!this.#mayControl || this.#token === null) return;
+    const number = (this.#sent += 1);
+    say(`${command.command} …`, '');
+    const { isAccepted, text } = await sendCommand(command, this.#token);
+    if (number === this.#sent) say(text, isAccepted ? 'good' : 'bad');
+  }
+}
+
+/** @param {string} text @param {'good' | 'bad' | 'quiet' | ''} tone */
+function say(text, tone) {
+  write(reply, text);
+  reply.dataset.tone = tone;
+}

@@ -1,0 +1,90 @@
+// @ts-check
+// The numbers at the side of the plan.
+
+import { element, write } from './element.js';
+import * as format from './format.js';
+
+/** @typedef {import('./show.js').Show} Show */
+/** @typedef {import('./show.js').Status} Status */
+
+const html = (/** @type {string} */ id) => element(id, HTMLElement);
+const clearanceFigure = html('clearance-figure');
+const outlookFigure = html('outlook-figure');
+
+/** @param {Show} show */
+export function writeFigures(show) {
+  writeClearance(show);
+  writeOutlook(show);
+  writeClock(show);
+  if (show.status !== null) writeHealth(show.status);
+}
+
+/** @param {Show} show */
+function writeClearance(show) {
+  const { frame, status } = show;
+  const run = show.runOfFrame();
+  const nearest = frame?.nearest ?? null;
+  write(html('clearance'), format.millimetres(nearest?.clearance_m));
+  write(html('pair'), nearest === null ? 'no pair yet' : format.pair(nearest.benches));
+  const least = status?.least ?? null;
+  write(html('least'), least === null ? '' : `least ${format.millimetres(least.clearance_m)} at ${format.showTime(least.time_s)} s`);
+  clearanceFigure.dataset.level = level(nearest?.clearance_m, run?.near_m);
+  clearanceFigure.dataset.clearanceM = String(nearest?.clearance_m ?? '');
+  clearanceFigure.dataset.benches = nearest === null ? '' : nearest.benches.join(' ');
+  clearanceFigure.dataset.tick = String(frame?.tick ?? '');
+}
+
+/** @param {Show} show */
+function writeOutlook({ frame, status }) {
+  const outlook = status?.outlook ?? { kind: 'unknown' };
+  outlookFigure.dataset.kind = outlook.kind;
+  const [large, small] = [html('outlook'), html('outlook-more')];
+  if (outlook.kind === 'contact') {
+    const left_s = outlook.time_s - (frame?.time_s ?? outlook.time_s);
+    write(large, `Contact in ${format.fixed(Math.max(left_s, 0), 1)} s`);
+    write(small, `${format.pair(outlook.benches)}, at ${format.fixed(outlook.time_s, 3)} s`);
+  } else if (outlook.kind === 'free') {
+    write(large, outlook.is_end ? 'Free to the end' : `Free to ${format.fixed(outlook.until_s, 1)} s`);
+    write(small, outlook.is_end ? `no contact up to ${format.showTime(outlook.until_s)} s` : 'still looking ahead');
+  } else {
+    write(large, '–');
+    write(small, 'nothing is known of the ground ahead');
+  }
+}
+
+/** @param {Show} show */
+function writeClock(show) {
+  const { frame } = show;
+  const run = show.runOfFrame();
+  const time = format.showTime(frame?.time_s);
+  write(html('show-time'), time);
+  write(html('clock'), time);
+  const isEndless = run === null || run.end_s - run.start_s > 1e6;
+  write(html('time-more'), frame === null ? '' : `${format.minutes(frame.time_s)}${isEndless ? '' : ` of ${format.minutes(run.end_s)}`} min`);
+  write(html('speed'), format.fixed(frame?.speed_mps, 2));
+  write(html('speed-more'), frame === null ? '' : `walked ${format.fixed(frame.travel_m, 2)} m`);
+}
+
+/** @param {Status} status */
+function writeHealth({ traffic, server }) {
+  write(html('rate'), `${format.fixed(traffic.rate_hz, 0)} /s`);
+  write(html('lost'), format.count(traffic.lost));
+  html('lost').dataset.bad = String(traffic.lost > 0);
+  write(html('latency'), percentiles(traffic.latency_us));
+  write(html('overruns'), format.count(server?.overruns));
+  html('overruns').dataset.bad = String((server?.overruns ?? 0) > 0);
+  write(html('lateness'), percentiles(server?.lateness_us));
+  write(html('tick'), percentiles(server?.tick_us));
+}
+
+/** @param {import('./show.js').Percentiles | null | undefined} times */
+function percentiles(times) {
+  return times === null || times === undefined ? '–' : `${format.shortTime(times.p50)} · ${format.shortTime(times.p99)}`;
+}
+
+/** @param {number | undefined} clearance_m @param {number | undefined} near_m */
+function level(clearance_m, near_m) {
+  if (clearance_m === undefined) return 'unknown';
+  if (clearance_m <= 0) return 'contact';
+  return near_m !== undefined && clearance_m <= near_m ? 'near' : 'free';
+}

@@ -1,0 +1,52 @@
+// @ts-check
+// Numbers as people read them. A value that is not known is a dash.
+
+const UNKNOWN = '–';
+const MINUS = '−';
+
+/** @typedef {number | null | undefined} Maybe */
+
+/**
+ * @param {Maybe} value
+ * @param {number} digits
+ */
+export function fixed(value, digits) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return UNKNOWN;
+  const text = Math.abs(value).toFixed(digits);
+  return value < 0 && Number(text) !== 0 ? MINUS + text : text;
+}
+
+/** @param {Maybe} seconds */
+export const showTime = (seconds) => fixed(seconds, 2);
+
+/** @param {Maybe} metres in metres, written in millimetres */
+export const millimetres = (metres) => fixed(metres === null || metres === undefined ? metres : metres * 1e3, 1);
+
+/** @param {readonly number[]} benches */
+export const pair = ([a, b]) => `benches ${a} and ${b}`;
+
+/** @param {Maybe} microseconds */
+export function shortTime(microseconds) {
+  if (microseconds === null || microseconds === undefined) return UNKNOWN;
+  if (microseconds < 1000) return `${fixed(microseconds, 0)} µs`;
+  if (microseconds < 1e6) return `${fixed(microseconds / 1e3, microseconds < 1e4 ? 1 : 0)} ms`;
+  return `${fixed(microseconds / 1e6, 1)} s`;
+}
+
+/** @param {Maybe} value a whole number, in groups of three */
+export function count(value) {
+  if (value === null || value === undefined) return UNKNOWN;
+  return Math.round(value).toString().replace(/\B(?=(\d{3})+$)/g, '\u202f');
+}
+
+/** @param {number} seconds how long ago */
+export function age(seconds) {
+  if (seconds < 100) return `${fixed(seconds, 1)} s`;
+  return seconds < 6000 ? `${fixed(seconds / 60, 0)} min` : `${fixed(seconds / 3600, 1)} h`;
+}
+
+/** @param {number} seconds as minutes and seconds */
+export function minutes(seconds) {
+  const whole = Math.floor(Math.abs(seconds));
+  return `${seconds < 0 ? MINUS : ''}${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, '0')}`;
+}

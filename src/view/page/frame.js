@@ -1,0 +1,61 @@
+// @ts-check
+// A frame as it comes over the wire, little-endian like every machine that has a browser.
+
+const KIND = 1;
+const HEADER_LENGTH = 96;
+const VALUES_PER_HANDLE = 3;
+const NO_BENCH = 0xffffffff;
+const STATES = /** @type {const} */ (['running', 'paused', 'held', 'finished']);
+
+/** @typedef {typeof STATES[number]} ShowState */
+/**
+ * @typedef {object} Nearest the two benches with the least clearance
+ * @property {number} clearance_m
+ * @property {[number, number]} benches
+ * @property {[number, number]} point_m midway between the two
+ */
+/**
+ * @typedef {object} Frame
+ * @property {number} sequence
+ * @property {number} benches N
+ * @property {ShowState} state
+ * @property {number} run_id
+ * @property {number} tick
+ * @property {number} time_s
+ * @property {number} travel_m
+ * @property {number} speed_mps
+ * @property {number} time_scale
+ * @property {Nearest | null} nearest
+ * @property {Float32Array} handles x, y and speed of each of the N + 1 handles, one after the other
+ */
+
+/**
+ * The frame in a message; `null` where there is none.
+ * @param {ArrayBuffer} message
+ * @returns {Frame | null}
+ */
+export function readFrame(message) {
+  if (message.byteLength < HEADER_LENGTH) return null;
+  const view = new DataView(message);
+  const word = (/** @type {number} */ at) => view.getUint32(at, true);
+  const value = (/** @type {number} */ at) => view.getFloat64(at, true);
+  const benches = word(8);
+  const values = (benches + 1) * VALUES_PER_HANDLE;
+  const state = STATES[word(12)];
+  if (word(0) !== KIND || state === undefined || message.byteLength !== HEADER_LENGTH + values * 4) return null;
+  return {
+    sequence: word(4),
+    benches,
+    state,
+    run_id: value(16),
+    tick: value(24),
+    time_s: value(32),
+    travel_m: value(40),
+    speed_mps: value(48),
+    time_scale: value(56),
+    nearest: word(72) === NO_BENCH
+      ? null
+      : { clearance_m: value(64), benches: [word(72), word(76)], point_m: [value(80), value(88)] },
+    handles: new Float32Array(message, HEADER_LENGTH, values),
+  };
+}

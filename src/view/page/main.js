@@ -1,0 +1,212 @@
+// @ts-check
+// The page of `bench-dragon view`. It takes what comes from the view into a Show, and draws it: the plan at the screen's
+// rate and only when something has changed, the numbers and the timeline ten times a second.
+
+import { alertKey, listAlerts } from './alerts.js';
+import { Announcer } from './announcer.js';
+import { benchAt } from './boards.js';
+import { Camera } from './camera.js';
+import { Connection } from './connection.js';
+import { Controls } from './controls.js';
+import { Details } from './details.js';
+import { element, write } from './element.js';
+import { writeFigures } from './figures.js';
+import * as format from './format.js';
+import { listenToKeys } from './keys.js';
+import { Pace } from './pace.js';
+import { readPalette } from './palette.js';
+import { Plan } from './plan.js';
+import { listenToPointers } from './pointer.js';
+import { Show } from './show.js';
+import { standing } from './standing.js';
+import { writeStrip } from './strip.js';
+import { offerThemes } from './theme.js';
+import { Timeline } from './timeline.js';
+import { keepToken, takeToken, tokenIn } from './token.js';
+
+const NUMBERS_PERIOD_MS = 100;
+const TEXT_PERIOD_MS = 2000;
+const ZOOM_STEP = 1.35;
+const PAN_STEP_PX = 60;
+const MOST_HEARD = 1000;
+/** How far from a bench a pointer may be to mean it. */
+const REACH_PX = { mouse: 4, touch: 20 };
+
+const show = new Show();
+const camera = new Camera();
+const pace = new Pace();
+const announcer = new Announcer();
+const area = element('plan-area', HTMLElement);
+const canvas = element('plan', HTMLCanvasElement);
+/** Kinds and times of the alerts that have been heard, also by a view that was there before. @type {Set<string>} */
+const heard = new Set();
+let instance = '';
+let isPlanDue = false;
+let isRenewalDue = false;
+
+const palette = readPalette();
+const plan = new Plan(canvas, camera, palette, drawSoon);
+const details = new Details(drawSoon);
+const token = takeToken();
+const controls = new Controls(token);
+const timeline = new Timeline(palette, (time_s) => controls.proposeSeek(time_s), renewSoon);
+
+const connection = new Connection(token, {
+  access(access) {
+    instance = access.instance;
+    write(element('instance', HTMLElement), instance);
+    element('token-form', HTMLFormElement).hidden = access.may_view;
+    controls.allow(access);
+  },
+  frame(frame) {
+    show.takeFrame(frame);
+    drawSoon();
+  },
+  message,
+  line() {
+    if (connection.line.state === 'open') show.forgetAlerts();
+    renew();
+  },
+});
+
+/** @param {{type: string}} news */
+function message(news) {
+  const value = /** @type {any} */ (news);
+  if (news.type === 'run') {
+    show.takeRun(value);
+    controls.takeRun(value);
+  } else if (news.type === 'status') {
+    show.takeStatus(value);
+  } else if (news.type === 'alert' && show.takeAlert(value) && !heard.has(alertKey(value))) {
+    if (heard.size >= MOST_HEARD) heard.clear();
+    heard.add(alertKey(value));
+    announcer.alert(value);
+  }
+}
+
+/** Has the plan drawn with the screen's next picture. */
+function drawSoon() {
+  if (isPlanDue) return;
+  isPlanDue = true;
+  requestAnimationFrame((now_ms) => {
+    isPlanDue = false;
+    plan.draw(show, details.bench());
+    pace.count(now_ms);
+    if (show.frame !== null) {
+      canvas.dataset.tick = String(show.frame.tick);
+      canvas.dataset.benches = String(show.frame.benches);
+    }
+  });
+}
+
+/** Has everything but the plan written with the screen's next picture. */
+function renewSoon() {
+  if (isRenewalDue) return;
+  isRenewalDue = true;
+  requestAnimationFrame(renew);
+}
+
+/** Writes everything but the plan. */
+function renew() {
+  isRenewalDue = false;
+  const now_ms = performance.now();
+  const stands = standing(connection.line, show, now_ms);
+  writeStrip(stands, instance, show.frame_ms);
+  announcer.standing(stands);
+  writeFigures(show);
+  if (show.frame !== null) controls.takeState(show.frame.state);
+  listAlerts(show.alerts);
+  details.write(show);
+  timeline.draw(show);
+  const perSecond = pace.perSecond(now_ms);
+  write(element('pace', HTMLElement), String(perSecond));
+  canvas.dataset.fps = String(perSecond);
+}
+
+/** The plan in words, for who cannot see it. */
+function describe() {
+  const { frame } = show;
+  if (frame === null) return;
+  const [x, y] = frame.handles;
+  const nearest = frame.nearest === null ? '' : ` Nearest are ${format.pair(frame.nearest.benches)}, ${format.millimetres(frame.nearest.clearance_m)} millimetres apart.`;
+  write(
+    element('plan-text', HTMLElement),
+    `${frame.benches} benches, ${frame.state}, at ${format.showTime(frame.time_s)} seconds. The head is at ${format.fixed(x, 2)}, ${format.fixed(y, 2)} metres.${nearest}`,
+  );
+}
+
+/** @param {import('./pointer.js').Place} place @param {number} reach_px */
+function benchUnder({ x, y }, reach_px) {
+  if (show.frame === null) return null;
+  return benchAt(show.frame, show.runOfFrame(), camera.toPlane(x, y), reach_px / camera.scale);
+}
+
+/** @param {() => void} move */
+function look(move) {
+  return () => {
+    move();
+    element('follow', HTMLButtonElement).setAttribute('aria-pressed', String(camera.mode === 'follow'));
+    drawSoon();
+  };
+}
+
+const fit = look(() => { camera.mode = 'fit'; });
+const follow = look(() => (camera.mode === 'follow' ? (camera.mode = 'free') : camera.follow()));
+const zoomIn = look(() => camera.zoom(ZOOM_STEP));
+const zoomOut = look(() => camera.zoom(1 / ZOOM_STEP));
+const pan = (/** @type {number} */ dx, /** @type {number} */ dy) => look(() => camera.pan(dx * PAN_STEP_PX, dy * PAN_STEP_PX));
+
+for (const [id, action] of Object.entries({ fit, follow, 'zoom-in': zoomIn, 'zoom-out': zoomOut })) {
+  element(id, HTMLButtonElement).addEventListener('click', action);
+}
+listenToPointers(area, {
+  pan: (dx, dy) => look(() => camera.pan(dx, dy))(),
+  zoom: (factor, x, y) => look(() => camera.zoom(factor, x, y))(),
+  tap(place, isTouch) {
+    details.choose(benchUnder(place, isTouch ? REACH_PX.touch : REACH_PX.mouse));
+    drawSoon();
+    renew();
+  },
+  hover(place) {
+    if (details.point(place === null ? null : benchUnder(place, REACH_PX.mouse))) {
+      drawSoon();
+      details.write(show);
+    }
+  },
+});
+listenToKeys({
+  ' ': () => controls.pauseOrResume(),
+  H: () => controls.hold(),
+  'Shift+R': () => controls.release(),
+  F: follow,
+  0: fit,
+  '+': zoomIn,
+  '=': zoomIn,
+  '-': zoomOut,
+  ArrowLeft: pan(1, 0),
+  ArrowRight: pan(-1, 0),
+  ArrowUp: pan(0, 1),
+  ArrowDown: pan(0, -1),
+  B: () => details.focus(),
+  T: () => timeline.focus(),
+});
+offerThemes(() => {
+  const colours = readPalette();
+  plan.recolour(colours);
+  timeline.recolour(colours);
+  drawSoon();
+  timeline.draw(show);
+});
+element('token-form', HTMLFormElement).addEventListener('submit', (event) => {
+  event.preventDefault();
+  const pasted = tokenIn(element('token-field', HTMLInputElement).value);
+  if (pasted === null) return;
+  keepToken(pasted);
+  controls.useToken(pasted);
+  connection.useToken(pasted);
+});
+
+setInterval(renew, NUMBERS_PERIOD_MS);
+setInterval(describe, TEXT_PERIOD_MS);
+renew();
+void connection.open();

@@ -1,0 +1,20 @@
+// @ts-check
+// The style sheet's colours for what is drawn on a canvas, which knows no variables.
+
+const NAMES = /** @type {const} */ ([
+  'ink', 'quiet', 'rule', 'edge', 'accent', 'route', 'wood', 'wood-edge', 'head', 'head-edge', 'pair', 'near', 'contact', 'halo', 'panel',
+]);
+
+/** @typedef {Record<typeof NAMES[number], string>} Palette */
+
+/** @returns {Palette} */
+export function readPalette() {
+  const probe = document.createElement('span');
+  document.body.append(probe);
+  const colours = NAMES.map((name) => {
+    probe.style.color = `var(--${name})`;
+    return [name, getComputedStyle(probe).color];
+  });
+  probe.remove();
+  return Object.fromEntries(colours);
+}

@@ -1,0 +1,106 @@
+// @ts-check
+// All that the page knows of the show: the newest of everything that has come.
+
+/** @typedef {import('./frame.js').Frame} Frame */
+/**
+ * @typedef {object} Run what stays the same through a run
+ * @property {number} run_id
+ * @property {number} benches
+ * @property {number} head_length_m
+ * @property {number} body_length_m
+ * @property {number} width_m
+ * @property {number} hole_offset_m
+ * @property {number} start_s
+ * @property {number} end_s
+ * @property {number} near_m
+ * @property {number} margin_m
+ * @property {boolean} guarded
+ * @property {number} planned_speed_mps
+ * @property {number} rate_hz
+ * @property {number[]} route x, y, x, y, …
+ */
+/** @typedef {{p50: number, p99: number, p999: number, max: number}} Percentiles */
+/**
+ * @typedef {{kind: 'unknown'} | {kind: 'free', until_s: number, is_end: boolean}
+ *   | {kind: 'contact', time_s: number, benches: [number, number]}} Outlook
+ */
+/**
+ * @typedef {object} Status how things are, five times a second
+ * @property {{state: 'waiting' | 'live' | 'silent' | 'gone' | 'failed', age_s: number | null, reason: string | null}} link
+ * @property {{rate_hz: number, frames: number, lost: number, restarts: number, latency_us: Percentiles | null}} traffic
+ * @property {{rate_hz: number, overruns: number, lateness_us: Percentiles, tick_us: Percentiles} | null} server
+ * @property {Outlook} outlook
+ * @property {{clearance_m: number, time_s: number} | null} least
+ * @property {{start_s: number, step_s: number, bins: number, changed: [number, number][]} | null} chart
+ */
+/**
+ * @typedef {object} Alert
+ * @property {number} number
+ * @property {string} kind
+ * @property {number} time_s
+ * @property {[number, number] | null} benches
+ * @property {number | null} clearance_m
+ * @property {[number, number] | null} point_m
+ * @property {number | null} forecast_s
+ */
+/** @typedef {{start_s: number, step_s: number, least_m: Float64Array}} Chart not a number where nothing has been seen */
+
+const KEPT_ALERTS = 200;
+
+export class Show {
+  /** @type {Frame | null} */ frame = null;
+  /** When it came, on the page's clock. */
+  frame_ms = 0;
+  /** @type {Run | null} */ run = null;
+  /** @type {Status | null} */ status = null;
+  /** When it came, on the page's clock. */
+  status_ms = 0;
+  /** @type {Chart | null} */ chart = null;
+  /** @type {Alert[]} oldest first */ alerts = [];
+
+  /** @param {Frame} frame */
+  takeFrame(frame) {
+    this.frame = frame;
+    this.frame_ms = performance.now();
+  }
+
+  /** @param {Run} run */
+  takeRun(run) {
+    if (run.run_id !== this.run?.run_id) this.chart = null;
+    this.run = run;
+  }
+
+  /** @param {Status} status */
+  takeStatus(status) {
+    this.status = status;
+    this.status_ms = performance.now();
+    const news = status.chart;
+    if (news === null) return;
+    if (this.chart?.start_s !== news.start_s || this.chart.step_s !== news.step_s || this.chart.least_m.length !== news.bins) {
+      this.chart = { start_s: news.start_s, step_s: news.step_s, least_m: new Float64Array(news.bins).fill(NaN) };
+    }
+    for (const [bin, least_m] of news.changed) this.chart.least_m[bin] = least_m;
+  }
+
+  /**
+   * Whether it is one that was not known.
+   * @param {Alert} alert
+   */
+  takeAlert(alert) {
+    const last = this.alerts.at(-1);
+    if (last !== undefined && alert.number <= last.number) return false;
+    this.alerts.push(alert);
+    if (this.alerts.length > KEPT_ALERTS) this.alerts.shift();
+    return true;
+  }
+
+  /** A view that has been started anew counts its alerts from 0, and has heard others. */
+  forgetAlerts() {
+    this.alerts = [];
+  }
+
+  /** The frame's run, where it is known. */
+  runOfFrame() {
+    return this.frame !== null && this.run?.run_id === this.frame.run_id ? this.run : null;
+  }
+}

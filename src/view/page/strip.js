@@ -1,0 +1,30 @@
+// @ts-check
+// How things stand: the strip on top, the banner over a picture that is not live, the page's title.
+
+import { element, write } from './element.js';
+
+/** @typedef {import('./standing.js').Standing} Standing */
+
+const html = (/** @type {string} */ id) => element(id, HTMLElement);
+
+/**
+ * @param {Standing} standing
+ * @param {string} instance
+ * @param {number} picture_ms when the last frame came, on the page's clock
+ */
+export function writeStrip({ status, word, shape, explanation, isLive }, instance, picture_ms) {
+  const { dataset } = document.body;
+  if (dataset.status !== status) {
+    dataset.status = status;
+    dataset.live = String(isLive);
+    // How long the page went on as if the last picture were live.
+    dataset.shownAfterMs = String(Math.round(performance.now() - picture_ms));
+    for (const id of ['shape', 'banner-shape']) element(id, SVGUseElement).setAttribute('href', `#shape-${shape}`);
+    html('banner').hidden = isLive;
+    document.title = `${word} – ${instance || 'bench-dragon'}`;
+  }
+  write(html('word'), word);
+  write(html('explanation'), explanation);
+  write(html('banner-word'), word);
+  write(html('banner-text'), explanation);
+}

@@ -1,0 +1,22 @@
+// @ts-check
+import { element } from './element.js';
+
+const KEY = 'bench-dragon.theme';
+
+/**
+ * Light or dark as the system has it, until somebody chooses.
+ * @param {() => void} changed
+ */
+export function offerThemes(changed) {
+  const system = matchMedia('(prefers-color-scheme: dark)');
+  const root = document.documentElement;
+  const chosen = localStorage.getItem(KEY);
+  if (chosen !== null) root.dataset.theme = chosen;
+  system.addEventListener('change', changed);
+  element('theme', HTMLButtonElement).addEventListener('click', () => {
+    const isDark = (root.dataset.theme ?? (system.matches ? 'dark' : 'light')) === 'dark';
+    root.dataset.theme = isDark ? 'light' : 'dark';
+    localStorage.setItem(KEY, root.dataset.theme);
+    changed();
+  });
+}
