@@ -47,8 +47,8 @@ speed in m/s of wall time).")]
     /// zenoh: the same bus on another machine, where every client works unchanged.
     #[cfg(feature = "zenoh")]
     #[command(after_help = "Examples:
-  bench-dragon bridge zenoh --listen tcp/10.0.0.5:7447            on the server's machine
-  bench-dragon bridge zenoh --receive --connect tcp/10.0.0.5:7447 on the other one
+  bench-dragon bridge zenoh --listen tcp/10.0.0.5:7447             on the server's machine
+  bench-dragon bridge zenoh --receive --connect tcp/10.0.0.5:7447  on the other one
   bench-dragon bridge zenoh --config tls.json5 --rate 60 --allow-commands
 
 Nothing is listened on and nobody is looked for but as the flags and the configuration say. Without any endpoint a sending \
@@ -56,6 +56,8 @@ bridge listens on tcp/127.0.0.1:7447, and a receiving one looks for it there.")]
     Zenoh(ZenohArgs),
     /// zenoh: another machine's bus. This program was built without it.
     #[cfg(not(feature = "zenoh"))]
+    #[command(after_help = "Example, once it was built with cargo build --release --features zenoh:
+  bench-dragon bridge zenoh --listen tcp/10.0.0.5:7447")]
     Zenoh(AnyArgs),
 }
 

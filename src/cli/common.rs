@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use bench_dragon_ipc::Instance;
-use clap::{Args, ValueEnum};
+use clap::{Args, ValueEnum, ValueHint};
 
 use super::value::instance;
 
@@ -37,7 +37,7 @@ pub(crate) struct FormatArgs {
 #[derive(Clone, Debug, Args)]
 pub(crate) struct ConfigArgs {
     /// The configuration, TOML; the paper's dragon without one.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) config: Option<PathBuf>,
 }
 

@@ -21,25 +21,47 @@ pub(crate) struct CtlArgs {
 #[derive(Clone, Copy, Debug, Subcommand)]
 pub(crate) enum Order {
     /// Stop walking until `resume`.
+    #[command(after_help = "Example:
+  bench-dragon ctl pause
+
+An operator's stop. One for safety is ctl hold.")]
     Pause,
     /// Go on after a pause.
+    #[command(after_help = "Example:
+  bench-dragon ctl resume
+
+It is refused while the dragon is held: only ctl release lifts a hold.")]
     Resume,
     /// Walk at another speed of the head.
+    #[command(after_help = "Examples:
+  bench-dragon ctl speed 0.8
+  bench-dragon ctl speed 1 --instance rehearsal")]
     Speed {
         /// Metres per show second, 0 to 10.
         #[arg(value_name = "MPS", allow_negative_numbers = true, value_parser = speed)]
         speed_mps: f64,
     },
     /// Go to a show time.
+    #[command(after_help = "Examples:
+  bench-dragon ctl seek 300
+  bench-dragon ctl seek -50                   on a turnaround, before the turn")]
     Seek {
         /// Seconds.
         #[arg(value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
         sim_time_s: f64,
     },
     /// Stop for safety; only `release` lifts it.
+    #[command(after_help = "Example:
+  bench-dragon ctl hold")]
     Hold,
     /// Lift a hold.
+    #[command(after_help = "Example:
+  bench-dragon ctl release
+
+A guard's stop is no hold: the guard lifts it, by its next grant.")]
     Release,
     /// End the server.
+    #[command(after_help = "Example:
+  bench-dragon ctl stop")]
     Stop,
 }

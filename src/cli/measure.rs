@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueHint};
 
 use super::value::{count, duration};
 use super::{BusArgs, FormatArgs};
@@ -41,7 +41,7 @@ pub(crate) struct LatencyArgs {
     #[arg(long)]
     pub(crate) poll: bool,
     /// Write the distribution from due to read as .hgrm, which the HDR histogram plotter reads, in microseconds.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) hgrm: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) bus: BusArgs,

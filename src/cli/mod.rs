@@ -4,11 +4,13 @@ mod bridge;
 mod common;
 mod ctl;
 mod doctor;
+mod epilogue;
 mod live;
 mod measure;
 mod monitor;
 mod recording;
 mod serve;
+mod shell;
 mod solve;
 mod timecode;
 mod value;
@@ -21,11 +23,13 @@ pub(crate) use bridge::{Angle, Bridge, BridgeArgs, NetworkArgs, OscArgs, PsnArgs
 pub(crate) use common::{BusArgs, ChildArgs, ConfigArgs, Format, FormatArgs};
 pub(crate) use ctl::{CtlArgs, Order};
 pub(crate) use doctor::DoctorArgs;
+pub(crate) use epilogue::Epilogue;
 pub(crate) use live::{MetricsArgs, SiteArgs, ViewArgs};
 pub(crate) use measure::{EchoArgs, HzArgs, LatencyArgs};
 pub(crate) use monitor::MonitorArgs;
 pub(crate) use recording::{ExportArgs, RecordArgs, ReplayArgs, TableFile};
 pub(crate) use serve::{PaceArgs, RealTimeArgs, ServeArgs, ShowArgs};
+pub(crate) use shell::{CompletionsArgs, ManArgs};
 pub(crate) use solve::{
     ContactArgs, FigureArgs, FigureFile, PitchArgs, PosesArgs, Question, SaveConfigArgs, SensitivityArgs, SolveArgs,
     SpeedLimitArgs, TableFormat, TimesArgs, TurnArgs, TurnPlanArgs,
@@ -44,7 +48,7 @@ pub(crate) use zenoh::ZenohArgs;
   bench-dragon solve contact --format json    when do two benches touch?
 
 Exit status: 0 done, 1 failed, 2 bad arguments or configuration, 3 contact seen with --fail-on-contact.
-RUST_LOG=debug tells more of what goes on.")]
+RUST_LOG=debug tells more of what goes on, NO_COLOR=1 without colours.")]
 pub(crate) struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -181,4 +185,24 @@ Status 1 where something is a problem; a warning is none. A running show does no
     #[command(after_help = "Example, with the iox2 command:
   mkdir -p config && bench-dragon iox2-config > config/iceoryx2.toml && iox2 service list")]
     Iox2Config(BusArgs),
+    /// Print what completes this program's commands, options and files in a shell.
+    #[command(after_help = "Examples:
+  bench-dragon completions bash > ~/.local/share/bash-completion/completions/bench-dragon
+  bench-dragon completions zsh > ~/.zfunc/_bench-dragon
+  bench-dragon completions fish > ~/.config/fish/completions/bench-dragon.fish
+  bench-dragon completions elvish > ~/.config/elvish/lib/bench-dragon.elv
+  source <(bench-dragon completions bash)     for this shell alone
+
+The folder must be there; shells that are started then know it. bash needs its package bash-completion, zsh the line \
+fpath+=~/.zfunc before compinit in ~/.zshrc, Elvish the line use bench-dragon in its rc.elv; PowerShell reads what is \
+printed from its $PROFILE.")]
+    Completions(CompletionsArgs),
+    /// Print a page of the manual, or write all.
+    #[command(after_help = "Examples:
+  bench-dragon man | man -l -
+  bench-dragon man solve contact | man -l -
+  bench-dragon man --out ~/.local/share/man/man1
+
+After the last one, man bench-dragon and man bench-dragon-solve-contact find their pages.")]
+    Man(ManArgs),
 }

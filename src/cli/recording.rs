@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use bench_dragon::export::Subject;
 use bench_dragon::number::Number;
 use bench_dragon::record::ShowInterval;
-use clap::{ArgGroup, Args};
+use clap::{ArgGroup, Args, ValueHint};
 
 use super::value::{MAX_STEPPED_S, count, file_megabytes, nanoseconds, play_rate, readers, total_megabytes};
 use super::{BusArgs, ChildArgs, FormatArgs};
@@ -15,7 +15,7 @@ use crate::command::BadInput;
 #[derive(Clone, Debug, Args)]
 pub(crate) struct RecordArgs {
     /// The recording to write, or with --repair to finish.
-    #[arg(value_name = "FILE")]
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) file: PathBuf,
     /// Finish a recording whose recorder was killed, instead of recording.
     #[arg(long, conflicts_with_all = ["rotate_mb", "max_total_mb"])]
@@ -38,7 +38,7 @@ pub(crate) struct RecordArgs {
 #[derive(Clone, Debug, Args)]
 pub(crate) struct ReplayArgs {
     /// The recording.
-    #[arg(value_name = "FILE")]
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) file: PathBuf,
     #[command(flatten)]
     pub(crate) interval: IntervalArgs,
@@ -70,10 +70,10 @@ pub(crate) struct ReplayArgs {
 #[allow(clippy::struct_excessive_bools, reason = "flags of which one may be given")]
 pub(crate) struct ExportArgs {
     /// The recording.
-    #[arg(value_name = "FILE")]
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) file: PathBuf,
     /// The file to write, .csv or .xlsx; - prints comma-separated values.
-    #[arg(value_name = "OUT", value_parser = table_file)]
+    #[arg(value_name = "OUT", value_hint = ValueHint::FilePath, value_parser = table_file)]
     pub(crate) out: TableFile,
     /// Positions, velocities and speeds of every handle [default].
     #[arg(long)]

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use bench_dragon::config::Priority;
-use clap::Args;
+use clap::{Args, ValueHint};
 
 use super::value::{cpu, finite, priority, rate, readers, spin, time_scale};
 use super::{BusArgs, ChildArgs, ConfigArgs, FormatArgs, TimecodeArgs};
@@ -53,7 +53,7 @@ pub(crate) struct ShowArgs {
     #[command(flatten)]
     pub(crate) timecode: TimecodeArgs,
     /// Folder for the recording and summary.json [default: show-DATE-TIME in the current folder].
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
     /// Let a restarted server walk on at once, instead of standing held until `ctl release`.
     #[arg(long)]

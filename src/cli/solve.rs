@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use bench_dragon::config::NEAR_M;
 use bench_dragon::figure::FigureFormat;
 use bench_dragon::plan::Parameter;
-use clap::{ArgGroup, Args, Subcommand, ValueEnum};
+use clap::{ArgGroup, Args, Subcommand, ValueEnum, ValueHint};
 
 use super::value::{MAX_STEPPED_S, finite, nanoseconds, within};
 use super::{ConfigArgs, FormatArgs};
@@ -82,7 +82,7 @@ pub(crate) struct TurnPlanArgs {
     #[arg(long, value_name = "RATIO", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) radius_ratio: Option<f64>,
     /// The configuration, TOML, with a turnaround as its route; the paper's turnaround without one.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) config: Option<PathBuf>,
 }
 
@@ -90,7 +90,7 @@ pub(crate) struct TurnPlanArgs {
 #[derive(Clone, Debug, Args)]
 pub(crate) struct SaveConfigArgs {
     /// Write the answer as a whole configuration, which `show --config` plays; a file of that name is replaced.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) save_config: Option<PathBuf>,
 }
 
@@ -142,10 +142,10 @@ pub(crate) struct SensitivityArgs {
     #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = diameter)]
     pub(crate) turn_diameter: Option<f64>,
     /// Write a workbook with a sheet of what is printed and one of all values; a file of that name is replaced.
-    #[arg(long, value_name = "FILE.xlsx", value_parser = xlsx)]
+    #[arg(long, value_name = "FILE.xlsx", value_hint = ValueHint::FilePath, value_parser = xlsx)]
     pub(crate) xlsx: Option<PathBuf>,
     /// Draw how the answers change; a file of that name is replaced.
-    #[arg(long, value_name = "FILE.svg|FILE.png", value_parser = figure)]
+    #[arg(long, value_name = "FILE.svg|FILE.png", value_hint = ValueHint::FilePath, value_parser = figure)]
     pub(crate) figure: Option<FigureFile>,
     #[command(flatten)]
     pub(crate) config: ConfigArgs,
@@ -159,7 +159,7 @@ pub(crate) struct PosesArgs {
     #[command(flatten)]
     pub(crate) times: TimesArgs,
     /// Write a workbook with a sheet of positions and one of speeds; a file of that name is replaced.
-    #[arg(long, value_name = "FILE.xlsx", value_parser = xlsx)]
+    #[arg(long, value_name = "FILE.xlsx", value_hint = ValueHint::FilePath, value_parser = xlsx)]
     pub(crate) xlsx: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) figure: FigureArgs,
@@ -195,7 +195,7 @@ pub(crate) struct ContactArgs {
 #[derive(Clone, Debug, Args)]
 pub(crate) struct FigureArgs {
     /// Draw a figure into this file, .svg or .png; a file of that name is replaced.
-    #[arg(long, value_name = "FILE", value_parser = figure)]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, value_parser = figure)]
     pub(crate) figure: Option<FigureFile>,
 }
 

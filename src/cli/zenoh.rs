@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use bench_dragon::bridge::zenoh::wire::MAX_EVERY;
 use bench_dragon::bridge::zenoh::{KeyPrefix, KeyPrefixError, LinkMode, check_endpoint};
-use clap::{Args, ValueEnum};
+use clap::{Args, ValueEnum, ValueHint};
 
 use super::value::{rate, within};
 
@@ -15,7 +15,7 @@ pub(crate) struct ZenohArgs {
     #[arg(long)]
     pub(crate) receive: bool,
     /// zenoh's own configuration, JSON5: TLS, passwords, timeouts. What it does not name stays off.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) config: Option<PathBuf>,
     /// Connect to this endpoint; again for more.
     #[arg(long, value_name = "ENDPOINT", value_parser = check_endpoint)]

@@ -8,6 +8,7 @@ use bench_dragon::config::{Config, Overrides};
 use crate::cli::{Command, ConfigArgs};
 
 mod bridge;
+mod completions;
 mod ctl;
 mod description;
 mod doctor;
@@ -18,8 +19,12 @@ mod guarding;
 mod hz;
 mod iox2_config;
 mod latency;
+<<<<<<< HEAD
 mod listening;
 mod metrics;
+=======
+mod man;
+>>>>>>> a40bb45 (Completions for shells and a manual, made of the command line itself; every help has examples, and all of them parse)
 mod monitor;
 mod parent;
 mod progress;
@@ -71,5 +76,7 @@ pub(crate) fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::Solve(args) => solve::run(args.question),
         Command::Doctor(args) => doctor::run(&args),
         Command::Iox2Config(args) => iox2_config::run(&args),
+        Command::Completions(args) => completions::run(args),
+        Command::Man(args) => man::run(&args),
     }
 }
