@@ -6,7 +6,7 @@
 //! for: what matters to a show the bridge says itself.
 
 use std::fmt;
-use std::io::{self, IsTerminal as _};
+use std::io;
 
 use iceoryx2::prelude::{LogLevel, set_log_level};
 use tracing::field::{Field, Visit};
@@ -15,6 +15,8 @@ use tracing_subscriber::filter::Targets;
 use tracing_subscriber::fmt::format;
 use tracing_subscriber::layer::{Context, Filter};
 use tracing_subscriber::prelude::*;
+
+use crate::command::colour::is_coloured;
 
 /// How iceoryx2's notes on its housekeeping begin.
 const HOUSEKEEPING: [&str; 6] = [
@@ -38,7 +40,7 @@ pub(crate) fn to_stderr() {
     let lines = tracing_subscriber::fmt::layer()
         .fmt_fields(fields)
         .with_target(false)
-        .with_ansi(io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()))
+        .with_ansi(is_coloured(&io::stderr()))
         .with_writer(io::stderr)
         .without_time();
     let registry = tracing_subscriber::registry();

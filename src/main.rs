@@ -8,6 +8,7 @@ use bench_dragon::export::ExportError;
 use bench_dragon::record::{NothingFound, RecordError, RepairError};
 use bench_dragon::replay::ReplayError;
 use clap::Parser as _;
+use clap::builder::Styles;
 use clap::error::ErrorKind as ClapErrorKind;
 
 mod cli;
@@ -17,6 +18,7 @@ mod log;
 
 use cli::Cli;
 use command::BadInput;
+use command::colour::{Painted, is_coloured};
 use command::output::complain;
 
 /// Exit status of bad arguments or configuration.
@@ -34,7 +36,8 @@ fn main() -> ExitCode {
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             let remedy = remedy(&error).map_or_else(String::new, |remedy| format!(": {remedy}"));
-            complain(&format!("error: {error:#}{remedy}"));
+            let label = Painted::on(&io::stderr(), *Styles::styled().get_error(), "error:");
+            complain(&format!("{label} {error:#}{remedy}"));
             ExitCode::from(if is_bad_input(&error) { BAD_INPUT } else { 1 })
         }
     }
@@ -47,14 +50,16 @@ fn report_usage(error: &clap::Error) -> ExitCode {
         let _ = error.print();
         return ExitCode::SUCCESS;
     }
-    let rendered = error.render().to_string();
-    let lines = rendered.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:"));
-    let message: Vec<&str> =
-        lines.filter(|line| !line.is_empty() && !line.starts_with("For more information")).collect();
+    let rendered = error.render();
+    let plain = rendered.to_string();
+    let shown = if is_coloured(&io::stderr()) { rendered.ansi().to_string() } else { plain.clone() };
     if error.kind() == ClapErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
-        complain(&rendered);
+        complain(&shown);
     } else {
-        complain(&message.join(" "));
+        let lines = plain.lines().map(str::trim).zip(shown.lines().map(str::trim));
+        let message = lines.take_while(|(line, _)| !line.starts_with("Usage:"));
+        let said = message.filter(|(line, _)| !line.is_empty() && !line.starts_with("For more information"));
+        complain(&said.map(|(_, shown)| shown).collect::<Vec<_>>().join(" "));
     }
     ExitCode::from(BAD_INPUT)
 }

@@ -1,14 +1,17 @@
 //! `doctor`: what stands in the way of a show, and how to mend it.
 
+use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Context as _;
 use bench_dragon::config::Overrides;
-use bench_dragon::doctor::{Examination, Examined, Patient};
+use bench_dragon::doctor::{Examination, Examined, Patient, Verdict};
 use bench_dragon_ipc::{BusError, Cleared, Domain, NodeEntry, clear};
+use clap::builder::styling::{AnsiColor, Style};
 
 use crate::cli::{DoctorArgs, Format};
+use crate::command::colour::Painted;
 use crate::command::load_config;
 use crate::command::output::{print_json, print_line};
 
@@ -54,10 +57,20 @@ fn print_text(examination: &Examination) -> anyhow::Result<()> {
         print_line(line)?;
     }
     for Examined { name, finding } in &examination.checks {
-        print_line(format_args!("{:<9}  {name:<20}  {}", finding.status, finding.message))?;
+        let status = Painted::on(&io::stdout(), style(finding.status), format!("{:<9}", finding.status));
+        print_line(format_args!("{status}  {name:<20}  {}", finding.message))?;
         if let Some(remedy) = &finding.remedy {
             print_line(format_args!("{:<9}  {:<20}  mend: {remedy}", "", ""))?;
         }
     }
     Ok(())
+}
+
+fn style(verdict: Verdict) -> Style {
+    match verdict {
+        Verdict::Ok => AnsiColor::Green.on_default(),
+        Verdict::Warning => AnsiColor::Yellow.on_default(),
+        Verdict::Problem => AnsiColor::Red.on_default().bold(),
+        Verdict::NotKnown => Style::new().dimmed(),
+    }
 }

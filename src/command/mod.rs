@@ -36,6 +36,7 @@ mod solve;
 mod timecode;
 mod view;
 
+pub(crate) mod colour;
 pub(crate) mod output;
 mod whole_file;
 
