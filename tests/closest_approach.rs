@@ -56,7 +56,7 @@ fn clearance_at(dragon: &Dragon, closest: &ClosestApproach) -> f64 {
 #[test]
 fn paper_turnaround_is_clear_on_the_whole_passage() {
     let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
-    let passage = walk_through(Turnaround::new(1.7, 9.0, 2.0).expect("valid"), dimensions);
+    let passage = walk_through(Turnaround::new(1.7, 9.0, 2.0).expect("valid"), dimensions, |_| ());
     let TurnPassage::Clear { closest: Some(closest) } = passage else { panic!("{passage:?}") };
     assert_eq!(closest.pair.benches, [0, 16]);
     assert!((closest.pair.clearance_m - 0.279_042_939).abs() < 1e-9, "{closest:?}");
@@ -67,7 +67,7 @@ fn paper_turnaround_is_clear_on_the_whole_passage() {
 fn turn_that_no_dragon_gets_through_says_why() {
     let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
     let walk = |pitch_m, diameter_m, ratio| {
-        walk_through(Turnaround::new(pitch_m, diameter_m, ratio).expect("valid"), dimensions)
+        walk_through(Turnaround::new(pitch_m, diameter_m, ratio).expect("valid"), dimensions, |_| ())
     };
     assert!(matches!(walk(1.7, 9.0, 3.0), TurnPassage::Infeasible(Infeasible::Fault { .. })));
     assert!(matches!(walk(0.2, 9.0, 2.0), TurnPassage::Infeasible(Infeasible::Dragon(_))));
@@ -105,7 +105,7 @@ proptest! {
         let contact = first_contact(&dragon, from_m, dragon.end_travel_m());
         let to_m = contact.map_or(dragon.end_travel_m(), |contact| contact.travel_m - 0.5);
         prop_assume!(to_m > from_m);
-        let closest = least_clearance(&dragon, from_m, to_m).expect("three benches");
+        let closest = least_clearance(&dragon, from_m, to_m, |_| ()).expect("three benches");
         let walked = nearest_of_a_walk(&dragon, from_m, to_m, 0.002);
         prop_assert!(walked.clearance_m >= closest.pair.clearance_m - 1e-12, "{walked:?} under {closest:?}");
         // The clearance changes by at most what both boards move.

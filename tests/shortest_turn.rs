@@ -16,7 +16,7 @@ fn turn(pitch_m: f64, radius_m: f64, ratio: f64) -> Turnaround {
 fn shortest_turn_of_the_paper_lies_between_a_stop_and_a_jump_of_the_first_handle() {
     let shortest = shortest_turn(turn(1.7, 4.5, 2.0), paper_benches(223), |_| ()).expect("the paper's dragon turns");
     let radius_m = 0.5 * shortest.turnaround.turn_diameter_m();
-    assert!(matches!(walk_through(shortest.turnaround, paper_benches(223)), TurnPassage::Clear { .. }));
+    assert!(matches!(walk_through(shortest.turnaround, paper_benches(223), |_| ()), TurnPassage::Clear { .. }));
     let ends =
         shortest.limits.map(|limit| if let Some(Obstacle::Fault { end, .. }) = limit { end } else { RunEnd::RouteEnd });
     assert_eq!(ends, [RunEnd::HandleStops { handle: 1 }, RunEnd::HandleJumps { handle: 1 }]);

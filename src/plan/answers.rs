@@ -141,7 +141,7 @@ pub(super) fn answer(quantity: Quantity, setting: &Setting, turn_diameter_m: f64
         Quantity::LeastClearance => {
             let passage = passage(setting, turn_diameter_m)?;
             let (start_m, end_m) = (passage.dragon.start_travel_m(), passage.dragon.end_travel_m());
-            let closest = least_clearance(&passage.dragon, start_m, end_m).ok_or(Unanswered::NoPairs)?;
+            let closest = least_clearance(&passage.dragon, start_m, end_m, |_| ()).ok_or(Unanswered::NoPairs)?;
             Ok(Answer { value: closest.pair.clearance_m, decided_by: Decision::Clearance { passage, closest } })
         }
         Quantity::LargestSpeedRatio => {

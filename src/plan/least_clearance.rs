@@ -46,12 +46,21 @@ impl ClosestApproach {
 
 /// Where two benches come nearest with the head between two travels of the run; none with fewer than three benches. Of
 /// equal clearances the first.
-pub fn least_clearance(dragon: &Dragon, from_travel_m: f64, to_travel_m: f64) -> Option<ClosestApproach> {
+///
+/// `progress` hears of the share of the work that is done, from any thread.
+pub fn least_clearance(
+    dragon: &Dragon,
+    from_travel_m: f64,
+    to_travel_m: f64,
+    progress: impl Fn(f64) + Sync,
+) -> Option<ClosestApproach> {
     if dragon.dimensions().benches() < 3 {
         return None;
     }
     let strides_m = ApproachSearch::strides(dragon, from_travel_m, to_travel_m);
     let stretches = stretches(&strides_m);
+    // Each is looked at twice.
+    let look = 0.5 / stretches.len() as f64;
     let at_ends = on_all_cores(stretches.len(), |stretch| {
         let stretch_m = stretches[stretch];
         let mut search = ApproachSearch::new(dragon, Pairs::UnrepeatedSince(from_travel_m), stretch_m[0]);
@@ -59,7 +68,9 @@ pub fn least_clearance(dragon: &Dragon, from_travel_m: f64, to_travel_m: f64) ->
             search.stand(travel_m);
             Some(ClosestApproach { travel_m, pair: search.nearest()? })
         });
-        nearest.reduce(nearer)
+        let nearest = nearest.reduce(nearer);
+        progress(look);
+        nearest
     });
     let start = in_valley(dragon, at_ends.into_iter().flatten().reduce(nearer)?, &strides_m);
     let least_m = Least::new(start.pair.clearance_m);
@@ -74,6 +85,7 @@ pub fn least_clearance(dragon: &Dragon, from_travel_m: f64, to_travel_m: f64) ->
                 valley = Some(valley.map_or(found, |valley| nearer(valley, found)));
             });
         }
+        progress(look);
         valley
     });
     Some(valleys.into_iter().flatten().fold(start, nearer))

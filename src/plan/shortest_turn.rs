@@ -207,7 +207,7 @@ impl Search {
         let radius_m = least_m + margin_m;
         let radius_ratio = self.middle_ratio(radius_m, ratio);
         let turnaround = self.turn(radius_m, radius_ratio);
-        match walk_through(turnaround, self.dimensions) {
+        match walk_through(turnaround, self.dimensions, |_| ()) {
             TurnPassage::Clear { closest } => Some(ShortestTurn { turnaround, radius_ratio, closest, limits }),
             _ => None,
         }

@@ -21,7 +21,9 @@ pub enum TurnPassage {
 
 /// Walks a whole dragon through a turn, from when all benches are on the way in until the last handle has left the S,
 /// and longer at either end where the turnaround is planned for longer.
-pub fn walk_through(turnaround: Turnaround, dimensions: Dimensions) -> TurnPassage {
+///
+/// `progress` hears of the share of the work that is done, from any thread.
+pub fn walk_through(turnaround: Turnaround, dimensions: Dimensions, progress: impl Fn(f64) + Sync) -> TurnPassage {
     let dragon = match passage_through(turnaround, dimensions) {
         Ok(dragon) => dragon,
         Err(infeasible) => return TurnPassage::Infeasible(infeasible),
@@ -29,6 +31,6 @@ pub fn walk_through(turnaround: Turnaround, dimensions: Dimensions) -> TurnPassa
     let (from_m, to_m) = (dragon.start_travel_m(), dragon.end_travel_m());
     match ContactSearch::new(&dragon).first(from_m, to_m) {
         Some(contact) => TurnPassage::Contact(contact),
-        None => TurnPassage::Clear { closest: least_clearance(&dragon, from_m, to_m) },
+        None => TurnPassage::Clear { closest: least_clearance(&dragon, from_m, to_m, progress) },
     }
 }

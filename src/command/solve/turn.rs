@@ -73,7 +73,8 @@ pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
         let (plan, passage, shortest) = find_shortest(&planned, dimensions, plan)?;
         (config.with_route(RoutePlan::Turnaround(plan))?, plan.turnaround(speed_mps)?, passage, Some(shortest))
     } else {
-        (config, planned, walk_through(planned, dimensions), None)
+        let progress = Progress::new("passage", 1.0);
+        (config, planned, walk_through(planned, dimensions, |share| progress.add(share)), None)
     };
     let largest_ratio = passage_through(turnaround, dimensions)
         .and_then(|dragon| largest_speed_ratio(&dragon))
