@@ -40,4 +40,5 @@ pub mod stop;
 pub mod table;
 pub mod timecode;
 pub mod view;
+pub mod watch;
 pub mod web;

@@ -17,6 +17,7 @@ use tracing_subscriber::layer::{Context, Filter};
 use tracing_subscriber::prelude::*;
 
 use crate::command::colour::is_coloured;
+use crate::held_stderr::HeldStderr;
 
 /// How iceoryx2's notes on its housekeeping begin.
 const HOUSEKEEPING: [&str; 6] = [
@@ -41,7 +42,7 @@ pub(crate) fn to_stderr() {
         .fmt_fields(fields)
         .with_target(false)
         .with_ansi(is_coloured(&io::stderr()))
-        .with_writer(io::stderr)
+        .with_writer(|| HeldStderr)
         .without_time();
     let registry = tracing_subscriber::registry();
     match asked {

@@ -13,6 +13,7 @@ use clap::error::ErrorKind as ClapErrorKind;
 
 mod cli;
 mod command;
+mod held_stderr;
 mod limits;
 mod log;
 

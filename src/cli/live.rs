@@ -2,7 +2,7 @@
 
 use std::net::SocketAddr;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::value::{listen_address, site};
 use super::{BusArgs, ChildArgs, FormatArgs};
@@ -40,8 +40,22 @@ pub(crate) struct WatchArgs {
     /// Take no commands: keys change only what is shown.
     #[arg(long)]
     pub(crate) read_only: bool,
+    /// What the plan is drawn with; by default what TERM and the locale allow.
+    #[arg(long, value_enum, value_name = "GLYPHS")]
+    pub(crate) glyphs: Option<GlyphSet>,
     #[command(flatten)]
     pub(crate) bus: BusArgs,
+}
+
+/// Characters that a terminal may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum GlyphSet {
+    /// Braille patterns.
+    Braille,
+    /// Half blocks, as a console has them.
+    Blocks,
+    /// ASCII alone.
+    Ascii,
 }
 
 /// Arguments of `metrics`.

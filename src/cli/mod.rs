@@ -24,7 +24,7 @@ pub(crate) use common::{BusArgs, ChildArgs, ConfigArgs, Format, FormatArgs};
 pub(crate) use ctl::{CtlArgs, Order};
 pub(crate) use doctor::DoctorArgs;
 pub(crate) use epilogue::Epilogue;
-pub(crate) use live::{MetricsArgs, SiteArgs, ViewArgs};
+pub(crate) use live::{GlyphSet, MetricsArgs, SiteArgs, ViewArgs, WatchArgs};
 pub(crate) use measure::{EchoArgs, HzArgs, LatencyArgs};
 pub(crate) use monitor::MonitorArgs;
 pub(crate) use recording::{ExportArgs, RecordArgs, ReplayArgs, TableFile};
@@ -144,6 +144,14 @@ them all.")]
   bench-dragon ctl speed 0.8
   bench-dragon ctl seek 300")]
     Ctl(CtlArgs),
+    /// Watch the show in the terminal: the dragon, its clearance, alerts; keys give commands.
+    #[command(after_help = "Examples:
+  bench-dragon watch
+  bench-dragon watch --instance main --read-only
+  ssh -t stage bench-dragon watch
+
+? shows all keys. Without colours under NO_COLOR. Where there is no terminal, `hz` and `echo` tell in lines.")]
+    Watch(WatchArgs),
     /// Print frames as they come.
     #[command(after_help = "Examples:
   bench-dragon echo --count 1

@@ -35,6 +35,7 @@ mod show;
 mod solve;
 mod timecode;
 mod view;
+mod watch;
 
 pub(crate) mod colour;
 pub(crate) mod output;
@@ -71,6 +72,7 @@ pub(crate) fn run(command: Command) -> anyhow::Result<ExitCode> {
         Command::View(args) => view::run(&args),
         Command::Metrics(args) => metrics::run(&args),
         Command::Ctl(args) => ctl::run(&args),
+        Command::Watch(args) => watch::run(&args),
         Command::Echo(args) => echo::run(&args),
         Command::Hz(args) => hz::run(&args),
         Command::Latency(args) => latency::run(&args),

@@ -1,0 +1,123 @@
+//! `watch`: the show in the terminal.
+
+mod clerk;
+mod display;
+mod event;
+mod signals;
+mod terminal;
+
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, SyncSender};
+use std::thread;
+
+use anyhow::Context as _;
+use bench_dragon::observe::{Observer, Scene};
+use bench_dragon::watch::{Action, Screen, Shown, draw};
+use bench_dragon_ipc::Domain;
+use ratatui::crossterm::event::Event as Input;
+
+use crate::cli::WatchArgs;
+
+use clerk::Clerk;
+use display::Display;
+use event::Event;
+
+/// Scenes a second. The eye sees a walk at this rate, and a terminal far away can follow.
+const SCENES_HZ: u32 = 15;
+/// Events that may wait while the screen is drawn. Of scenes, those that find no room are left out.
+const EVENT_ROOM: usize = 64;
+
+pub(crate) fn run(args: &WatchArgs) -> anyhow::Result<ExitCode> {
+    let look = terminal::look(args.glyphs)?;
+    let domain = Domain::new(args.bus.instance.clone())?;
+    let (sender, events) = mpsc::sync_channel(EVENT_ROOM);
+    signals::send_to(sender.clone())?;
+    let screen = Screen::new(domain.instance().as_str(), look, args.read_only);
+    let clerk = Clerk::start(&domain, &sender)?;
+    let display = Display::open().context("cannot draw on this terminal")?;
+    event::send_input_to(sender.clone())?;
+    let stop = Arc::new(AtomicBool::new(false));
+    let observing = observe(domain, Arc::clone(&stop), sender)?;
+    let watched = Watch { display, screen, clerk, scene: Scene::default(), shown: None }.follow(&events);
+    stop.store(true, Ordering::Relaxed);
+    // Whoever still has something to say is not to wait for one who does not listen.
+    drop(events);
+    observing.join().map_err(|_| anyhow::anyhow!("the observer panicked"))?;
+    watched.map(|()| ExitCode::SUCCESS)
+}
+
+fn observe(domain: Domain, stop: Arc<AtomicBool>, sender: SyncSender<Event>) -> anyhow::Result<thread::JoinHandle<()>> {
+    let observe = move || {
+        Observer::new(domain, "watch", SCENES_HZ).run(&stop, |scene| {
+            // A screen that is drawn more slowly than scenes come gets fewer.
+            let _ = sender.try_send(Event::Scene(Box::new(scene)));
+        });
+    };
+    Ok(thread::Builder::new().name("observer".to_owned()).spawn(observe)?)
+}
+
+/// What goes on between the terminal, the bus and the screen.
+struct Watch {
+    display: Display,
+    screen: Screen,
+    clerk: Clerk,
+    scene: Scene,
+    /// How the scene looked that is on the screen, unless something else has changed since.
+    shown: Option<Shown>,
+}
+
+impl Watch {
+    /// Draws whatever changes, until the end is asked for.
+    fn follow(mut self, events: &Receiver<Event>) -> anyhow::Result<()> {
+        self.display.draw(|frame| draw(frame, &self.scene, &self.screen))?;
+        while let Ok(event) = events.recv() {
+            if !self.take(event)? {
+                break;
+            }
+            // What has come meanwhile is drawn together.
+            while let Ok(event) = events.try_recv() {
+                if !self.take(event)? {
+                    return Ok(());
+                }
+            }
+            let shown = Shown::of(&self.scene);
+            if self.shown.as_ref() != Some(&shown) {
+                self.display.draw(|frame| draw(frame, &self.scene, &self.screen))?;
+                self.shown = Some(shown);
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes note of an event; false for the one that ends it all.
+    fn take(&mut self, event: Event) -> anyhow::Result<bool> {
+        match event {
+            Event::Scene(scene) => {
+                self.screen.see(&scene);
+                self.scene = *scene;
+                return Ok(true);
+            }
+            Event::Input(Input::Key(key)) => match self.screen.press(key, &self.scene) {
+                Action::None => {}
+                Action::Command(request) => {
+                    if let Some(reply) = self.clerk.send(request) {
+                        self.screen.answer(reply);
+                    }
+                }
+                Action::Suspend => self.display.suspend()?,
+                Action::Quit => return Ok(false),
+            },
+            // A resize is seen by the drawing.
+            Event::Input(_) => {}
+            Event::Reply(reply) => self.screen.answer(reply),
+            Event::Suspend => self.display.suspend()?,
+            Event::Continue => self.display.resume()?,
+            Event::End => return Ok(false),
+            Event::Failed(error) => return Err(error).context("cannot read the terminal's keys"),
+        }
+        self.shown = None;
+        Ok(true)
+    }
+}

@@ -1,0 +1,69 @@
+//! The last command and what became of it.
+
+use bench_dragon_ipc::{BusError, CommandReply, Request};
+
+use super::theme::Tone;
+use crate::number::Number;
+
+/// One line about a command.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reply {
+    pub(super) text: String,
+    pub(super) tone: Tone,
+    /// Whether the command was a speed that will not be walked at.
+    pub(super) speed_refused: bool,
+}
+
+impl Reply {
+    /// The command is on its way.
+    pub(super) fn sent(request: Request) -> Self {
+        Self::new(format!("{}: sent", name(request)), Tone::Calm)
+    }
+
+    /// Nothing was sent.
+    pub(super) fn mistaken(why: String) -> Self {
+        Self::new(why, Tone::Caution)
+    }
+
+    /// The command was given up before it was sent.
+    pub fn dropped(request: Request, why: &str) -> Self {
+        Self {
+            speed_refused: is_speed(request),
+            ..Self::new(format!("{}: not sent: {why}", name(request)), Tone::Caution)
+        }
+    }
+
+    /// What the server said, or why it said nothing.
+    pub fn to(request: Request, answer: Result<CommandReply, BusError>) -> Self {
+        let name = name(request);
+        let outcome = answer.map(|reply| reply.outcome());
+        let speed_refused = is_speed(request) && !matches!(outcome, Ok(Ok(_)));
+        let reply = match outcome {
+            Ok(Ok(tick)) => Self::new(format!("{name}: accepted, from tick {tick} on"), Tone::Good),
+            Ok(Err(refusal)) => Self::new(format!("{name}: refused: {refusal}"), Tone::Danger),
+            Err(error) => Self::new(format!("{name}: {error}"), Tone::Danger),
+        };
+        Self { speed_refused, ..reply }
+    }
+
+    fn new(text: String, tone: Tone) -> Self {
+        Self { text, tone, speed_refused: false }
+    }
+}
+
+fn is_speed(request: Request) -> bool {
+    matches!(request, Request::Speed { .. })
+}
+
+fn name(request: Request) -> String {
+    match request {
+        Request::Pause => "pause".to_owned(),
+        Request::Resume => "resume".to_owned(),
+        Request::Speed { speed_mps } => format!("speed {} m/s", Number(speed_mps)),
+        Request::Seek { sim_time_s } => format!("seek {} s", Number(sim_time_s)),
+        Request::Hold => "hold".to_owned(),
+        Request::Release => "release".to_owned(),
+        Request::Stop => "stop".to_owned(),
+        Request::Grant { .. } => "grant".to_owned(),
+    }
+}
