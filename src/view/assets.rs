@@ -46,6 +46,7 @@ pub(super) const ASSETS: &[Asset] = &assets! {
     "/palette.js", "palette.js", SCRIPT;
     "/plan.js", "plan.js", SCRIPT;
     "/pointer.js", "pointer.js", SCRIPT;
+    "/route_layer.js", "route_layer.js", SCRIPT;
     "/show.js", "show.js", SCRIPT;
     "/standing.js", "standing.js", SCRIPT;
     "/strip.js", "strip.js", SCRIPT;

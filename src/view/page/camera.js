@@ -6,7 +6,7 @@ const LARGEST_SCALE = 4000;
 /** Pixels a metre at which the head's surroundings are read well. */
 const FOLLOW_SCALE = 56;
 /** Part of the screen that stays free at each side of all. */
-const MARGIN = 0.045;
+const MARGIN = 0.03;
 
 /** @typedef {{x0: number, y0: number, x1: number, y1: number}} Box */
 /** @typedef {'fit' | 'follow' | 'free'} Mode */

@@ -2,6 +2,10 @@
 // A canvas that is as fine as the screen, up to twice as fine as the page: more nobody sees, and it costs.
 
 const FINEST = 2;
+const FAMILY = getComputedStyle(document.body).fontFamily;
+
+/** The page's font, for a canvas. @param {number} weight @param {number} size_px */
+export const font = (weight, size_px) => `${weight} ${size_px}px ${FAMILY}`;
 
 /**
  * Keeps a canvas at the size that it is shown at, and returns how to begin a picture: in the page's pixels.
@@ -22,13 +26,13 @@ export function fineCanvas(canvas, resized) {
   measure();
   return {
     context,
-    /** @returns {number} pixels of the canvas for one of the page */
-    ratio: () => ratio,
-    /** @param {string} ground */
-    begin(ground) {
+    begin() {
       context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    },
+    /** @param {string} ground */
+    clear(ground) {
       context.fillStyle = ground;
-      context.fillRect(0, 0, canvas.clientWidth, canvas.clientHeight);
+      context.fillRect(0, 0, canvas.width, canvas.height);
     },
   };
 }

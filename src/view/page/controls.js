@@ -55,7 +55,7 @@ export class Controls {
   takeRun(run) {
     input('seek-field').min = String(run.start_s);
     input('seek-field').max = String(run.end_s);
-    input('seek-field').placeholder = format.fixed(run.start_s, 0);
+    input('seek-field').placeholder = `${format.fixed(run.start_s, 0)} to ${format.fixed(Math.floor(run.end_s), 0)}`;
     input('speed-field').placeholder = String(run.planned_speed_mps);
   }
 

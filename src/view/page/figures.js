@@ -7,6 +7,10 @@ import * as format from './format.js';
 /** @typedef {import('./show.js').Show} Show */
 /** @typedef {import('./show.js').Status} Status */
 
+/** A contact that is nearer than this is one to get ready for, and one to act upon. */
+const SOON_S = 60;
+const NOW_S = 15;
+
 const html = (/** @type {string} */ id) => element(id, HTMLElement);
 const clearanceFigure = html('clearance-figure');
 const outlookFigure = html('outlook-figure');
@@ -26,7 +30,7 @@ function writeClearance(show) {
   const nearest = frame?.nearest ?? null;
   write(html('clearance'), format.millimetres(nearest?.clearance_m));
   write(html('pair'), nearest === null ? 'no pair yet' : format.pair(nearest.benches));
-  const least = status?.least ?? null;
+  const least = lowest(status?.least ?? null, nearest, frame?.time_s ?? 0);
   write(html('least'), least === null ? '' : `least ${format.millimetres(least.clearance_m)} at ${format.showTime(least.time_s)} s`);
   clearanceFigure.dataset.level = level(nearest?.clearance_m, run?.near_m);
   clearanceFigure.dataset.clearanceM = String(nearest?.clearance_m ?? '');
@@ -34,21 +38,34 @@ function writeClearance(show) {
   clearanceFigure.dataset.tick = String(frame?.tick ?? '');
 }
 
+/**
+ * The least clearance so far: the view tells it five times a second, and the frame is newer.
+ * @param {Status['least']} told
+ * @param {import('./frame.js').Nearest | null} nearest
+ * @param {number} time_s
+ */
+function lowest(told, nearest, time_s) {
+  if (told === null || nearest === null || told.clearance_m <= nearest.clearance_m) return told;
+  return { clearance_m: nearest.clearance_m, time_s };
+}
+
 /** @param {Show} show */
 function writeOutlook({ frame, status }) {
   const outlook = status?.outlook ?? { kind: 'unknown' };
   outlookFigure.dataset.kind = outlook.kind;
+  outlookFigure.dataset.level = 'far';
   const [large, small] = [html('outlook'), html('outlook-more')];
   if (outlook.kind === 'contact') {
-    const left_s = outlook.time_s - (frame?.time_s ?? outlook.time_s);
-    write(large, `Contact in ${format.fixed(Math.max(left_s, 0), 1)} s`);
+    const left_s = Math.max(outlook.time_s - (frame?.time_s ?? outlook.time_s), 0);
+    outlookFigure.dataset.level = urgency(left_s / (frame?.time_scale ?? 1));
+    write(large, `Contact in ${format.fixed(left_s, 1)} s`);
     write(small, `${format.pair(outlook.benches)}, at ${format.fixed(outlook.time_s, 3)} s`);
   } else if (outlook.kind === 'free') {
     write(large, outlook.is_end ? 'Free to the end' : `Free to ${format.fixed(outlook.until_s, 1)} s`);
     write(small, outlook.is_end ? `no contact up to ${format.showTime(outlook.until_s)} s` : 'still looking ahead');
   } else {
     write(large, '–');
-    write(small, 'nothing is known of the ground ahead');
+    write(small, frame?.state === 'finished' ? 'the show is over' : 'nothing is known of the ground ahead');
   }
 }
 
@@ -80,6 +97,12 @@ function writeHealth({ traffic, server }) {
 /** @param {import('./show.js').Percentiles | null | undefined} times */
 function percentiles(times) {
   return times === null || times === undefined ? '–' : `${format.shortTime(times.p50)} · ${format.shortTime(times.p99)}`;
+}
+
+/** @param {number} left_s until a contact, on the clock on the wall */
+function urgency(left_s) {
+  if (left_s > SOON_S) return 'far';
+  return left_s > NOW_S ? 'soon' : 'now';
 }
 
 /** @param {number | undefined} clearance_m @param {number | undefined} near_m */

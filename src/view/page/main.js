@@ -114,6 +114,7 @@ function renew() {
   writeStrip(stands, instance, show.frame_ms);
   announcer.standing(stands);
   writeFigures(show);
+  if (plan.read(show)) drawSoon();
   if (show.frame !== null) controls.takeState(show.frame.state);
   listAlerts(show.alerts);
   details.write(show);

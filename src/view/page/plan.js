@@ -2,10 +2,11 @@
 // Draws the dragon on its route, from above.
 
 import { addOutline, board } from './boards.js';
-import { fineCanvas } from './canvas.js';
+import { fineCanvas, font } from './canvas.js';
 import { millimetres } from './format.js';
 import { gap } from './gap.js';
 import { overlapping } from './overlap.js';
+import { RouteLayer } from './route_layer.js';
 
 /** @typedef {import('./show.js').Show} Show */
 /** @typedef {import('./show.js').Run} Run */
@@ -19,15 +20,17 @@ const LINE_BELOW_PX = 2.5;
 /** Boards of at least this width show their hinges. */
 const HINGES_FROM_PX = 11;
 /** Boards in one path: the cost of filling a path grows faster than its length. */
-const BOARDS_A_PATH = 64;
+const BOARDS_A_PATH = 16;
 const SCALE_BAR_PX = 130;
 
 export class Plan {
   #canvas;
   #camera;
   #screen;
+  /** The nearest pair's clearance, as it is read. */
+  #label = '';
   /** @type {Palette} */ #palette;
-  /** @type {{run: Run | null, path: Path2D}} */ #route = { run: null, path: new Path2D() };
+  #route = new RouteLayer();
 
   /**
    * @param {HTMLCanvasElement} canvas
@@ -45,6 +48,14 @@ export class Plan {
     });
   }
 
+  /** Has the plan show the clearance that the figures show: digits that change with each picture nobody reads. @param {Show} show */
+  read({ frame }) {
+    const label = `${millimetres(frame?.nearest?.clearance_m)} mm`;
+    const isOther = label !== this.#label;
+    this.#label = label;
+    return isOther;
+  }
+
   /** @param {Palette} palette */
   recolour(palette) {
     this.#palette = palette;
@@ -56,9 +67,9 @@ export class Plan {
    */
   draw(show, bench) {
     const { frame, run } = { frame: show.frame, run: show.runOfFrame() };
-    this.#screen.begin(this.#palette.halo);
     this.#aim(frame, run);
-    if (run !== null) this.#drawRoute(run);
+    this.#route.draw(this.#screen.context, this.#camera, run, { ground: this.#palette.halo, ink: this.#palette.route });
+    this.#screen.begin();
     if (frame !== null) {
       this.#inPlane(() => this.#drawDragon(frame, run, bench));
       if (frame.nearest !== null) this.#drawNearest(frame, run, frame.nearest);
@@ -84,17 +95,6 @@ export class Plan {
     context.transform(scale, 0, 0, -scale, width / 2 - x * scale, height / 2 + y * scale);
     draw();
     context.restore();
-  }
-
-  /** @param {Run} run */
-  #drawRoute(run) {
-    if (this.#route.run !== run) this.#route = { run, path: polyline(run.route, 2) };
-    this.#inPlane(() => {
-      const { context } = this.#screen;
-      context.lineWidth = 1.25 / this.#camera.scale;
-      context.strokeStyle = this.#palette.route;
-      context.stroke(this.#route.path);
-    });
   }
 
   /** @param {Frame} frame @param {Run | null} run @param {number | null} bench */
@@ -128,9 +128,12 @@ export class Plan {
     const colours = this.#palette;
     const { nearest } = frame;
     if (nearest !== null) {
-      const touch = nearest.clearance_m < 0 ? overlapping(frame, run) : new Set();
+      /** @type {Set<number>} */ const touch = nearest.clearance_m < 0 ? overlapping(frame, run) : new Set();
       for (const one of new Set([...touch, ...nearest.benches])) {
-        if (one < frame.benches) this.#drawBench(frame, run, one, this.#levelColour(nearest, run), one === 0 ? colours.head : colours.halo);
+        if (one >= frame.benches) continue;
+        const isHead = one === 0 && !touch.has(one);
+        const colour = touch.has(one) ? colours.contact : this.#levelColour(nearest, run);
+        this.#drawBench(frame, run, one, isHead ? colours.head : colour, isHead ? colour : colours.halo, isHead ? 2.5 : 1);
       }
     }
     if (bench !== null && bench < frame.benches) this.#drawBench(frame, run, bench, null, colours.ink, 2.5);
@@ -185,13 +188,13 @@ export class Plan {
       context.lineTo(bx, by);
       context.stroke();
     }
-    this.#drawLabel(`${millimetres(nearest.clearance_m)} mm`, x, y, radius, colour);
+    this.#drawLabel(this.#label, x, y, radius, colour);
   }
 
   /** @param {string} text @param {number} x @param {number} y @param {number} radius @param {string} colour */
   #drawLabel(text, x, y, radius, colour) {
     const { context } = this.#screen;
-    context.font = this.#font(650, 15);
+    context.font = font(650, 15);
     const [wide, high] = [context.measureText(text).width + 18, 27];
     // Up and to the right of the ring, or to the left where the screen ends.
     const isRight = x + radius + 22 + wide < this.#camera.width;
@@ -246,15 +249,10 @@ export class Plan {
     context.lineTo(x + length_px, y - 5);
     context.stroke();
     context.fillStyle = this.#palette.quiet;
-    context.font = this.#font(500, 12);
+    context.font = font(500, 12);
     context.textBaseline = 'alphabetic';
     context.textAlign = 'left';
     context.fillText(length_m < 1 ? `${Math.round(length_m * 1000)} mm` : `${length_m} m`, x + 6, y - 5);
-  }
-
-  /** @param {number} weight @param {number} size */
-  #font(weight, size) {
-    return `${weight} ${size}px ${getComputedStyle(document.body).fontFamily}`;
   }
 }
 

@@ -2,7 +2,7 @@
 // The show from its start to its end: the clearance so far, where it is now, what is ahead. A time is chosen by a press or
 // with the arrow keys; to look at one changes nothing.
 
-import { fineCanvas } from './canvas.js';
+import { fineCanvas, font } from './canvas.js';
 import { element, write } from './element.js';
 import * as format from './format.js';
 
@@ -11,7 +11,7 @@ import * as format from './format.js';
 /** @typedef {import('./show.js').Chart} Chart */
 /** @typedef {import('./palette.js').Palette} Palette */
 
-const LEFT_PX = 44;
+const LEFT_PX = 34;
 const RIGHT_PX = 14;
 const TOP_PX = 22;
 const BOTTOM_PX = 22;
@@ -81,7 +81,8 @@ export class Timeline {
     const run = show.runOfFrame() ?? show.run;
     if (run?.run_id !== this.#run?.run_id) this.#chosen_s = null;
     this.#run = run;
-    this.#screen.begin(this.#palette.panel);
+    this.#screen.begin();
+    this.#screen.clear(this.#palette.panel);
     if (run === null) return;
     const levels = new Levels(show.chart, this.#height);
     this.#drawLevels(levels, run);
@@ -126,7 +127,7 @@ export class Timeline {
   /** @param {Levels} levels @param {Run} run */
   #drawLevels(levels, run) {
     const { context } = this.#screen;
-    context.font = this.#font(500, 11);
+    context.font = font(500, 11);
     context.textAlign = 'right';
     context.textBaseline = 'middle';
     context.lineWidth = 1;
@@ -135,7 +136,7 @@ export class Timeline {
       context.strokeStyle = level_m === 0 ? this.#palette.contact : this.#palette.rule;
       line(context, LEFT_PX, y, this.#width - RIGHT_PX, y);
       context.fillStyle = level_m === 0 ? this.#palette.contact : this.#palette.quiet;
-      context.fillText(level_m === 0.2 || level_m === levels.top_m ? `${level_m * 1e3} mm` : `${level_m * 1e3}`, LEFT_PX - 7, y);
+      context.fillText(String(level_m * 1e3), LEFT_PX - 7, y);
     }
     context.setLineDash([5, 4]);
     context.strokeStyle = this.#palette.near;
@@ -162,16 +163,22 @@ export class Timeline {
   #drawClearance(chart, levels, run) {
     const { context } = this.#screen;
     const zero = levels.y(0);
-    const wide = Math.max(this.#x(run.start_s + chart.step_s) - this.#x(run.start_s), 1) + 0.3;
+    const wide = this.#x(run.start_s + chart.step_s) - this.#x(run.start_s);
+    context.lineWidth = 2;
+    let before = NaN;
     chart.least_m.forEach((least_m, bin) => {
-      if (Number.isNaN(least_m)) return;
-      const [x, y] = [this.#x(chart.start_s + bin * chart.step_s), levels.y(least_m)];
-      const colour = least_m <= 0 ? this.#palette.contact : least_m <= run.near_m ? this.#palette.near : this.#palette.accent;
-      context.fillStyle = colour;
-      context.globalAlpha = least_m <= run.near_m ? 0.55 : 0.2;
-      context.fillRect(x, Math.min(y, zero), wide, Math.abs(zero - y));
-      context.globalAlpha = 1;
-      context.fillRect(x, y - 1, wide, 2);
+      if (!Number.isNaN(least_m)) {
+        const [x, y] = [this.#x(chart.start_s + bin * chart.step_s), levels.y(least_m)];
+        const colour = least_m <= 0 ? this.#palette.contact : least_m <= run.near_m ? this.#palette.near : this.#palette.accent;
+        context.fillStyle = colour;
+        context.globalAlpha = least_m <= run.near_m ? 0.45 : 0.16;
+        const left = Math.round(x);
+        context.fillRect(left, Math.min(y, zero), Math.round(x + wide) - left, Math.abs(zero - y));
+        context.globalAlpha = 1;
+        context.strokeStyle = colour;
+        line(context, Number.isNaN(before) ? x : x - wide / 2, levels.y(Number.isNaN(before) ? least_m : before), x + wide / 2, y);
+      }
+      before = least_m;
     });
   }
 
@@ -190,8 +197,8 @@ export class Timeline {
     context.setLineDash([4, 3]);
     line(context, x, TOP_PX - 4, x, this.#height - BOTTOM_PX);
     context.setLineDash([]);
-    const isNear = frame !== null && Math.abs(this.#x(frame.time_s) - x) < 130;
-    this.#drawFlag(`contact ${format.fixed(status.outlook.time_s, 1)}`, x, this.#palette.contact, this.#palette.panel, isNear ? 1 : 0);
+    const isAtEnd = x > this.#width - 110 && (frame === null || x - this.#x(frame.time_s) > 150);
+    this.#drawFlag(`contact ${format.fixed(status.outlook.time_s, 1)}`, x, this.#palette.contact, this.#palette.panel, isAtEnd ? 0 : 1);
   }
 
   /** @param {Show} show */
@@ -203,7 +210,7 @@ export class Timeline {
     context.strokeStyle = this.#palette.ink;
     context.lineWidth = 2;
     line(context, x, TOP_PX - 6, x, this.#height - BOTTOM_PX);
-    this.#drawFlag(`now ${format.fixed(frame.time_s, 1)}`, x, this.#palette.ink, this.#palette.panel, -0.5);
+    this.#drawFlag(`now ${format.fixed(frame.time_s, 1)}`, x, this.#palette.ink, this.#palette.panel, x < LEFT_PX + 80 ? 1 : 0);
   }
 
   #drawChosen() {
@@ -226,14 +233,14 @@ export class Timeline {
   }
 
   /**
-   * A small flag on top of a line: to its right (1), to its left (0) or across it (-0.5), inside the picture.
+   * A small flag on top of a line: to its right (1) or to its left (0), inside the picture.
    * @param {string} text @param {number} x @param {string} ground @param {string} ink @param {number} side
    */
   #drawFlag(text, x, ground, ink, side) {
     const { context } = this.#screen;
-    context.font = this.#font(650, 11);
+    context.font = font(650, 11);
     const wide = context.measureText(text).width + 12;
-    const wished = side === -0.5 ? x - wide / 2 : side === 1 ? x + 1 : x - wide - 1;
+    const wished = side === 1 ? x - 1 : x - wide + 1;
     const left = Math.min(Math.max(wished, 2), this.#width - wide - 2);
     context.fillStyle = ground;
     context.beginPath();
@@ -257,11 +264,6 @@ export class Timeline {
     if (this.#chosen_s === null) Object.assign(aria, { valuenow: run.start_s, valuetext: 'no time chosen' });
     for (const [name, value] of Object.entries(aria)) this.#area.setAttribute(`aria-${name}`, String(value));
   }
-
-  /** @param {number} weight @param {number} size */
-  #font(weight, size) {
-    return `${weight} ${size}px ${getComputedStyle(document.body).fontFamily}`;
-  }
 }
 
 /** Heights of clearances, by their square roots, so that little ones are told apart and big ones have room. */
@@ -273,7 +275,6 @@ class Levels {
     const seen = chart === null ? [] : [...chart.least_m].filter(Number.isFinite);
     this.most_m = Math.max(MOST_M, ...seen);
     this.least_m = Math.min(LEAST_M, ...seen);
-    this.top_m = LEVELS_M[0];
   }
 
   /** @param {number} clearance_m */

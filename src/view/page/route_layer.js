@@ -1,0 +1,72 @@
+// @ts-check
+// The route, which stays as it is while the dragon moves: drawn once for each camera, and copied.
+
+/** @typedef {import('./camera.js').Camera} Camera */
+/** @typedef {import('./camera.js').Box} Box */
+/** @typedef {import('./show.js').Run} Run */
+
+/** Points in one path: the cost of stroking a path grows faster than its length. */
+const POINTS_A_PATH = 64;
+
+export class RouteLayer {
+  #canvas = document.createElement('canvas');
+  #context = /** @type {CanvasRenderingContext2D} */ (this.#canvas.getContext('2d', { alpha: false }));
+  #drawn = '';
+  /** @type {Run | null} */ #run = null;
+  /** @type {{path: Path2D, box: Box}[]} */ #parts = [];
+
+  /**
+   * Draws the ground, and the route on it.
+   * @param {CanvasRenderingContext2D} context
+   * @param {Camera} camera
+   * @param {Run | null} run
+   * @param {{ground: string, ink: string}} colours
+   */
+  draw(context, camera, run, { ground, ink }) {
+    const { width, height } = context.canvas;
+    const wanted = [camera.x, camera.y, camera.scale, width, height, run?.run_id, ground].join();
+    if (wanted !== this.#drawn) {
+      this.#drawn = wanted;
+      if (run !== this.#run) [this.#run, this.#parts] = [run, run === null ? [] : parts(run.route)];
+      Object.assign(this.#canvas, { width, height });
+      this.#paint(camera, ground, ink);
+    }
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.drawImage(this.#canvas, 0, 0);
+  }
+
+  /** @param {Camera} camera @param {string} ground @param {string} ink */
+  #paint(camera, ground, ink) {
+    const ratio = this.#canvas.width / camera.width;
+    const { x, y, width, height } = camera;
+    const scale = camera.scale * ratio;
+    this.#context.fillStyle = ground;
+    this.#context.fillRect(0, 0, this.#canvas.width, this.#canvas.height);
+    this.#context.setTransform(scale, 0, 0, -scale, (width * ratio) / 2 - x * scale, (height * ratio) / 2 + y * scale);
+    this.#context.lineWidth = 1 / camera.scale;
+    this.#context.strokeStyle = ink;
+    const seen = camera.seen(0);
+    for (const { path, box } of this.#parts) {
+      if (box.x0 < seen.x1 && box.x1 > seen.x0 && box.y0 < seen.y1 && box.y1 > seen.y0) this.#context.stroke(path);
+    }
+  }
+}
+
+/** @param {readonly number[]} route x, y, x, y, … */
+function parts(route) {
+  const found = [];
+  for (let first = 0; first + 3 < route.length; first += POINTS_A_PATH * 2) {
+    const path = new Path2D();
+    const box = { x0: Infinity, y0: Infinity, x1: -Infinity, y1: -Infinity };
+    for (let at = first; at <= first + POINTS_A_PATH * 2 && at + 1 < route.length; at += 2) {
+      const [x, y] = [route[at], route[at + 1]];
+      path.lineTo(x, y);
+      box.x0 = Math.min(box.x0, x);
+      box.x1 = Math.max(box.x1, x);
+      box.y0 = Math.min(box.y0, y);
+      box.y1 = Math.max(box.y1, y);
+    }
+    found.push({ path, box });
+  }
+  return found;
+}
