@@ -32,8 +32,17 @@ impl Progress {
 
     /// So much more is done.
     pub(crate) fn add(&self, work: f64) {
+        self.change(|done| done + work);
+    }
+
+    /// So much is done.
+    pub(crate) fn set(&self, work: f64) {
+        self.change(|_| work);
+    }
+
+    fn change(&self, now: impl FnOnce(f64) -> f64) {
         let mut done = self.done.lock().expect("nothing panics under the lock");
-        *done += work;
+        *done = now(*done);
         if self.bar.is_hidden() && self.began.elapsed() > PATIENCE {
             self.bar.set_draw_target(ProgressDrawTarget::stderr());
         }

@@ -1,11 +1,14 @@
 //! `record`: the recorder's process, and the repair of what a killed one left.
 
+use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use bench_dragon::clock::{monotonic_ns, unix_minus_monotonic_ns};
-use bench_dragon::record::{Recorder, RecorderSettings, Repair, Size, SpaceWarning, repair, repair_folder};
+use bench_dragon::record::{
+    Recorder, RecorderSettings, Repair, Size, SpaceWarning, repair_folder, repair_with_progress,
+};
 use bench_dragon::report::{RecordLine, RecordSummary};
 use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{AlertSubscriber, BusError, Domain, Frame, FrameSubscriber};
@@ -16,6 +19,7 @@ use crate::command::description::Descriptions;
 use crate::command::follow::{Following, Next, open_when_there};
 use crate::command::output::{complain, print_json, print_line};
 use crate::command::parent::follow_parent;
+use crate::command::progress::Progress;
 
 const MEGABYTE: u64 = 1_000_000;
 /// How often it is looked at how much has been written, and at the disk's outlook.
@@ -64,7 +68,10 @@ fn check_sizes(args: &RecordArgs) -> Result<(), BadInput> {
 }
 
 fn repair_one(args: &RecordArgs) -> anyhow::Result<ExitCode> {
-    let Repair { path, frames, was_unfinished, skipped_bytes, kept } = repair(&args.file)?;
+    let bar = Progress::new("repairing", fs::metadata(&args.file).map_or(0, |metadata| metadata.len()) as f64);
+    let repaired = repair_with_progress(&args.file, |bytes| bar.set(bytes as f64));
+    drop(bar);
+    let Repair { path, frames, was_unfinished, skipped_bytes, kept } = repaired?;
     let done = if was_unfinished { "finished" } else { "was finished already" };
     match args.format.format {
         Format::Text => {

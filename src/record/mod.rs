@@ -58,7 +58,7 @@ pub use self::{
     interval_search::{IntervalSearch, NothingFound},
     progress::{Progress, Summary},
     reading::{Bookmark, Configuration, Flaws, FrameReader, ReadError, Recorded, RecordedFrame},
-    repair::{Repair, RepairError, repair, repair_folder},
+    repair::{Repair, RepairError, repair, repair_folder, repair_with_progress},
     settings::RecorderSettings,
     space::{DiskSpace, Size, SpaceWarning},
 };

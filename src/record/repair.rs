@@ -91,6 +91,14 @@ pub enum RepairError {
 /// # Errors
 /// See [`RepairError`]; the recording is then as it was.
 pub fn repair(path: &Path) -> Result<Repair, RepairError> {
+    repair_with_progress(path, |_| ())
+}
+
+/// As [`repair()`]; `progress` hears how many bytes of the old file are done, after each of its chunks.
+///
+/// # Errors
+/// As [`repair()`].
+pub fn repair_with_progress(path: &Path, progress: impl FnMut(u64)) -> Result<Repair, RepairError> {
     let read_error = |source| RepairError::Read { path: path.into(), source };
     let mut file = File::open(path).map_err(read_error)?;
     if !is_ours(&file).map_err(read_error)? {
@@ -107,7 +115,7 @@ pub fn repair(path: &Path) -> Result<Repair, RepairError> {
     file.rewind().map_err(read_error)?;
     // A link stays one: the file that it leads to is replaced.
     let target = path.canonicalize().map_err(read_error)?;
-    let (Copied { frames, skipped_bytes, .. }, kept) = replace_by_finished_copy(file, &target)?;
+    let (Copied { frames, skipped_bytes, .. }, kept) = replace_by_finished_copy(file, &target, progress)?;
     Ok(Repair { path: path.into(), frames, was_unfinished: true, skipped_bytes, kept })
 }
 
@@ -166,13 +174,17 @@ struct Copied {
 }
 
 /// Returns what was copied, and where the old file is kept.
-fn replace_by_finished_copy(file: File, path: &Path) -> Result<(Copied, Option<PathBuf>), RepairError> {
+fn replace_by_finished_copy(
+    file: File,
+    path: &Path,
+    progress: impl FnMut(u64),
+) -> Result<(Copied, Option<PathBuf>), RepairError> {
     let [copy, damaged] = [COPY_SUFFIX, DAMAGED_SUFFIX].map(|suffix| {
         let mut name = path.as_os_str().to_owned();
         name.push(suffix);
         PathBuf::from(name)
     });
-    let replaced = write_finished_copy(file, &copy).and_then(|copied| {
+    let replaced = write_finished_copy(file, &copy, progress).and_then(|copied| {
         let kept = copied.is_damaged.then_some(damaged);
         kept.as_ref().map_or(Ok(()), |damaged| fs::hard_link(path, damaged))?;
         fs::rename(&copy, path)?;
@@ -186,15 +198,20 @@ fn replace_by_finished_copy(file: File, path: &Path) -> Result<(Copied, Option<P
     })
 }
 
-fn write_finished_copy(damaged: File, copy: &Path) -> McapResult<Copied> {
+fn write_finished_copy(damaged: File, copy: &Path, mut progress: impl FnMut(u64)) -> McapResult<Copied> {
     let file = File::create(copy)?;
     file.set_permissions(damaged.metadata()?.permissions())?;
     let sink = NoSeek::new(BufWriter::with_capacity(BUFFER_BYTES, file.try_clone()?));
     let options = write_options(RecorderSettings::DEFAULT_COMPRESSION_LEVEL).chunk_size(Some(CHUNK_BYTES));
     let mut writer = options.create(sink)?;
     let mut records = Records::new(BufReader::with_capacity(BUFFER_BYTES, damaged));
+    let mut done_to = 0;
     while let Some(record) = records.next()? {
         copy_record(&mut writer, record)?;
+        if records.position() > done_to {
+            done_to = records.position();
+            progress(done_to);
+        }
     }
     let summary = writer.finish()?;
     file.sync_all()?;
