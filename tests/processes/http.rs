@@ -1,0 +1,29 @@
+//! The plainest HTTP client: one request, one reply.
+
+use std::io::{Read as _, Write as _};
+use std::net::{SocketAddr, TcpStream};
+
+/// What was answered.
+#[derive(Debug)]
+pub(crate) struct Reply {
+    pub(crate) status: u16,
+    /// First line and headers.
+    pub(crate) head: String,
+    pub(crate) body: String,
+}
+
+/// Asks for a path, as a client on the same machine does.
+pub(crate) fn get(address: SocketAddr, path: &str) -> Reply {
+    ask(address, "GET", path, &format!("Host: {address}\r\n"))
+}
+
+/// Sends a request with these headers, each with its end of line.
+pub(crate) fn ask(address: SocketAddr, method: &str, path: &str, headers: &str) -> Reply {
+    let mut stream = TcpStream::connect(address).expect("the program listens");
+    write!(stream, "{method} {path} HTTP/1.1\r\n{headers}Connection: close\r\n\r\n").expect("a request");
+    let mut text = String::new();
+    stream.read_to_string(&mut text).expect("a reply of text");
+    let (head, body) = text.split_once("\r\n\r\n").unwrap_or_else(|| panic!("a whole reply: {text}"));
+    let status = head.split(' ').nth(1).and_then(|status| status.parse().ok());
+    Reply { status: status.expect("a status"), head: head.to_lowercase(), body: body.to_owned() }
+}

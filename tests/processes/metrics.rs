@@ -1,0 +1,191 @@
+//! What a scraper is told of a show. What a stock client makes of it is in `tests/python/test_metrics.py`.
+
+use std::collections::BTreeMap;
+use std::ffi::OsStr;
+use std::fs;
+use std::net::SocketAddr;
+
+use rustix::process::Signal;
+use serde_json::{Value, json};
+
+use crate::eventually::eventually;
+use crate::http::{Reply, ask, get};
+use crate::process::{Ended, Process};
+use crate::python;
+use crate::reader::Reader;
+use crate::stage::Stage;
+
+/// Benches that come near, touch and part within three seconds; a reader that does not read loses frames of that.
+const SHOW: [&str; 10] =
+    ["--rate", "200", "--start-at", "410", "--until", "413", "--readers", "4", "--time-scale", "1"];
+
+/// A running exporter.
+struct Exporter {
+    process: Process,
+    address: SocketAddr,
+}
+
+impl Exporter {
+    fn start(stage: &Stage) -> Self {
+        let mut process = stage.start(&["metrics", "--listen", "127.0.0.1:0", "--format", "json"]);
+        let listening = process.json();
+        assert_eq!(listening["type"], "listening");
+        let address = listening["address"].as_str().and_then(|address| address.parse().ok()).expect("an address");
+        assert_eq!(listening["url"], format!("http://{address}/metrics"));
+        Self { process, address }
+    }
+
+    fn scrape(&self) -> String {
+        get(self.address, "/metrics").body
+    }
+
+    /// The first scrape that has samples of all these metrics.
+    fn scrape_with(&self, names: &[&str]) -> String {
+        let has = |text: &str, name: &str| text.lines().any(|line| line.starts_with(&format!("bench_dragon_{name}")));
+        eventually(|| Some(self.scrape()).filter(|text| names.iter().all(|name| has(text, name))))
+    }
+}
+
+fn assert_refused(reply: &Reply, status: u16) {
+    assert_eq!(reply.status, status, "{reply:?}");
+    assert_eq!(reply.body.lines().count(), 1, "{reply:?}");
+}
+
+#[test]
+fn a_stock_client_reads_of_a_finished_show_what_its_processes_say() {
+    let stage = Stage::new();
+    let exporter = Exporter::start(&stage);
+    let monitor = stage.start_waiting(&["monitor", "--format", "json"]);
+    let recorder = stage.start_waiting(&["record", "a.mcap", "--format", "json"]);
+    let server = stage.serve(&SHOW);
+    let mut slow = Reader::join(&stage);
+    slow.next();
+    let during =
+        exporter.scrape_with(&["forecast_contact_time", "clearance_meters", "reader_frames_total{reader=\"record"]);
+    let served = server.summary();
+    slow.read_unread();
+    let lost_by_slow = slow.lost();
+    assert!(lost_by_slow > 0, "six hundred frames are more than a reader's buffer holds");
+    drop(slow);
+    let recorded = recorder.terminate().expect_clean().last_json();
+    let monitored = monitor.terminate().expect_clean();
+    let watched = monitored.last_json();
+    fs::write(stage.path("during.prom"), during).expect("a file");
+    fs::write(stage.path("guarded.prom"), scrape_of_guarded_show()).expect("a file");
+    let expected = json!({
+        "run_id": served["run_id"],
+        "ticks": served["frames"],
+        "overruns": served["overruns"],
+        "show_time": served["sim_time_s"],
+        "alerts": alerts_by_kind(&monitored),
+        "lost": { "test": lost_by_slow, "record": recorded["lost"], "monitor": watched["lost"] },
+        "read": { "record": recorded["frames"], "monitor": watched["frames"] },
+        "bytes": { "record": recorded["bytes"] },
+    });
+    fs::write(stage.path("expected.json"), expected.to_string()).expect("a file");
+    let url = format!("http://{}/metrics", exporter.address);
+    let variables =
+        [("BENCH_DRAGON_METRICS", OsStr::new(&url)), ("BENCH_DRAGON_METRICS_FOLDER", stage.path(".").as_os_str())]
+            .map(|(name, value)| (name, value.to_owned()));
+    python::run("test_metrics.py", &variables.each_ref().map(|(name, value)| (*name, value.as_os_str())));
+    exporter.process.terminate().expect_clean();
+}
+
+/// Of a show without contact, that a guard watches over.
+fn scrape_of_guarded_show() -> String {
+    let stage = Stage::new();
+    fs::write(stage.path("stage.toml"), "[route]\nkind = \"turnaround\"\n").expect("a file");
+    let server = stage.serve(&["--config", "stage.toml", "--guarded", "--rate", "50"]);
+    let guard = stage.start(&["monitor", "--guard", "--format", "json"]);
+    let exporter = Exporter::start(&stage);
+    let scrape = exporter.scrape_with(&["forecast_free_time", "guard_granted_travel", "tick_duration_seconds_count"]);
+    for process in [exporter.process, guard] {
+        process.terminate().expect_clean();
+    }
+    server.stop();
+    scrape
+}
+
+fn alerts_by_kind(monitored: &Ended) -> BTreeMap<String, u64> {
+    let lines = monitored.json_lines();
+    let kinds = lines.iter().filter(|line| line["type"] == "alert").filter_map(|line| line["kind"].as_str());
+    let mut counts = BTreeMap::new();
+    for kind in kinds {
+        *counts.entry(kind.to_owned()).or_default() += 1;
+    }
+    assert!(counts.contains_key("contact"), "{counts:?}");
+    counts
+}
+
+#[test]
+fn a_server_that_ends_and_comes_back_is_seen_by_scrapers_that_stay() {
+    let stage = Stage::new();
+    let exporter = Exporter::start(&stage);
+    let holds = |line: &str| exporter.scrape().lines().any(|told| told == line);
+    let until = |line: &str| eventually(|| holds(line).then_some(()));
+    assert!(holds("bench_dragon_up 0"), "there is no server yet");
+    let first = stage.serve(&["--rate", "50"]);
+    until("bench_dragon_up 1");
+    first.stop();
+    until("bench_dragon_up 0");
+    let second = stage.serve(&["--rate", "50"]);
+    until("bench_dragon_up 1");
+    until("bench_dragon_source_restarts_total 1");
+    let info =
+        format!("bench_dragon_run_info{{version=\"{}\",run_id=\"{}\"}} 1", env!("CARGO_PKG_VERSION"), second.run_id);
+    until(&info);
+    second.process.signal(Signal::STOP);
+    until("bench_dragon_up 0");
+    second.process.signal(Signal::CONT);
+    until("bench_dragon_up 1");
+    exporter.process.signal(Signal::INT);
+    exporter.process.end().expect_clean();
+    second.stop();
+}
+
+#[test]
+fn there_is_nothing_but_metrics_and_nothing_for_pages_of_elsewhere() {
+    let stage = Stage::new();
+    let mut process = stage.start(&["metrics", "--listen", "127.0.0.1:0", "--allow-host", "booth.example"]);
+    let told = process.next_line().expect("where it listens");
+    let address = told.strip_prefix("listening on http://").and_then(|rest| rest.strip_suffix("/metrics"));
+    let address: SocketAddr = address.and_then(|address| address.parse().ok()).unwrap_or_else(|| panic!("{told}"));
+    let metrics = get(address, "/metrics");
+    assert_eq!(metrics.status, 200);
+    assert!(metrics.head.contains("content-type: text/plain; version=0.0.4"), "{}", metrics.head);
+    let front = get(address, "/");
+    assert_eq!((front.status, front.body.as_str()), (200, "The metrics are at /metrics\n"));
+    assert_refused(&get(address, "/page"), 404);
+    assert_refused(&ask(address, "POST", "/metrics", &format!("Host: {address}\r\nContent-Length: 0\r\n")), 405);
+    assert_refused(&ask(address, "GET", "/metrics", "Host: evil.example\r\n"), 403);
+    let foreign = format!("Host: {address}\r\nOrigin: http://evil.example\r\n");
+    assert_refused(&ask(address, "GET", "/metrics", &foreign), 403);
+    assert_eq!(ask(address, "GET", "/metrics", "Host: booth.example:9223\r\n").status, 200);
+    let taken = stage.run(&["metrics", "--listen", &address.to_string()]);
+    assert_eq!((taken.code(), taken.stderr.lines().count()), (Some(1), 1), "{}", taken.stderr);
+    assert!(taken.stderr.starts_with(&format!("error: cannot listen on {address}: ")), "{}", taken.stderr);
+    let bad = stage.run(&["metrics", "--listen", "9223"]);
+    assert_eq!((bad.code(), bad.stderr.lines().count()), (Some(2), 1), "{}", bad.stderr);
+    process.terminate().expect_clean();
+}
+
+#[test]
+fn a_view_tells_the_same_metrics() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "50"]);
+    let mut view = stage.start(&["view", "--listen", "127.0.0.1:0", "--format", "json"]);
+    let listening: Value = view.json();
+    let address = listening["address"].as_str().and_then(|address| address.parse().ok()).expect("an address");
+    eventually(|| get(address, "/metrics").body.contains("\nbench_dragon_up 1\n").then_some(()));
+    let names = |text: &str| -> Vec<String> {
+        text.lines().filter_map(|line| Some(line.strip_prefix("# TYPE ")?.to_owned())).collect()
+    };
+    let exporter = Exporter::start(&stage);
+    let settled = ["forecast_contact_time", "tick_lateness", "reader_frames_total{reader=\"metrics"];
+    let wanted = names(&exporter.scrape_with(&settled));
+    eventually(|| (names(&get(address, "/metrics").body) == wanted).then_some(()));
+    for process in [exporter.process, view] {
+        process.terminate().expect_clean();
+    }
+    server.stop();
+}
