@@ -60,6 +60,7 @@ mod system_calls;
 mod timecode;
 mod turnaround;
 mod view;
+mod view_page;
 mod wall_clock;
 #[cfg(feature = "zenoh")]
 mod zenoh;

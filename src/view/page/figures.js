@@ -34,7 +34,7 @@ function writeClearance(show) {
   write(html('least'), least === null ? '' : `least ${format.millimetres(least.clearance_m)} at ${format.showTime(least.time_s)} s`);
   clearanceFigure.dataset.level = level(nearest?.clearance_m, run?.near_m);
   clearanceFigure.dataset.clearanceM = String(nearest?.clearance_m ?? '');
-  clearanceFigure.dataset.benches = nearest === null ? '' : nearest.benches.join(' ');
+  clearanceFigure.dataset.nearest = nearest === null ? '' : nearest.benches.join(' ');
   clearanceFigure.dataset.tick = String(frame?.tick ?? '');
 }
 

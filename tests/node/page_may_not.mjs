@@ -1,0 +1,31 @@
+// What a page without the token may do, and one of a view that takes no commands.
+//
+//     node page_may_not.mjs URL READ-ONLY-URL
+
+import { expect, openPage, reads, say, stands, withBrowser } from './browser.mjs';
+
+const [address, readOnlyAddress] = process.argv.slice(2);
+
+await withBrowser(async (browser) => {
+  const { page, complaints } = await openPage(browser, address.replace(/#.*/, ''));
+  await stands(page, 'running');
+  await reads(page, '#reply', /open the address that bench-dragon view printed/);
+  const enabled = await page.$$eval('#controls button, #controls input', (all) => all.filter((one) => !one.disabled).length);
+  expect(enabled === 0, `${enabled} controls are enabled without a token`);
+  await page.keyboard.press('h');
+  await page.keyboard.press('Space');
+  expect(complaints.length === 0, complaints.join('\n'));
+
+  const wrong = await openPage(browser, address.replace(/token=.*/, 'token=00000000000000000000000000000000'));
+  await stands(wrong.page, 'running');
+  expect(await wrong.page.isDisabled('#hold'), 'a wrong token steers');
+
+  const readOnly = await openPage(browser, readOnlyAddress);
+  await stands(readOnly.page, 'running');
+  expect((await readOnly.page.$$('#controls')).length === 0, 'a page of a read-only view has controls');
+  await readOnly.page.keyboard.press('h');
+  await readOnly.page.keyboard.press('?');
+  expect(await readOnly.page.isHidden('#shortcuts .control >> nth=0'), 'it lists keys that do nothing');
+  expect(readOnly.complaints.length === 0, readOnly.complaints.join('\n'));
+  say({ type: 'passed' });
+});

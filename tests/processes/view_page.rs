@@ -1,0 +1,246 @@
+//! The view's page in Chromium, against the bus. The scenarios are in `tests/node`.
+
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use bench_dragon::config::Config;
+use bench_dragon::dragon::{ClearanceSearch, PairClearance};
+use bench_dragon_ipc::ShowState;
+use glam::DVec2;
+use serde_json::{Value, json};
+
+use crate::process::Process;
+use crate::reader::{Reader, Shot};
+use crate::skip::skip;
+use crate::stage::Stage;
+
+/// Before the middle of the show, so that the page has a forecast and nothing touches.
+const SHOW: [&str; 4] = ["--rate", "100", "--start-at", "200"];
+
+/// What the scenarios need of this machine. One at a time: a browser is many processes.
+#[derive(Debug)]
+struct Browser {
+    node: PathBuf,
+    chromium: PathBuf,
+    _alone: MutexGuard<'static, ()>,
+}
+
+/// A view and its page's address.
+#[derive(Debug)]
+struct View {
+    process: Process,
+    url: String,
+    address: String,
+}
+
+impl Browser {
+    /// Says why where there is none.
+    fn find() -> Option<Self> {
+        static ALONE: Mutex<()> = Mutex::new(());
+        let node = env::var_os("BENCH_DRAGON_NODE").map(PathBuf::from);
+        let Some(node) = node.filter(|folder| folder.join("node_modules/playwright-core").exists()) else {
+            skip("tests/run has not installed the packages of tests/node");
+            return None;
+        };
+        let programs = ["chromium", "chromium-browser", "google-chrome"];
+        let folders: Vec<PathBuf> = env::var_os("PATH").map(|path| env::split_paths(&path).collect()).unwrap_or_default();
+        let mut found = programs.iter().flat_map(|program| folders.iter().map(move |folder| folder.join(program)));
+        let Some(chromium) = found.find(|path| path.exists()) else {
+            skip("there is no Chromium");
+            return None;
+        };
+        Some(Self { node, chromium, _alone: ALONE.lock().unwrap_or_else(PoisonError::into_inner) })
+    }
+
+    /// Starts a scenario.
+    fn play(&self, scenario: &str, args: &[&str]) -> Process {
+        let mut command = Command::new("node");
+        command.arg(format!("tests/node/{scenario}")).args(args).current_dir(env!("CARGO_MANIFEST_DIR"));
+        command.env("BENCH_DRAGON_NODE", &self.node).env("BENCH_DRAGON_CHROMIUM", &self.chromium);
+        Process::start(command)
+    }
+}
+
+impl View {
+    fn start(stage: &Stage, args: &[&str]) -> Self {
+        let mut process = stage.start(&[&["view", "--format", "json"], args].concat());
+        let listening = process.json();
+        let text = |key: &str| listening[key].as_str().unwrap_or_else(|| panic!("{listening}")).to_owned();
+        Self { url: text("url"), address: text("address"), process }
+    }
+
+    fn of(stage: &Stage) -> Self {
+        Self::start(stage, &["--listen", "127.0.0.1:0"])
+    }
+}
+
+#[test]
+fn the_page_draws_the_dragon_where_it_is_and_shows_the_buss_clearance() {
+    let Some(browser) = Browser::find() else { return };
+    let stage = Stage::new();
+    let server = stage.serve(&SHOW);
+    let view = View::of(&stage);
+    let pixels = stage.path("plan.rgba");
+    let mut page = browser.play("page_draws.mjs", &[&view.url, &pixels.display().to_string()]);
+    let picture = page.json();
+    let shot = paused_shot(&stage);
+    let nearest = nearest_pair(&shot);
+    assert_eq!(picture["benches"], shot.header.bench_count);
+    assert_eq!(picture["clearance_m"], nearest.clearance_m, "at tick {}", shot.header.tick);
+    assert_eq!(picture["nearest"], json!(nearest.benches));
+    assert_eq!(picture["read"], format!("{:.1}", nearest.clearance_m * 1e3));
+    assert_is_drawn(&picture, &pixels, &shot);
+
+    let bench = page.json();
+    let [front, rear] = [17, 18].map(|handle| DVec2::from_slice(&shot.handles[handle].position_m));
+    let (centre, heading) = ((front + rear) / 2.0, (front - rear).to_angle().to_degrees());
+    let details = [
+        "of the body".to_owned(),
+        format!("{:.3}, {:.3} m", centre.x, centre.y).replace('-', "−"),
+        format!("{heading:.1}°").replace('-', "−"),
+        "0.000 m/s".to_owned(),
+    ];
+    assert_eq!(bench["details"], json!(details));
+    page.end().expect_clean();
+    view.process.terminate().expect_clean();
+    server.stop();
+}
+
+#[test]
+fn every_control_works_by_button_and_by_key() {
+    let Some(browser) = Browser::find() else { return };
+    let stage = Stage::new();
+    let server = stage.serve(&SHOW);
+    let mut reader = Reader::join(&stage);
+    let view = View::of(&stage);
+    let mut page = browser.play("page_steers.mjs", &[&view.url]);
+    for state in ["paused", "running", "paused", "running", "held", "held", "held"] {
+        let line = page.json();
+        assert_eq!(line["type"], state, "{line}");
+        reader.read_until(|header| header.show_state().is_some_and(|now| now.name() == state));
+    }
+    assert_eq!(page.json()["type"], "released");
+    reader.read_until(|header| header.show_state() != Some(ShowState::Held));
+
+    let proposed_s = page.json()["time_s"].as_f64().expect("a time");
+    let before = reader.read_unread();
+    assert!(before.iter().all(|shot| (shot.header.sim_time_s() - proposed_s).abs() > 0.5), "to look at a time seeks it");
+    let sought_s = page.json()["time_s"].as_f64().expect("a time");
+    reader.read_until(|header| (sought_s..sought_s + 60.0).contains(&header.sim_time_s()));
+    assert_eq!(page.json()["type"], "speed");
+    page.end().expect_clean();
+    view.process.terminate().expect_clean();
+    server.stop();
+}
+
+#[test]
+fn a_lost_server_and_a_lost_view_are_told_apart_and_found_again() {
+    let Some(browser) = Browser::find() else { return };
+    let stage = Stage::new();
+    let server = stage.serve(&SHOW);
+    let view = View::of(&stage);
+    let address = view.address.clone();
+    let mut page = browser.play("page_loses.mjs", &[&view.url]);
+    assert_eq!(page.json()["type"], "kill the server");
+    server.process.kill();
+    let lost = page.json();
+    assert_eq!(lost["type"], "start a server");
+    println!("a killed server was shown {} ms after its last frame", lost["shown_after_ms"]);
+    let server = stage.serve(&SHOW);
+
+    assert_eq!(page.json()["type"], "kill the view");
+    view.process.kill();
+    let lost = page.json();
+    assert_eq!(lost["type"], "start a view");
+    println!("a killed view was shown {} ms after its last frame", lost["shown_after_ms"]);
+    let view = View::start(&stage, &["--listen", &address]);
+    assert_eq!(page.json()["type"], "end the view");
+    view.process.terminate().expect_clean();
+    assert_eq!(page.json()["type"], "seen");
+    page.end().expect_clean();
+    server.stop();
+}
+
+#[test]
+fn the_page_is_accessible_on_a_desk_in_the_dark_and_on_a_phone() {
+    let Some(browser) = Browser::find() else { return };
+    let stage = Stage::new();
+    let server = stage.serve(&SHOW);
+    let monitor = stage.start(&["monitor"]);
+    let view = View::of(&stage);
+    let mut page = browser.play("page_is_accessible.mjs", &[&view.url]);
+    println!("axe-core: {}", page.json()["rules"]);
+    page.end().expect_clean();
+    view.process.terminate().expect_clean();
+    monitor.terminate();
+    server.stop();
+}
+
+#[test]
+fn without_the_token_or_read_only_the_page_shows_and_does_not_steer() {
+    let Some(browser) = Browser::find() else { return };
+    let stage = Stage::new();
+    let server = stage.serve(&SHOW);
+    let views = [View::of(&stage), View::start(&stage, &["--listen", "127.0.0.1:0", "--read-only"])];
+    let page = browser.play("page_may_not.mjs", &[&views[0].url, &views[1].url]);
+    assert_eq!(page.end().expect_clean().last_json()["type"], "passed");
+    let shot = Reader::join(&stage).next();
+    assert_eq!(shot.state(), ShowState::Running, "nobody could steer");
+    views.map(|view| view.process.terminate().expect_clean());
+    server.stop();
+}
+
+#[test]
+fn the_pages_modules_are_what_their_types_say() {
+    let Some(Browser { node, .. }) = Browser::find() else { return };
+    let mut command = Command::new("node");
+    command.arg(node.join("node_modules/typescript/bin/tsc")).args(["--project", "tests/node/tsconfig.json"]);
+    command.current_dir(env!("CARGO_MANIFEST_DIR"));
+    let ended = Process::start(command).end();
+    assert_eq!(ended.code(), Some(0), "{}", ended.stdout);
+}
+
+/// A frame of a show that stands.
+fn paused_shot(stage: &Stage) -> Shot {
+    let mut reader = Reader::join(stage);
+    let mut shots = reader.read_until(|header| header.show_state() == Some(ShowState::Paused));
+    shots.pop().expect("one at least")
+}
+
+/// The nearest pair of a frame of the paper's dragon.
+fn nearest_pair(shot: &Shot) -> PairClearance {
+    let config = Config::from_toml("").expect("the paper's dragon");
+    let mut boards = Vec::new();
+    let position = |handle: &bench_dragon_ipc::HandleState| DVec2::from_slice(&handle.position_m);
+    config.dragon().place_boards_at(&shot.handles, position, &mut boards);
+    ClearanceSearch::default().nearest(&boards).expect("more than two benches")
+}
+
+/// Fails unless there is wood in the middle of the benches, the head is another colour, and the corners are empty.
+fn assert_is_drawn(picture: &Value, pixels: &Path, shot: &Shot) {
+    let bytes = fs::read(pixels).expect("the scenario has written them");
+    let number = |key: &str| picture[key].as_u64().unwrap_or_else(|| panic!("{picture}")) as usize;
+    let (width, height) = (number("width"), number("height"));
+    assert_eq!(bytes.len(), width * height * 4);
+    let at = |x: usize, y: usize| json!(bytes[(y * width + x) * 4..][..3]);
+    let camera: Vec<f64> = picture["camera"].as_array().expect("three").iter().filter_map(Value::as_f64).collect();
+    let [x_m, y_m, scale] = camera[..] else { panic!("{picture}") };
+    let colour_of = |bench: usize| {
+        let [front, rear] = [bench, bench + 1].map(|handle| DVec2::from_slice(&shot.handles[handle].position_m));
+        let centre = (front + rear) / 2.0;
+        let x = width as f64 / 2.0 + (centre.x - x_m) * scale;
+        let y = height as f64 / 2.0 - (centre.y - y_m) * scale;
+        at(x as usize, y as usize)
+    };
+    let benches = shot.header.bench_count as usize;
+    let wooden = (1..benches).filter(|&bench| colour_of(bench) == picture["wood"]).count();
+    // Some lie under the mark of the nearest pair and its label.
+    assert!(wooden > benches - 20, "{wooden} of {benches} are where they should be");
+    assert_eq!(colour_of(0), picture["head"]);
+    for (x, y) in [(1, height / 2), (width - 2, height / 2), (width / 2, 1)] {
+        assert_eq!(at(x, y), picture["ground"], "at {x}, {y}");
+    }
+}
