@@ -22,6 +22,8 @@ const HINGES_FROM_PX = 11;
 /** Boards in one path: the cost of filling a path grows faster than its length. */
 const BOARDS_A_PATH = 16;
 const SCALE_BAR_PX = 130;
+/** What the buttons at the right take of the plan. */
+const LENSES_PX = 72;
 
 export class Plan {
   #canvas;
@@ -197,7 +199,7 @@ export class Plan {
     context.font = font(650, 15);
     const [wide, high] = [context.measureText(text).width + 18, 27];
     // Up and to the right of the ring, or to the left where the screen ends.
-    const isRight = x + radius + 22 + wide < this.#camera.width;
+    const isRight = x + radius + 22 + wide < this.#camera.width - LENSES_PX;
     const [fromX, fromY] = [x + (isRight ? 1 : -1) * radius * Math.SQRT1_2, y - radius * Math.SQRT1_2];
     const [atX, atY] = [fromX + (isRight ? 14 : -14 - wide), Math.max(fromY - 14 - high / 2, 4)];
     context.beginPath();

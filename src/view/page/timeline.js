@@ -15,12 +15,15 @@ const LEFT_PX = 34;
 const RIGHT_PX = 14;
 const TOP_PX = 22;
 const BOTTOM_PX = 22;
+/** Room for a flag beside its line. */
+const FLAG_PX = 110;
+const FLAG_ROW_PX = 17;
 /** The chart's range where nothing was outside it. */
 const MOST_M = 0.2;
 const LEAST_M = -0.004;
 const LEVELS_M = [0.2, 0.1, 0.05, 0.02, 0];
 const TICKS = [1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400];
-const TICK_PX = 90;
+const TICK_PX = 64;
 
 export class Timeline {
   #area = element('timeline-area', HTMLElement);
@@ -88,8 +91,8 @@ export class Timeline {
     this.#drawLevels(levels, run);
     this.#drawTimes(run);
     if (show.chart !== null) this.#drawClearance(show.chart, levels, run);
-    this.#drawEvents(show);
     this.#drawNow(show);
+    this.#drawEvents(show);
     this.#drawChosen();
     this.#writeReading(show, run);
   }
@@ -197,8 +200,11 @@ export class Timeline {
     context.setLineDash([4, 3]);
     line(context, x, TOP_PX - 4, x, this.#height - BOTTOM_PX);
     context.setLineDash([]);
-    const isAtEnd = x > this.#width - 110 && (frame === null || x - this.#x(frame.time_s) > 150);
-    this.#drawFlag(`contact ${format.fixed(status.outlook.time_s, 1)}`, x, this.#palette.contact, this.#palette.panel, isAtEnd ? 0 : 1);
+    // To the left where there is room before the flag of now, else under that one.
+    const left_px = frame === null ? x : x - this.#x(frame.time_s);
+    const isAtEnd = x > this.#width - FLAG_PX;
+    const row = isAtEnd && left_px < FLAG_PX ? 1 : 0;
+    this.#drawFlag(`contact ${format.fixed(status.outlook.time_s, 1)}`, x, this.#palette.contact, this.#palette.panel, { isLeft: isAtEnd, row });
   }
 
   /** @param {Show} show */
@@ -210,7 +216,7 @@ export class Timeline {
     context.strokeStyle = this.#palette.ink;
     context.lineWidth = 2;
     line(context, x, TOP_PX - 6, x, this.#height - BOTTOM_PX);
-    this.#drawFlag(`now ${format.fixed(frame.time_s, 1)}`, x, this.#palette.ink, this.#palette.panel, x < LEFT_PX + 80 ? 1 : 0);
+    this.#drawFlag(`now ${format.fixed(frame.time_s, 1)}`, x, this.#palette.ink, this.#palette.panel, { isLeft: x > FLAG_PX, row: 0 });
   }
 
   #drawChosen() {
@@ -233,23 +239,24 @@ export class Timeline {
   }
 
   /**
-   * A small flag on top of a line: to its right (1) or to its left (0), inside the picture.
-   * @param {string} text @param {number} x @param {string} ground @param {string} ink @param {number} side
+   * A small flag on a line, in the first or the second row, inside the picture.
+   * @param {string} text @param {number} x @param {string} ground @param {string} ink @param {{isLeft: boolean, row: number}} place
    */
-  #drawFlag(text, x, ground, ink, side) {
+  #drawFlag(text, x, ground, ink, { isLeft, row }) {
     const { context } = this.#screen;
     context.font = font(650, 11);
     const wide = context.measureText(text).width + 12;
-    const wished = side === 1 ? x - 1 : x - wide + 1;
+    const wished = isLeft ? x - wide + 1 : x - 1;
+    const top = 1 + row * FLAG_ROW_PX;
     const left = Math.min(Math.max(wished, 2), this.#width - wide - 2);
     context.fillStyle = ground;
     context.beginPath();
-    context.roundRect(left, 1, wide, 16, 4);
+    context.roundRect(left, top, wide, 16, 4);
     context.fill();
     context.fillStyle = ink;
     context.textAlign = 'center';
     context.textBaseline = 'middle';
-    context.fillText(text, left + wide / 2, 9.5);
+    context.fillText(text, left + wide / 2, top + 8.5);
   }
 
   /** @param {Show} show @param {Run} run */

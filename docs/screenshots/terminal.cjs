@@ -1,0 +1,75 @@
+// A terminal's screen as a page: what `tmux capture-pane -e` prints, in cells.
+'use strict';
+
+const COLOURS = [
+  '#1c2227', '#ff6b5f', '#5fd3a0', '#f2b544', '#6ba8f5', '#c48be0', '#4fd1c5', '#d6dde2',
+  '#7d8a94', '#ff8f85', '#86e5bb', '#ffcf70', '#93c2ff', '#dcaef2', '#83e6dc', '#ffffff',
+];
+const [INK, GROUND] = ['#d6dde2', '#0d1216'];
+
+/** The page's HTML. */
+exports.terminalPage = (screen) => {
+  const rows = screen.replace(/\n$/, '').split('\n').map(row);
+  return `<!DOCTYPE html><meta charset="utf-8"><style>
+    body { margin: 0; background: transparent; }
+    div { display: inline-block; padding: 16px 20px; border-radius: 12px; background: ${GROUND}; color: ${INK}; font: 15px/20px "DejaVu Sans Mono", monospace; }
+    p { margin: 0; height: 20px; white-space: pre; }
+    i { display: inline-block; width: 9.03px; height: 20px; font-style: normal; vertical-align: top; overflow: visible; }
+    i.wide { overflow: hidden; font-family: "DejaVu Sans"; font-size: 12.4px; }
+  </style><div>${rows.join('')}</div>`;
+};
+
+function row(text) {
+  let [style, html] = [plain(), ''];
+  for (const [, codes, character] of text.matchAll(/\x1b\[([\d;]*)m|([^\x1b])/gu)) {
+    if (character === undefined) style = turned(style, codes.split(';').map(Number));
+    else html += cell(character, style);
+  }
+  return `<p>${html}</p>`;
+}
+
+const plain = () => ({ ink: INK, ground: null, isBold: false, isFaint: false, isReversed: false });
+
+/** The style after a sequence that sets what is drawn. */
+function turned(before, codes) {
+  let style = { ...before };
+  for (let at = 0; at < codes.length; at += 1) {
+    const code = codes[at];
+    if (code === 0) style = plain();
+    else if (code === 1) style.isBold = true;
+    else if (code === 2) style.isFaint = true;
+    else if (code === 7) style.isReversed = true;
+    else if (code === 22) Object.assign(style, { isBold: false, isFaint: false });
+    else if (code === 27) style.isReversed = false;
+    else if (code === 39) style.ink = INK;
+    else if (code === 49) style.ground = null;
+    else if (code === 38 || code === 48) {
+      const [colour, taken] = extended(codes.slice(at + 1));
+      style[code === 38 ? 'ink' : 'ground'] = colour;
+      at += taken;
+    } else if (code >= 30 && code < 38) style.ink = COLOURS[code - 30];
+    else if (code >= 40 && code < 48) style.ground = COLOURS[code - 40];
+    else if (code >= 90 && code < 98) style.ink = COLOURS[code - 82];
+    else if (code >= 100 && code < 108) style.ground = COLOURS[code - 92];
+  }
+  return style;
+}
+
+/** A colour of 256 or of all, and how many numbers it took. */
+function extended([kind, ...values]) {
+  if (kind === 2) return [`rgb(${values.slice(0, 3).join()})`, 4];
+  const index = values[0];
+  if (index < 16) return [COLOURS[index], 2];
+  if (index >= 232) return [`rgb(${Array(3).fill(8 + 10 * (index - 232)).join()})`, 2];
+  const level = (step) => (step === 0 ? 0 : 55 + 40 * step);
+  const cube = index - 16;
+  return [`rgb(${[Math.floor(cube / 36), Math.floor(cube / 6) % 6, cube % 6].map(level).join()})`, 2];
+}
+
+function cell(character, { ink, ground, isBold, isFaint, isReversed }) {
+  const [front, back] = isReversed ? [ground ?? GROUND, ink] : [ink, ground];
+  const look = [`color:${front}`, back === null ? '' : `background:${back}`, isBold ? 'font-weight:700' : '', isFaint ? 'opacity:.65' : ''];
+  const isBraille = character >= '\u2800' && character <= '\u28ff';
+  const escaped = character.replace(/[&<]/g, (one) => (one === '&' ? '&amp;' : '&lt;'));
+  return `<i${isBraille ? ' class="wide"' : ''} style="${look.filter(Boolean).join(';')}">${escaped}</i>`;
+}
