@@ -1,7 +1,6 @@
 //! Stderr, which waits while something else is drawn on the terminal that it leads to.
 
 use std::io::{self, Write};
-use std::mem;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// So many bytes wait at most; what comes after them is left out.
@@ -37,7 +36,7 @@ impl Write for HeldStderr {
                 Ok(bytes.len())
             }
             None => {
-                mem::drop(waiting);
+                drop(waiting);
                 io::stderr().write(bytes)
             }
         }

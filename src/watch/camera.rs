@@ -152,3 +152,64 @@ pub(super) fn head(still: &Still) -> Option<DVec2> {
     let [x, y, _] = still.handles.first()?.position_m;
     Some(DVec2::new(x, y))
 }
+
+#[cfg(test)]
+mod tests {
+    use bench_dragon_ipc::ShowState;
+
+    use super::*;
+    use crate::watch::sample::scene;
+
+    #[test]
+    fn a_metre_is_as_long_on_either_axis_and_all_of_the_route_is_seen() {
+        let scene = scene(ShowState::Running, 100.0);
+        let all = Extent::of(&scene).expect("a run");
+        for (glyphs, cell) in [(Glyphs::Braille, [2.0, 4.0]), (Glyphs::Blocks, [1.0, 2.0])] {
+            for (width, height) in [(49, 21), (153, 57), (40, 7), (3, 30), (1, 1)] {
+                let area = Rect::new(0, 0, width, height);
+                let window = Camera::default().window(area, glyphs, &scene).expect("there is something to see");
+                let size = window.extent.high - window.extent.low;
+                // Dots are as far apart across as they are up: a cell is twice as high as wide, and so are its dots more.
+                let across = f64::from(width) * cell[0] - 1.0;
+                let up = f64::from(height) * cell[1] - 1.0;
+                if across > 0.0 && up > 0.0 {
+                    let ratio = (size.x / across) / (size.y / up);
+                    assert!((ratio - 1.0).abs() < 1e-12, "{glyphs:?} {width} by {height}: {ratio}");
+                }
+                if width > 1 && height > 1 {
+                    assert!(window.extent.low.cmple(all.low).all() && window.extent.high.cmpge(all.high).all());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_longer_followed_stays_in_view() {
+        let (before, after) = (scene(ShowState::Running, 100.0), scene(ShowState::Running, 130.0));
+        let area = Rect::new(0, 0, 49, 21);
+        let mut camera = Camera::default();
+        camera.press(KeyCode::Char('f'), &before);
+        let followed = camera.window(area, Glyphs::Braille, &before);
+        camera.press(KeyCode::Char('f'), &before);
+        assert_eq!(camera.window(area, Glyphs::Braille, &after), followed);
+    }
+
+    #[test]
+    fn zoom_and_arrows_come_back_to_all_of_the_route() {
+        let scene = scene(ShowState::Running, 100.0);
+        let mut camera = Camera::default();
+        for code in [KeyCode::Char('z'), KeyCode::Char(']'), KeyCode::Left, KeyCode::Up] {
+            let before = camera;
+            assert!(camera.press(code, &scene));
+            assert_ne!(camera, before);
+        }
+        for code in [KeyCode::Right, KeyCode::Down, KeyCode::Char('x'), KeyCode::Char('[')] {
+            camera.press(code, &scene);
+        }
+        assert!((camera.zoom - 1.0).abs() < 1e-12 && camera.offset.length() < 1e-12, "{camera:?}");
+        (0..100).for_each(|_| assert!(camera.press(KeyCode::Char('z'), &scene)));
+        assert_eq!(camera.zoom, *ZOOM.end());
+        camera.press(KeyCode::Char('0'), &scene);
+        assert_eq!(camera, Camera::default());
+    }
+}

@@ -53,3 +53,168 @@ fn draw_strip(frame: &mut Frame<'_>, area: Rect, scene: &Scene, screen: &Screen)
     lines.extend(alerts::newest(scene, screen.look()));
     frame.render_widget(Paragraph::new(lines), area);
 }
+
+#[cfg(test)]
+mod tests {
+    use bench_dragon_ipc::ShowState;
+    use ratatui::Terminal;
+    use ratatui::backend::TestBackend;
+    use ratatui::buffer::Buffer;
+    use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+    use ratatui::style::Color;
+
+    use super::*;
+    use crate::observe::Link;
+    use crate::watch::sample::scene;
+    use crate::watch::{Glyphs, Look, Theme};
+
+    const GLYPHS: [Glyphs; 3] = [Glyphs::Braille, Glyphs::Blocks, Glyphs::Ascii];
+
+    fn screen(look: Look, keys: &str, scene: &Scene) -> Screen {
+        let mut screen = Screen::new("dragon", look, false);
+        screen.see(scene);
+        for key in keys.chars() {
+            screen.press(KeyEvent::new(KeyCode::Char(key), KeyModifiers::NONE), scene);
+        }
+        screen
+    }
+
+    fn drawn(scene: &Scene, screen: &Screen, width: u16, height: u16) -> Buffer {
+        let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("memory");
+        terminal.draw(|frame| draw(frame, scene, screen)).expect("memory takes it");
+        terminal.backend().buffer().clone()
+    }
+
+    fn rows(buffer: &Buffer) -> Vec<String> {
+        let width = usize::from(buffer.area.width);
+        let symbols = |row: &[ratatui::buffer::Cell]| row.iter().map(ratatui::buffer::Cell::symbol).collect();
+        buffer.content.chunks(width.max(1)).map(symbols).collect()
+    }
+
+    fn text(scene: &Scene, screen: &Screen, width: u16, height: u16) -> String {
+        rows(&drawn(scene, screen, width, height)).join("\n")
+    }
+
+    fn links() -> [Link; 5] {
+        let age_ns = 3_200_000_000;
+        let reason = "the bus cannot be read".to_owned();
+        [Link::Live, Link::Waiting, Link::Silent { age_ns }, Link::Gone { age_ns }, Link::Failed { reason }]
+    }
+
+    #[test]
+    fn a_screen_of_80_by_24_has_all_that_a_show_is_watched_for() {
+        let scene = scene(ShowState::Running, 300.0);
+        let text = text(&scene, &screen(Look::default(), "", &scene), 80, 24);
+        for told in [
+            "RUNNING",
+            "t 300.000 s",
+            "1.000 m/s",
+            "\u{d7} 20",
+            "dragon",
+            "live",
+            "0.120694 m",
+            "benches 0 and 10",
+            "at 412.474 s",
+            "in 112.5 s, 0 and 8",
+            "2 alerts",
+            "near      0-11",
+            "space pause",
+            "q quit",
+        ] {
+            assert!(text.contains(told), "{told} is missing in\n{text}");
+        }
+        let dots = text.chars().filter(|symbol| ('\u{2801}'..='\u{28ff}').contains(symbol)).count();
+        assert!(dots > 300, "{dots} cells with dots in\n{text}");
+        let [near, restarted] = ["near ", "restarted"].map(|kind| text.find(kind).expect("both alerts are shown"));
+        assert!(near < restarted, "the newest comes first in\n{text}");
+    }
+
+    #[test]
+    fn every_size_is_drawn_on_whatever_is_shown() {
+        let widths = (0..6).chain([13, 30, 40, 63, 64, 80, 200]);
+        for (width, height) in widths.flat_map(|width| (0..6).chain([9, 12, 24, 60]).map(move |height| (width, height)))
+        {
+            for link in links() {
+                let scene = Scene { link, ..scene_of_few() };
+                for (glyphs, keys) in GLYPHS.into_iter().zip(["s12", "?", "f"]) {
+                    let look = Look { glyphs, theme: Theme::Coloured };
+                    drawn(&scene, &screen(look, keys, &scene), width, height);
+                }
+            }
+            drawn(&Scene::default(), &screen(Look::default(), "", &Scene::default()), width, height);
+        }
+    }
+
+    /// The first benches alone, without a description: drawn quickly.
+    fn scene_of_few() -> Scene {
+        let mut scene = scene(ShowState::Running, 12.0);
+        let mut still = (**scene.frame.as_ref().expect("a frame")).clone();
+        still.handles.truncate(9);
+        scene.frame = Some(std::sync::Arc::new(still));
+        scene.run = None;
+        scene
+    }
+
+    #[test]
+    fn a_source_that_says_nothing_is_told_across_the_plan_and_in_the_first_line() {
+        let words = ["WAITING", "SILENT", "LOST", "FAILED"];
+        for ((width, height), (link, word)) in [(40, 12), (80, 24), (200, 60)]
+            .into_iter()
+            .flat_map(|size| links().into_iter().skip(1).zip(words).map(move |it| (size, it)))
+        {
+            let scene = Scene { link, ..scene(ShowState::Running, 300.0) };
+            let rows = rows(&drawn(&scene, &screen(Look::default(), "", &scene), width, height));
+            assert!(rows[0].contains(word) && !rows[0].contains("RUNNING"), "{}", rows[0]);
+            assert!(rows[1..].iter().any(|row| row.contains(word)), "{}", rows.join("\n"));
+        }
+    }
+
+    #[test]
+    fn a_show_that_was_over_before_its_server_ended_is_not_lost() {
+        let scene = Scene { link: Link::Gone { age_ns: 1_000_000_000 }, ..scene(ShowState::Finished, 300.0) };
+        let text = text(&scene, &screen(Look::default(), "", &scene), 80, 24);
+        assert!(text.contains("ENDED") && !text.contains("LOST"), "{text}");
+    }
+
+    #[test]
+    fn without_colours_everything_is_still_told_by_words() {
+        let look = Look { theme: Theme::Plain, glyphs: Glyphs::Braille };
+        for link in links() {
+            let scene = Scene { link, ..scene(ShowState::Held, 300.0) };
+            let [plain, coloured] =
+                [look, Look::default()].map(|look| drawn(&scene, &screen(look, "", &scene), 80, 24));
+            assert!(plain.content.iter().all(|cell| (cell.fg, cell.bg) == (Color::Reset, Color::Reset)));
+            assert!(coloured.content.iter().any(|cell| cell.fg != Color::Reset));
+            assert_eq!(rows(&plain), rows(&coloured));
+        }
+    }
+
+    #[test]
+    fn a_terminal_without_other_characters_gets_ascii_alone() {
+        let look = Look { glyphs: Glyphs::Ascii, theme: Theme::Coloured };
+        for keys in ["", "?", "f", "s300"] {
+            for link in links() {
+                let scene = Scene { link, ..scene(ShowState::Paused, 300.0) };
+                let text = text(&scene, &screen(look, keys, &scene), 80, 24);
+                assert!(text.is_ascii(), "{text}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_head_stands_in_the_middle_of_a_plan_that_follows_it() {
+        for time_s in [0.0, 60.0, 300.0] {
+            let scene = scene(ShowState::Running, time_s);
+            let rows = rows(&drawn(&scene, &screen(Look::default(), "f", &scene), 80, 24));
+            let found: Vec<(usize, usize)> = rows
+                .iter()
+                .enumerate()
+                .filter_map(|(row, text)| {
+                    text.chars().position(|symbol| symbol == '\u{25cf}').map(|column| (column, row))
+                })
+                .collect();
+            let [(column, row)] = found[..] else { panic!("one head: {found:?} in\n{}", rows.join("\n")) };
+            assert!((23..=25).contains(&column) && (10..=12).contains(&row), "at column {column}, row {row}");
+        }
+    }
+}

@@ -21,6 +21,8 @@ mod lateness_history;
 mod pace;
 mod plan;
 mod reply;
+#[cfg(test)]
+mod sample;
 mod screen;
 mod shown;
 mod status_line;

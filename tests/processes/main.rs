@@ -58,9 +58,11 @@ mod steady_desk;
 mod suspended;
 mod system_calls;
 mod timecode;
+mod tmux;
 mod turnaround;
 mod view;
 mod view_page;
 mod wall_clock;
+mod watch;
 #[cfg(feature = "zenoh")]
 mod zenoh;

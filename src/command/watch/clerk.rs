@@ -4,7 +4,7 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
-use std::thread;
+use std::thread::{self, JoinHandle};
 
 use bench_dragon::control;
 use bench_dragon::watch::Reply;
@@ -20,6 +20,7 @@ pub(super) struct Clerk {
     others: SyncSender<Order>,
     holds: SyncSender<Order>,
     held: Arc<AtomicU64>,
+    lanes: [JoinHandle<()>; 2],
 }
 
 /// A command, and how many holds were asked for before it.
@@ -36,9 +37,20 @@ impl Clerk {
             let (sender, orders) = mpsc::sync_channel(ROOM);
             let (domain, events, held) = (domain.clone(), events.clone(), Arc::clone(&held));
             let carry_out = move || carry_out(&orders, &domain, &events, &held);
-            thread::Builder::new().name(name.to_owned()).spawn(carry_out).map(|_| sender)
+            Ok::<_, io::Error>((sender, thread::Builder::new().name(name.to_owned()).spawn(carry_out)?))
         };
-        Ok(Self { others: lane("commands")?, holds: lane("holds")?, held })
+        let ((others, sending_others), (holds, sending_holds)) = (lane("commands")?, lane("holds")?);
+        Ok(Self { others, holds, held, lanes: [sending_others, sending_holds] })
+    }
+
+    /// Waits until what was asked for has been sent: a hold is carried out though its screen is gone.
+    pub(super) fn finish(self) {
+        let Self { others, holds, lanes, .. } = self;
+        drop((others, holds));
+        for lane in lanes {
+            // A panic has told its reason.
+            let _ = lane.join();
+        }
     }
 
     /// Sends a command; a reply at once where it cannot be.
@@ -62,8 +74,7 @@ fn carry_out(orders: &Receiver<Order>, domain: &Domain, events: &SyncSender<Even
         } else {
             Reply::to(request, control::call(domain, "watch-command", request))
         };
-        if events.send(Event::Reply(reply)).is_err() {
-            return;
-        }
+        // Where nobody listens any more, the command holds all the same.
+        let _ = events.send(Event::Reply(reply));
     }
 }

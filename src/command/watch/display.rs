@@ -34,8 +34,11 @@ impl Display {
         Ok(Self { terminal })
     }
 
-    /// Draws what has changed.
+    /// Draws what has changed. An error also where a panic of another thread has given the terminal back.
     pub(super) fn draw(&mut self, draw: impl FnOnce(&mut Frame<'_>)) -> io::Result<()> {
+        if !IS_OURS.load(Ordering::SeqCst) {
+            return Err(io::Error::other("the terminal is no longer ours"));
+        }
         self.terminal.draw(draw)?;
         Ok(())
     }
@@ -87,7 +90,7 @@ fn enter() -> io::Result<Terminal<CrosstermBackend<Stdout>>> {
     Terminal::new(CrosstermBackend::new(stdout))
 }
 
-/// A panic tells its reason on a terminal that shows it. It ends the thread, and a watch without one of its threads too.
+/// A panic tells its reason on a terminal that shows it; the next drawing then ends the watch.
 fn give_back_at_panics() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {

@@ -27,6 +27,17 @@ pub(super) enum Event {
     Failed(io::Error),
 }
 
+/// Ends the watch with the thread that holds this, also where that panics.
+#[derive(Debug)]
+pub(super) struct EndsWith(pub(super) SyncSender<Event>);
+
+impl Drop for EndsWith {
+    fn drop(&mut self) {
+        // Where nobody listens, it has ended already.
+        let _ = self.0.send(Event::End);
+    }
+}
+
 /// Sends what the terminal says, for the rest of the process.
 pub(super) fn send_input_to(sender: SyncSender<Event>) -> io::Result<()> {
     let send = move || {

@@ -40,16 +40,22 @@ pub(crate) fn run(args: &WatchArgs) -> anyhow::Result<ExitCode> {
     event::send_input_to(sender.clone())?;
     let stop = Arc::new(AtomicBool::new(false));
     let observing = observe(domain, Arc::clone(&stop), sender)?;
-    let watched = Watch { display, screen, clerk, scene: Scene::default(), shown: None }.follow(&events);
+    let mut watch = Watch { display, screen, clerk, scene: Scene::default(), shown: None };
+    let watched = watch.follow(&events);
     stop.store(true, Ordering::Relaxed);
-    // Whoever still has something to say is not to wait for one who does not listen.
+    // None who has something to say waits for one who does not listen.
     drop(events);
+    let Watch { display, clerk, .. } = watch;
+    drop(display);
+    clerk.finish();
     observing.join().map_err(|_| anyhow::anyhow!("the observer panicked"))?;
     watched.map(|()| ExitCode::SUCCESS)
 }
 
 fn observe(domain: Domain, stop: Arc<AtomicBool>, sender: SyncSender<Event>) -> anyhow::Result<thread::JoinHandle<()>> {
+    let ends = event::EndsWith(sender.clone());
     let observe = move || {
+        let _ends = ends;
         Observer::new(domain, "watch", SCENES_HZ).run(&stop, |scene| {
             // A screen that is drawn more slowly than scenes come gets fewer.
             let _ = sender.try_send(Event::Scene(Box::new(scene)));
@@ -70,7 +76,7 @@ struct Watch {
 
 impl Watch {
     /// Draws whatever changes, until the end is asked for.
-    fn follow(mut self, events: &Receiver<Event>) -> anyhow::Result<()> {
+    fn follow(&mut self, events: &Receiver<Event>) -> anyhow::Result<()> {
         self.display.draw(|frame| draw(frame, &self.scene, &self.screen))?;
         while let Ok(event) = events.recv() {
             if !self.take(event)? {

@@ -1,0 +1,156 @@
+//! A terminal of 80 by 24 cells with a shell in it: tmux, with a server of its own for each.
+
+use std::fs;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::stage::Stage;
+
+/// What the shell says when it waits for a command.
+const PROMPT: &str = "ready>";
+/// Far more than anything takes; then the test fails.
+const PATIENCE: Duration = Duration::from_secs(60);
+const LOOK_PERIOD: Duration = Duration::from_millis(20);
+
+/// A terminal. It is gone with all that runs in it when it is dropped.
+#[derive(Debug)]
+pub(crate) struct Tmux<'a> {
+    stage: &'a Stage,
+}
+
+/// The terminal's settings that a program has to give back.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Settings {
+    pub(crate) other_screen: bool,
+    pub(crate) cursor: bool,
+}
+
+impl<'a> Tmux<'a> {
+    /// Whether there is the program.
+    pub(crate) fn is_there() -> bool {
+        Command::new("tmux").arg("-V").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok()
+    }
+
+    /// Opens a terminal whose type (TERM) is `kind`, and waits for the shell in it.
+    pub(crate) fn open(stage: &'a Stage, kind: &str) -> Self {
+        let settings = stage.path("tmux.conf");
+        fs::write(&settings, format!("set -g default-terminal {kind}\nset -s escape-time 0\n")).expect("a file");
+        let terminal = Self { stage };
+        terminal.tell(&[
+            "-f",
+            settings.to_str().expect("a path of ASCII"),
+            "new-session",
+            "-d",
+            "-x",
+            "80",
+            "-y",
+            "24",
+            "env -u RUST_LOG -u NO_COLOR -u ENV LC_ALL=C.UTF-8 PS1='ready> ' sh -i",
+        ]);
+        terminal.await_prompt();
+        terminal
+    }
+
+    /// Types the program's command line for this stage, with something before it, and hits enter.
+    pub(crate) fn run(&self, before: &str, args: &str) {
+        let program = env!("CARGO_BIN_EXE_bench-dragon");
+        let instance = self.stage.domain().instance();
+        self.type_text(&format!("clear; {before} {program} {args} --instance {instance}"));
+        self.press("Enter");
+    }
+
+    /// Types characters as they are.
+    pub(crate) fn type_text(&self, text: &str) {
+        self.tell(&["send-keys", "-l", text]);
+    }
+
+    /// Hits a key, by tmux's name of it.
+    pub(crate) fn press(&self, key: &str) {
+        self.tell(&["send-keys", key]);
+    }
+
+    /// What is on the screen.
+    pub(crate) fn text(&self) -> String {
+        self.tell(&["capture-pane", "-p"])
+    }
+
+    /// The same with the sequences that colour it.
+    pub(crate) fn styled_text(&self) -> String {
+        self.tell(&["capture-pane", "-p", "-e"])
+    }
+
+    /// Looks at the screen until it is as wanted.
+    pub(crate) fn until(&self, wanted: &str, is_so: impl Fn(&str) -> bool) -> String {
+        let begun = Instant::now();
+        loop {
+            let text = self.text();
+            if is_so(&text) {
+                return text;
+            }
+            assert!(begun.elapsed() < PATIENCE, "{wanted} is not on the screen:\n{text}");
+            thread::sleep(LOOK_PERIOD);
+        }
+    }
+
+    /// Looks until this is on the screen.
+    pub(crate) fn until_shown(&self, wanted: &str) -> String {
+        self.until(wanted, |text| text.contains(wanted))
+    }
+
+    /// Looks until the shell waits for a command.
+    pub(crate) fn await_prompt(&self) -> String {
+        self.until(PROMPT, |text| text.trim_end().lines().last().is_some_and(|line| line.trim_end() == PROMPT))
+    }
+
+    /// What a command of the shell prints.
+    pub(crate) fn shell(&self, command: &str) -> String {
+        self.type_text(&format!("clear; {command}"));
+        self.press("Enter");
+        self.await_prompt()
+    }
+
+    pub(crate) fn settings(&self) -> Settings {
+        let told = self.tell(&["display-message", "-p", "#{alternate_on} #{cursor_flag}"]);
+        let flags: Vec<bool> = told.split_whitespace().map(|flag| flag == "1").collect();
+        let [other_screen, cursor] = flags[..] else { panic!("{told}") };
+        Settings { other_screen, cursor }
+    }
+
+    /// The process that the shell has started, and is still running.
+    pub(crate) fn running_pid(&self) -> u32 {
+        let shell = self.tell(&["display-message", "-p", "#{pane_pid}"]);
+        let children = format!("/proc/{0}/task/{0}/children", shell.trim());
+        let children = fs::read_to_string(children).expect("the shell runs");
+        children.split_whitespace().next_back().and_then(|pid| pid.parse().ok()).expect("it has a child")
+    }
+
+    /// Changes the size of the terminal.
+    pub(crate) fn resize(&self, columns: u16, rows: u16) {
+        self.tell(&["resize-window", "-x", &columns.to_string(), "-y", &rows.to_string()]);
+    }
+
+    /// Closes the terminal under whatever runs in it.
+    pub(crate) fn close(&self) {
+        self.tell(&["kill-server"]);
+    }
+
+    fn tell(&self, args: &[&str]) -> String {
+        let told = self.command(args).output().expect("tmux is there");
+        assert!(told.status.success(), "{args:?}: {}", String::from_utf8_lossy(&told.stderr));
+        String::from_utf8(told.stdout).expect("a screen of UTF-8")
+    }
+
+    fn command(&self, args: &[&str]) -> Command {
+        let mut command = Command::new("tmux");
+        command.args(["-u", "-L", "test"]).args(args).env("TMUX_TMPDIR", self.stage.path("")).env_remove("TMUX");
+        command
+    }
+}
+
+impl Drop for Tmux<'_> {
+    fn drop(&mut self) {
+        // One that was closed is gone already.
+        let _ = self.command(&["kill-server"]).output();
+    }
+}

@@ -1,0 +1,269 @@
+//! `watch` in a terminal: what it shows is what is on the bus, its keys give commands, and the terminal is given back.
+
+use bench_dragon::config::{Config, Overrides};
+use bench_dragon::dragon::ClearanceSearch;
+use bench_dragon_ipc::ShowState;
+use glam::DVec2;
+use rustix::process::{Pid, Signal, kill_process, test_kill_process};
+
+use crate::eventually::eventually;
+use crate::reader::{Reader, Shot};
+use crate::skip::skip;
+use crate::stage::{Stage, program};
+use crate::tmux::{Settings, Tmux};
+
+/// What a terminal is like while a shell has it.
+const OF_A_SHELL: Settings = Settings { other_screen: false, cursor: true };
+const DRAWN_ON: Settings = Settings { other_screen: true, cursor: false };
+
+/// Whether the test can go on.
+fn has_terminal() -> bool {
+    let is_there = Tmux::is_there();
+    if !is_there {
+        skip("there is no tmux: a terminal is not tested");
+    }
+    is_there
+}
+
+/// Fails unless the shell has its terminal back as it was, after the watch ended with this status.
+fn assert_given_back(terminal: &Tmux<'_>, status: u8) {
+    terminal.await_prompt();
+    assert_eq!(terminal.settings(), OF_A_SHELL);
+    let told = terminal.shell("echo status $?; stty -a");
+    assert!(told.contains(&format!("status {status}")), "{told}");
+    for mode in ["echo", "icanon", "isig", "opost"] {
+        assert!(told.split([' ', ';', '\n']).any(|word| word == mode), "{mode} is missing in\n{told}");
+    }
+}
+
+/// Clearance and pair of a frame of the paper's dragon, as a screen has them.
+fn nearest_of(shot: &Shot) -> [String; 2] {
+    let config = Config::load(None, Overrides::default()).expect("the paper's");
+    let mut boards = Vec::new();
+    let seen = |handle: &bench_dragon_ipc::HandleState| DVec2::new(handle.position_m[0], handle.position_m[1]);
+    config.dragon().place_boards_at(&shot.handles, seen, &mut boards);
+    let nearest = ClearanceSearch::default().nearest(&boards).expect("three boards and more");
+    let [one, another] = nearest.benches;
+    [format!("clearance {:.6} m", nearest.clearance_m), format!("benches {one} and {another}")]
+}
+
+fn dots(text: &str) -> usize {
+    text.chars().filter(|symbol| ('\u{2801}'..='\u{28ff}').contains(symbol)).count()
+}
+
+#[test]
+fn the_screen_shows_what_is_on_the_bus_and_its_keys_steer_the_show() {
+    if !has_terminal() {
+        return;
+    }
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100", "--start-at", "100"]);
+    let mut reader = Reader::join(&stage);
+    let terminal = Tmux::open(&stage, "tmux-256color");
+    terminal.run("", "watch");
+    let text = terminal.until("the dragon, live", |text| text.contains("RUNNING") && dots(text) > 300);
+    assert!(text.contains("m/s") && text.contains("space pause"), "{text}");
+    assert_eq!(terminal.settings(), DRAWN_ON);
+
+    terminal.press("Space");
+    terminal.until_shown("pause: accepted, from tick");
+    let paused = reader.read_until(|header| header.show_state() == Some(ShowState::Paused)).pop().expect("a frame");
+    let text = terminal.until("the pause", |text| text.contains("PAUSED"));
+    let time = format!("t {:.3} s", paused.header.sim_time_s());
+    for told in nearest_of(&paused).iter().chain([&time]) {
+        assert!(text.contains(told), "{told} is missing in\n{text}");
+    }
+
+    terminal.type_text("h");
+    terminal.until_shown("HELD");
+    reader.read_until(|header| header.show_state() == Some(ShowState::Held));
+    terminal.press("Space");
+    terminal.until_shown("resume: refused: the show is held: release it first");
+    terminal.type_text("R");
+    terminal.until_shown("release: accepted");
+    reader.read_until(|header| header.show_state() != Some(ShowState::Held));
+
+    terminal.type_text("s300");
+    terminal.until_shown("show time to go to in s: 300");
+    terminal.press("Enter");
+    terminal.until_shown("seek 300 s: accepted");
+    terminal.until("300 s", |text| {
+        ["t 300.000 s", "clearance 0.120694 m", "benches 0 and 10", "at 412.474 s"]
+            .iter()
+            .all(|told| text.contains(told))
+    });
+    terminal.type_text("v0.5");
+    terminal.press("Enter");
+    terminal.until_shown("speed 0.5 m/s: accepted");
+    terminal.type_text("+");
+    terminal.until_shown("speed 0.6 m/s: accepted");
+    terminal.type_text("v11");
+    terminal.press("Enter");
+    terminal.until_shown("speed 11 m/s: refused: the value must be from 0 to 10");
+    terminal.press("Space");
+    terminal.until_shown("RUNNING");
+    reader.read_until(|header| header.head_speed_mps == 0.6);
+
+    terminal.type_text("q");
+    assert_given_back(&terminal, 0);
+    drop(terminal);
+    server.stop();
+}
+
+#[test]
+fn a_watch_that_only_reads_gives_no_command() {
+    if !has_terminal() {
+        return;
+    }
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100"]);
+    let terminal = Tmux::open(&stage, "xterm");
+    terminal.run("", "watch --read-only");
+    terminal.until_shown("RUNNING");
+    terminal.type_text(" hv1");
+    terminal.press("Enter");
+    terminal.type_text("?");
+    let text = terminal.until_shown("all of the route");
+    assert!(!text.contains("pause") && !text.contains("hold"), "{text}");
+    // Any key leaves the help; what was typed before it has been read by then.
+    terminal.type_text("?f");
+    let text = terminal.until_shown("following the head");
+    assert!(text.contains("RUNNING") && text.contains("read-only"), "{text}");
+    terminal.press("C-c");
+    assert_given_back(&terminal, 0);
+    drop(terminal);
+    server.stop();
+}
+
+#[test]
+fn a_lost_server_is_not_to_be_overlooked_and_the_next_one_is_live() {
+    if !has_terminal() {
+        return;
+    }
+    let stage = Stage::new();
+    let terminal = Tmux::open(&stage, "screen");
+    terminal.run("", "watch");
+    let text = terminal.until_shown("WAITING");
+    assert!(text.contains("no frame yet on instance"), "{text}");
+    let server = stage.serve(&["--rate", "100"]);
+    terminal.until_shown("RUNNING");
+    server.process.signal(Signal::STOP);
+    terminal.until_shown("SILENT");
+    server.process.signal(Signal::CONT);
+    terminal.until_shown("RUNNING");
+    server.process.kill();
+    let text = terminal.until_shown("the server is gone, the last frame");
+    assert_eq!(text.matches("LOST").count(), 2, "in the first line and across the plan:\n{text}");
+    assert!(!text.contains("RUNNING"), "{text}");
+    terminal.type_text("h");
+    terminal.until_shown("hold: ");
+    let server = stage.serve(&["--rate", "100"]);
+    terminal.until("the next run", |text| text.contains("RUNNING") && !text.contains("LOST"));
+    let watch = Pid::from_raw(terminal.running_pid() as i32).expect("a process id");
+    kill_process(watch, Signal::TERM).expect("it runs");
+    assert_given_back(&terminal, 0);
+    drop(terminal);
+    server.stop();
+}
+
+#[test]
+fn a_suspended_watch_leaves_the_terminal_to_the_shell_and_comes_back() {
+    if !has_terminal() {
+        return;
+    }
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100"]);
+    let terminal = Tmux::open(&stage, "tmux-256color");
+    terminal.run("", "watch");
+    terminal.until_shown("RUNNING");
+    terminal.press("C-z");
+    terminal.await_prompt();
+    assert_eq!(terminal.settings(), OF_A_SHELL);
+    let told = terminal.shell("stty -a");
+    assert!(told.contains(" icanon") && told.contains(" echo "), "{told}");
+    terminal.type_text("fg");
+    terminal.press("Enter");
+    terminal.until("the plan again", |text| text.contains("RUNNING") && dots(text) > 300);
+    assert_eq!(terminal.settings(), DRAWN_ON);
+    terminal.resize(44, 14);
+    terminal.until("a small screen", |text| {
+        text.contains("RUNNING") && text.contains("clearance") && !text.contains("lateness")
+    });
+    terminal.resize(80, 24);
+    terminal.until_shown("lateness");
+    terminal.type_text("q");
+    assert_given_back(&terminal, 0);
+    drop(terminal);
+    server.stop();
+}
+
+#[test]
+fn a_watch_whose_terminal_is_closed_ends_and_leaves_nothing() {
+    if !has_terminal() {
+        return;
+    }
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100"]);
+    let terminal = Tmux::open(&stage, "tmux-256color");
+    terminal.run("", "watch");
+    terminal.until_shown("RUNNING");
+    let watch = Pid::from_raw(terminal.running_pid() as i32).expect("a process id");
+    terminal.close();
+    eventually(|| test_kill_process(watch).is_err().then_some(()));
+    server.stop();
+}
+
+#[test]
+fn without_colours_no_colour_is_sent_and_the_log_waits_for_the_end() {
+    if !has_terminal() {
+        return;
+    }
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100"]);
+    let terminal = Tmux::open(&stage, "tmux-256color");
+    terminal.run("NO_COLOR=1 RUST_LOG=trace", "watch");
+    let text = terminal.until("the dragon", |text| text.contains("RUNNING") && dots(text) > 300);
+    assert!(!text.contains("TRACE") && !text.contains("DEBUG"), "{text}");
+    assert!(!has_colours(&terminal.styled_text()), "{}", terminal.styled_text());
+    terminal.type_text("q");
+    let text = terminal.await_prompt();
+    assert!(text.contains("TRACE") || text.contains("DEBUG"), "what was logged meanwhile comes at the end:\n{text}");
+    terminal.run("", "watch");
+    terminal.until("the dragon", |text| text.contains("RUNNING") && dots(text) > 300);
+    assert!(has_colours(&terminal.styled_text()));
+    terminal.type_text("q");
+    assert_given_back(&terminal, 0);
+    drop(terminal);
+    server.stop();
+}
+
+/// Whether there is a sequence that sets a colour (ECMA-48, SGR).
+fn has_colours(styled: &str) -> bool {
+    let sequences = styled.split("\u{1b}[").skip(1).filter_map(|rest| rest.split_once('m'));
+    sequences.flat_map(|(sequence, _)| sequence.split([';', ':'])).any(|parameter| {
+        parameter.parse().is_ok_and(|number: u8| matches!(number, 30..=38 | 40..=48 | 90..=97 | 100..=107))
+    })
+}
+
+#[test]
+fn a_terminal_that_cannot_be_drawn_on_is_told_in_one_line() {
+    if !has_terminal() {
+        return;
+    }
+    let stage = Stage::new();
+    let terminal = Tmux::open(&stage, "tmux-256color");
+    for (kind, told) in [("dumb", "TERM is dumb"), ("", "TERM is not set")] {
+        terminal.run(&format!("TERM={kind}"), "watch");
+        let text = terminal.until_shown("need none");
+        assert!(text.replace('\n', "").contains(told), "{text}");
+        assert_given_back(&terminal, 2);
+    }
+}
+
+#[test]
+fn what_is_no_terminal_is_told_what_to_use_instead() {
+    let ended = crate::process::Process::start(program(&["watch"])).end();
+    assert_eq!(ended.code(), Some(2));
+    let told = "error: watch needs a terminal; in a pipe use `bench-dragon hz` or `bench-dragon echo`\n";
+    assert_eq!((ended.stdout.as_str(), ended.stderr.as_str()), ("", told));
+}
