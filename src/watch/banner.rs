@@ -1,5 +1,6 @@
 //! What stands across the plan where it is not the present that is drawn.
 
+use bench_dragon_ipc::ShowState;
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Rect};
 use ratatui::text::Line;
@@ -32,7 +33,7 @@ fn reason(scene: &Scene, instance: &str) -> Option<String> {
         Link::Failed { reason } => Some(reason.clone()),
         Link::Silent { age_ns } => Some(format!("the last frame is {:.1} s old", seconds(*age_ns))),
         Link::Gone { age_ns } => {
-            let is_over = state(scene) == Some(bench_dragon_ipc::ShowState::Finished);
+            let is_over = state(scene) == Some(ShowState::Finished);
             let who = if is_over { "the show is over" } else { "the server is gone" };
             Some(format!("{who}, the last frame {:.1} s old", seconds(*age_ns)))
         }

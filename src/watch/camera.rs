@@ -1,5 +1,7 @@
 //! Where the plan is looked at from.
 
+use std::ops::RangeInclusive;
+
 use glam::DVec2;
 use ratatui::crossterm::event::KeyCode;
 use ratatui::layout::Rect;
@@ -9,7 +11,7 @@ use crate::observe::{Scene, Still};
 
 /// One step of the zoom, and how far it may go. 1 shows all of the route.
 const ZOOM_STEP: f64 = 1.25;
-const ZOOM: std::ops::RangeInclusive<f64> = 0.5..=200.0;
+const ZOOM: RangeInclusive<f64> = 0.5..=200.0;
 /// The zoom at which the head is followed, unless it is nearer already.
 const FOLLOW_ZOOM: f64 = 4.0;
 /// A step of an arrow key, as a share of what is seen.

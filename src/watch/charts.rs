@@ -2,13 +2,13 @@
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
-use ratatui::style::Style;
+use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Sparkline, SparklineBar};
 
 use super::facts::{near_m, tone};
 use super::screen::Screen;
-use super::theme::Tone;
+use super::theme::{Tone, strong};
 use super::wording::span;
 use crate::observe::{ClearanceChart, Scene};
 
@@ -25,7 +25,7 @@ pub(super) fn draw_clearance(frame: &mut Frame<'_>, area: Rect, scene: &Scene, s
         .data(bars)
         .bar_set(look.glyphs.bars())
         .absent_value_symbol(" ")
-        .style(Style::new().fg(look.theme.colour(ratatui::style::Color::Cyan)));
+        .style(Style::new().fg(look.theme.colour(Color::Cyan)));
     frame.render_widget(sparkline, Rect { height: area.height - 1, ..area });
     let below = Rect { y: area.bottom() - 1, height: 1, ..area };
     frame.render_widget(timeline(chart, area.width, scene, screen), below);
@@ -55,7 +55,7 @@ fn timeline(chart: &ClearanceChart, width: u16, scene: &Scene, screen: &Screen) 
     }
     let now_s = scene.frame.as_ref().map(|still| still.header.sim_time_s());
     if let Some(cell) = now_s.and_then(column).and_then(|at| cells.get_mut(at)) {
-        *cell = Span::styled(look.glyphs.pointer(), look.theme.strong());
+        *cell = Span::styled(look.glyphs.pointer(), strong());
     }
     Line::from(cells)
 }
@@ -76,6 +76,6 @@ pub(super) fn draw_lateness(frame: &mut Frame<'_>, area: Rect, screen: &Screen) 
     let sparkline = Sparkline::default()
         .data(seconds)
         .bar_set(look.glyphs.bars())
-        .style(Style::new().fg(look.theme.colour(ratatui::style::Color::Cyan)));
+        .style(Style::new().fg(look.theme.colour(Color::Cyan)));
     frame.render_widget(sparkline, Rect { y: area.y + 1, height: area.height - 1, ..area });
 }

@@ -3,7 +3,7 @@
 use ratatui::text::{Line, Span};
 
 use super::screen::Look;
-use super::theme::Tone;
+use super::theme::{Tone, strong};
 use super::wording::{metres, pair};
 use crate::observe::{Outlook, Scene};
 
@@ -23,11 +23,11 @@ pub(super) fn short_lines(scene: &Scene, look: Look) -> Vec<Line<'static>> {
 }
 
 fn named(name: &'static str, value: String, tone: Option<Tone>, look: Look) -> Line<'static> {
-    let style = tone.map_or(look.theme.strong(), |tone| look.theme.text(tone));
+    let style = tone.map_or(strong(), |tone| look.theme.text(tone));
     Line::from(vec![Span::styled(format!("{name:<10}"), look.theme.faint()), Span::styled(value, style)])
 }
 
-fn detail(text: String) -> Line<'static> {
+fn detail(text: &str) -> Line<'static> {
     Line::from(format!("{:<10}{text}", ""))
 }
 
@@ -50,7 +50,7 @@ fn nearest(scene: &Scene, look: Look) -> [Line<'static>; 2] {
         None => [named("clearance", "unknown".to_owned(), None, look), Line::default()],
         Some(nearest) => {
             let tone = tone(nearest.clearance_m, near_m(scene));
-            [named("clearance", metres(nearest.clearance_m), tone, look), detail(pair(nearest.benches))]
+            [named("clearance", metres(nearest.clearance_m), tone, look), detail(&pair(nearest.benches))]
         }
     }
 }
@@ -60,7 +60,7 @@ fn least(scene: &Scene, look: Look) -> [Line<'static>; 2] {
         None => [named("least", "unknown".to_owned(), None, look), Line::default()],
         Some((least_m, time_s)) => {
             let line = named("least", metres(least_m), tone(least_m, near_m(scene)), look);
-            [line, detail(format!("at {time_s:.3} s"))]
+            [line, detail(&format!("at {time_s:.3} s"))]
         }
     }
 }
@@ -71,14 +71,14 @@ fn ahead(scene: &Scene, look: Look) -> [Line<'static>; 2] {
         Outlook::Unknown => [named("contact", "unknown".to_owned(), None, look), Line::default()],
         Outlook::Free { until_s, is_end: true } => {
             let line = named("contact", "none ahead".to_owned(), Some(Tone::Good), look);
-            [line, detail(format!("to the end, {until_s:.2} s"))]
+            [line, detail(&format!("to the end, {until_s:.2} s"))]
         }
         Outlook::Free { until_s, is_end: false } => {
-            [named("contact", "none yet".to_owned(), None, look), detail(format!("searched to {until_s:.2} s"))]
+            [named("contact", "none yet".to_owned(), None, look), detail(&format!("searched to {until_s:.2} s"))]
         }
         Outlook::Contact { time_s, benches: [one, another] } => {
             let line = named("contact", format!("at {time_s:.3} s"), Some(Tone::Caution), look);
-            [line, detail(format!("in {:.1} s, {one} and {another}", time_s - now_s))]
+            [line, detail(&format!("in {:.1} s, {one} and {another}", time_s - now_s))]
         }
     }
 }

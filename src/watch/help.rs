@@ -6,6 +6,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Paragraph};
 
 use super::screen::Screen;
+use super::theme::strong;
 
 const WIDTH: u16 = 46;
 
@@ -30,7 +31,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     ];
     let orders = if screen.is_read_only() { &[][..] } else { &orders };
     let line = |(key, does): &(&'static str, &'static str)| {
-        Line::from(vec![Span::styled(format!(" {key:<10}"), look.theme.strong()), Span::raw(*does)])
+        Line::from(vec![Span::styled(format!(" {key:<10}"), strong()), Span::raw(*does)])
     };
     let lines: Vec<Line<'_>> = orders.iter().chain(&views).map(line).collect();
     let (width, height) = (WIDTH.min(area.width), (lines.len() as u16 + 2).min(area.height));

@@ -57,17 +57,17 @@ fn since(before: &TimeHistogram, after: &TimeHistogram) -> TimeHistogram {
 mod tests {
     use super::*;
 
-    fn status(run_id: u64, tick: u64, lateness: TimeHistogram) -> Arc<Status> {
-        Arc::new(Status { run_id, tick, rate_hz: 10, lateness, ..Status::default() })
+    fn status(run_id: u64, tick: u64, lateness: &TimeHistogram) -> Arc<Status> {
+        Arc::new(Status { run_id, tick, rate_hz: 10, lateness: *lateness, ..Status::default() })
     }
 
     #[test]
     fn each_second_has_its_own_lateness_though_the_servers_is_of_the_whole_run() {
         let (mut history, mut all) = (LatenessHistory::default(), TimeHistogram::default());
-        history.note(&status(1, 0, all));
+        history.note(&status(1, 0, &all));
         for (tick, late_ns) in [(5, 40), (10, 40), (15, 20), (20, 20)] {
             (0..5).for_each(|_| all.record(late_ns));
-            history.note(&status(1, tick, all));
+            history.note(&status(1, tick, &all));
         }
         assert_eq!(history.latest(9).collect::<Vec<_>>(), [40, 20]);
         assert_eq!(history.latest(1).collect::<Vec<_>>(), [20]);
@@ -76,13 +76,13 @@ mod tests {
     #[test]
     fn a_restart_begins_a_second_anew_and_keeps_those_before() {
         let (mut history, mut all) = (LatenessHistory::default(), TimeHistogram::default());
-        history.note(&status(1, 0, all));
+        history.note(&status(1, 0, &all));
         (0..10).for_each(|_| all.record(30));
-        history.note(&status(1, 10, all));
-        history.note(&status(2, 3, TimeHistogram::default()));
+        history.note(&status(1, 10, &all));
+        history.note(&status(2, 3, &TimeHistogram::default()));
         let mut again = TimeHistogram::default();
         (0..10).for_each(|_| again.record(50));
-        history.note(&status(2, 13, again));
+        history.note(&status(2, 13, &again));
         assert_eq!(history.latest(9).collect::<Vec<_>>(), [30, 50]);
     }
 
@@ -90,7 +90,7 @@ mod tests {
     fn no_more_than_two_minutes_are_kept() {
         let (mut history, mut all) = (LatenessHistory::default(), TimeHistogram::default());
         for second in 0..=KEPT as u64 + 5 {
-            history.note(&status(1, second * 10, all));
+            history.note(&status(1, second * 10, &all));
             all.record(second);
         }
         assert_eq!(history.latest(usize::MAX).count(), KEPT);

@@ -11,7 +11,8 @@ use ratatui::widgets::canvas::{Canvas, Context, Line};
 use super::camera::{Window, head};
 use super::facts::{near_m, tone};
 use super::screen::Screen;
-use super::theme::{Theme, Tone};
+use super::theme::{Theme, Tone, strong};
+use super::wording::short;
 use crate::dragon::Board;
 use crate::observe::{Run, Scene, Still};
 
@@ -48,11 +49,11 @@ fn paint(context: &mut Context<'_>, window: &Window, scene: &Scene, screen: &Scr
     paint_boards(context, window, still, scene, look.theme);
     if let Some(nearest) = scene.nearest {
         let tone = tone(nearest.clearance_m, near_m(scene)).unwrap_or(Tone::Calm);
-        let cross = Span::styled(look.glyphs.cross(), look.theme.text(tone).patch(look.theme.strong()));
+        let cross = Span::styled(look.glyphs.cross(), look.theme.text(tone).patch(strong()));
         context.print(nearest.point.x, nearest.point.y, cross);
     }
     if let Some(at) = head(still) {
-        let style = look.theme.strong().fg(look.theme.colour(Color::Red));
+        let style = strong().fg(look.theme.colour(Color::Red));
         context.print(at.x, at.y, Span::styled(look.glyphs.head(), style));
     }
 }
@@ -74,17 +75,17 @@ fn paint_boards(context: &mut Context<'_>, window: &Window, still: &Still, scene
 /// The boards of a frame; without a description only the lines from hinge to hinge are known.
 struct Boards<'a> {
     handles: &'a [HandleState],
-    boards: Vec<Board>,
+    placed: Vec<Board>,
     outlined: bool,
 }
 
 impl<'a> Boards<'a> {
     fn of(still: &'a Still, run: Option<&Run>) -> Self {
-        let mut boards = Vec::new();
+        let mut placed = Vec::new();
         if let Some(run) = run.filter(|run| run.config.dragon().dimensions().handles() == still.handles.len()) {
-            run.config.dragon().place_boards_at(&still.handles, seen_from_above, &mut boards);
+            run.config.dragon().place_boards_at(&still.handles, seen_from_above, &mut placed);
         }
-        Self { handles: &still.handles, boards, outlined: false }
+        Self { handles: &still.handles, placed, outlined: false }
     }
 
     fn count(&self) -> usize {
@@ -92,11 +93,11 @@ impl<'a> Boards<'a> {
     }
 
     fn width_m(&self) -> f64 {
-        self.boards.first().map_or(0.0, |board| 2.0 * board.half_width)
+        self.placed.first().map_or(0.0, |board| 2.0 * board.half_width)
     }
 
     fn draw(&self, context: &mut Context<'_>, window: &Window, bench: usize, colour: Color) {
-        let Some(board) = self.boards.get(bench) else {
+        let Some(board) = self.placed.get(bench) else {
             if let [front, rear] = self.handles.get(bench..bench + 2).unwrap_or_default() {
                 line(context, [seen_from_above(front), seen_from_above(rear)], colour);
             }
@@ -139,6 +140,6 @@ fn scale(window: &Window, width: u16, screen: &Screen) -> Text<'static> {
     let cells = ((length_m / window.cell_m).round() as usize).saturating_sub(2);
     let [begin, between, end] = look.glyphs.span();
     let camera = if screen.camera.follows() { "  following the head" } else { "" };
-    let text = format!("{begin}{}{end} {} m{camera}", between.repeat(cells), super::wording::short(length_m));
+    let text = format!("{begin}{}{end} {} m{camera}", between.repeat(cells), short(length_m));
     Text::styled(text, look.theme.faint())
 }

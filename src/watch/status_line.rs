@@ -7,8 +7,9 @@ use ratatui::text::{Line, Span};
 
 use super::condition::Condition;
 use super::screen::Screen;
+use super::theme::strong;
 use super::wording::short;
-use crate::observe::Scene;
+use crate::observe::{Link, Scene};
 
 /// Draws it.
 pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, scene: &Scene, screen: &Screen) {
@@ -16,8 +17,8 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, scene: &Scene, screen: &Sc
     let condition = Condition::of(scene);
     let sign = condition.sign(look.glyphs);
     let mut spans = vec![Span::styled(format!(" {sign} {:<8} ", condition.word), look.theme.block(condition.tone))];
-    let is_live = matches!(scene.link, crate::observe::Link::Live);
-    let style = if is_live { look.theme.strong() } else { look.theme.faint() };
+    let is_live = scene.link == Link::Live;
+    let style = if is_live { strong() } else { look.theme.faint() };
     if let Some(still) = &scene.frame {
         let header = &still.header;
         spans.push(Span::styled(format!("  t {:.3} s", header.sim_time_s()), style));

@@ -60,9 +60,9 @@ impl Theme {
     pub(super) fn faint(self) -> Style {
         Style::new().fg(self.colour(Color::Gray)).add_modifier(Modifier::DIM)
     }
+}
 
-    /// What is read first.
-    pub(super) fn strong(self) -> Style {
-        Style::new().add_modifier(Modifier::BOLD)
-    }
+/// What is read first.
+pub(super) fn strong() -> Style {
+    Style::new().add_modifier(Modifier::BOLD)
 }

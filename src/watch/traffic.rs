@@ -3,7 +3,7 @@
 use ratatui::text::{Line, Span};
 
 use super::screen::Look;
-use super::theme::Tone;
+use super::theme::{Tone, strong};
 use super::wording::span;
 use crate::observe::Scene;
 
@@ -16,7 +16,7 @@ pub(super) fn lines(scene: &Scene, look: Look) -> Vec<Line<'static>> {
     vec![
         Line::from(vec![
             Span::styled(format!("{:<10}", "frames"), look.theme.faint()),
-            Span::styled(format!("{:.1} Hz", traffic.rate_hz), look.theme.strong()),
+            Span::styled(format!("{:.1} Hz", traffic.rate_hz), strong()),
         ]),
         counts([("lost", Some(traffic.lost)), ("restarts", Some(traffic.restarts))], look),
         counts([("overruns", overruns), ("", None)], look),
@@ -31,7 +31,7 @@ fn counts(counts: [(&'static str, Option<u64>); 2], look: Look) -> Line<'static>
     let mut spans = Vec::new();
     for (name, count) in counts {
         let Some(count) = count else { continue };
-        let style = if count > 0 { look.theme.text(Tone::Caution) } else { look.theme.strong() };
+        let style = if count > 0 { look.theme.text(Tone::Caution) } else { strong() };
         spans.push(Span::styled(format!("{name:<10}"), look.theme.faint()));
         spans.push(Span::styled(format!("{count:<6}"), style));
     }
