@@ -19,12 +19,9 @@ mod guarding;
 mod hz;
 mod iox2_config;
 mod latency;
-<<<<<<< HEAD
 mod listening;
-mod metrics;
-=======
 mod man;
->>>>>>> a40bb45 (Completions for shells and a manual, made of the command line itself; every help has examples, and all of them parse)
+mod metrics;
 mod monitor;
 mod parent;
 mod progress;
