@@ -63,6 +63,7 @@ pub(crate) enum Command {
   bench-dragon show --time-scale 20
   bench-dragon show --config stage.toml --out rehearsal-3 --fail-on-contact
   bench-dragon show --guard --start-at 405
+  bench-dragon show --view --time-scale 20    with a page for the browser, whose address is printed
 
 With --timecode it goes on until Ctrl-C or `ctl stop`: the timecode may come back from wherever it has gone.")]
     Show(ShowArgs),

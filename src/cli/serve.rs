@@ -1,11 +1,12 @@
 //! `serve` and `show`.
 
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use bench_dragon::config::Priority;
 use clap::{Args, ValueHint};
 
-use super::value::{cpu, finite, priority, rate, readers, spin, time_scale};
+use super::value::{cpu, finite, listen_address, priority, rate, readers, spin, time_scale};
 use super::{BusArgs, ChildArgs, ConfigArgs, FormatArgs, TimecodeArgs};
 
 /// How a server paces.
@@ -64,6 +65,16 @@ pub(crate) struct ShowArgs {
     /// Exit with status 3 where benches touched.
     #[arg(long)]
     pub(crate) fail_on_contact: bool,
+    /// Serve the page on which the show is seen and steered, and print its address; port 0 takes a free one.
+    #[arg(
+        long,
+        value_name = "ADDRESS:PORT",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "127.0.0.1:8223",
+        value_parser = listen_address
+    )]
+    pub(crate) view: Option<SocketAddr>,
     #[command(flatten)]
     pub(crate) format: FormatArgs,
 }

@@ -5,17 +5,17 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
 
 use anyhow::Context as _;
 use bench_dragon::web::Site;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::cli::{Format, SiteArgs};
 use crate::command::output::{print_json, print_line};
 
 /// What is printed once there is something to open.
-#[derive(Serialize)]
+#[derive(Debug, Serialize, Deserialize)]
 #[serde(tag = "type", rename = "listening")]
-struct ListeningLine {
-    url: String,
-    address: SocketAddr,
+pub(super) struct ListeningLine {
+    pub(super) url: String,
+    pub(super) address: SocketAddr,
 }
 
 /// Listens at an address.

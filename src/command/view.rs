@@ -19,7 +19,7 @@ use crate::command::parent::follow_parent;
 /// Scenes a second: those of most screens.
 const SCENES_HZ: u32 = 60;
 /// The token of one's own, where it is set.
-const TOKEN_VARIABLE: &str = "BENCH_DRAGON_TOKEN";
+pub(super) const TOKEN_VARIABLE: &str = "BENCH_DRAGON_TOKEN";
 
 pub(crate) fn run(args: &ViewArgs) -> anyhow::Result<ExitCode> {
     follow_parent(args.child)?;

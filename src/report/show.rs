@@ -56,4 +56,7 @@ pub struct Restarts {
     pub monitor: u32,
     /// The recorder.
     pub record: u32,
+    /// The page; absent in what shows without one have said.
+    #[serde(default)]
+    pub view: u32,
 }

@@ -51,6 +51,7 @@ mod seed;
 mod service_manager;
 mod shell;
 mod show;
+mod show_view;
 mod signals;
 mod skip;
 mod slow_readers;

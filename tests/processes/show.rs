@@ -95,7 +95,7 @@ fn a_show_plays_to_its_first_contact_and_reports_it() {
     assert_eq!(summary["contact"]["benches"], json!([0, 8]));
     assert_eq!(summary["frames"]["missed_by_monitor"], 0);
     assert_eq!(summary["frames"]["missed_by_recorder"], 0);
-    assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 0, "record": 0 }));
+    assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 0, "record": 0, "view": 0 }));
     assert!(ended.stderr.lines().any(|line| line == "412.473838 s: contact, benches 0 and 8"), "{}", ended.stderr);
     let written = fs::read_to_string(stage.path("out/summary.json")).expect("a summary");
     assert_eq!(serde_json::from_str::<Value>(&written).expect("JSON"), summary);
@@ -158,7 +158,7 @@ fn a_show_ends_when_its_server_is_asked_to_stop() {
     let ended = show.end();
     assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
     let summary = ended.last_json();
-    assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 0, "record": 0 }));
+    assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 0, "record": 0, "view": 0 }));
     assert_books_balance(&stage, &summary);
 }
 
@@ -171,7 +171,7 @@ fn a_killed_monitor_is_started_again() {
     let complaint = playing.show.complaint();
     assert_eq!(complaint, "monitor ended with signal: 9 (SIGKILL): starting it again");
     let (summary, _) = playing.interrupt();
-    assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 1, "record": 0 }));
+    assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 1, "record": 0, "view": 0 }));
     assert_eq!(summary["frames"]["missed_by_recorder"], 0, "the recorder is not concerned");
 }
 
@@ -183,7 +183,7 @@ fn a_killed_recorder_is_started_again_beside_its_repaired_file() {
     await_child(playing.show.pid(), "record", Some(first));
     eventually(|| playing.stage.path("out/recording-2.mcap").exists().then_some(()));
     let (summary, _) = playing.interrupt();
-    assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 0, "record": 1 }));
+    assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 0, "record": 1, "view": 0 }));
     assert_eq!(summary["frames"]["missed_by_monitor"], 0, "the monitor is not concerned");
 }
 
@@ -233,7 +233,7 @@ fn a_killed_server_is_started_again_and_the_dragon_stands_held_where_it_was() {
         Some(held[0].header.head_travel_m),
         "where the last frame showed it, and nowhere else"
     );
-    assert_eq!(summary["restarts"], json!({ "serve": 1, "monitor": 0, "record": 0 }));
+    assert_eq!(summary["restarts"], json!({ "serve": 1, "monitor": 0, "record": 0, "view": 0 }));
     assert_eq!(summary["run_id"], first_step.header.run_id);
     assert!(ended.stderr.contains("serve ended with signal: 9 (SIGKILL): starting it again"), "{}", ended.stderr);
     assert!(ended.stderr.contains("`bench-dragon ctl release` lets it walk"), "{}", ended.stderr);
@@ -327,7 +327,7 @@ fn a_second_show_on_an_instance_is_refused_and_the_first_goes_on() {
     assert_eq!(second.code(), Some(1), "{}", second.stdout);
     assert!(second.stderr.contains("a server already runs on instance"), "{}", second.stderr);
     let (summary, _) = playing.interrupt();
-    assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 0, "record": 0 }));
+    assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 0, "record": 0, "view": 0 }));
 }
 
 #[test]

@@ -54,6 +54,8 @@ impl Account {
             Role::Serve => self.take_serve_line(&serde_json::from_str(line).with_context(unreadable)?),
             Role::Monitor => self.take_monitor_line(serde_json::from_str(line).with_context(unreadable)?),
             Role::Record => self.take_record_line(&serde_json::from_str(line).with_context(unreadable)?),
+            // Only where it listens, which is where it did before.
+            Role::View => {}
         }
         Ok(())
     }

@@ -19,6 +19,7 @@ pub(super) enum Role {
     Serve,
     Monitor,
     Record,
+    View,
 }
 
 impl Role {
@@ -28,9 +29,13 @@ impl Role {
             Self::Serve => "serve",
             Self::Monitor => "monitor",
             Self::Record => "record",
+            Self::View => "view",
         }
     }
 }
+
+/// What a child's environment has beside the show's own: what others may not read in its arguments.
+pub(super) type Environment<'a> = &'a [(&'a str, &'a str)];
 
 /// What a child's reader has to tell.
 #[derive(Debug)]
@@ -51,12 +56,18 @@ pub(super) struct Child {
 impl Child {
     /// Starts this program again as a child, in a process group of its own, so that the terminal's Ctrl-C reaches it
     /// only through the show. Every line that it prints comes as an event.
-    pub(super) fn start(role: Role, args: &[String], events: Sender<Event>) -> anyhow::Result<Self> {
+    pub(super) fn start(
+        role: Role,
+        args: &[String],
+        environment: Environment<'_>,
+        events: Sender<Event>,
+    ) -> anyhow::Result<Self> {
         let program = std::env::current_exe().context("cannot find this program")?;
         let mut process = Command::new(program)
             .arg(role.name())
             .args(args)
             .args(["--format", "json", "--parent", &std::process::id().to_string()])
+            .envs(environment.iter().copied())
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .process_group(0)

@@ -1,10 +1,10 @@
-//! The three children together: what they say, and their end.
+//! The children together: what they say, and their end.
 
 use std::time::{Duration, Instant};
 
 use crossbeam::channel::{self, Receiver, Sender};
 
-use super::child::{Child, Event, Role};
+use super::child::{Child, Environment, Event, Role};
 use crate::command::output::complain;
 
 /// How long a child may take to end: a recorder has to write what is in flight.
@@ -29,8 +29,18 @@ impl Children {
 
     /// Starts a child.
     pub(super) fn start(&mut self, role: Role, args: &[String]) -> anyhow::Result<()> {
-        self.running.push((role, Child::start(role, args, self.sender.clone())?));
+        self.start_in(role, args, &[])
+    }
+
+    /// Starts a child with more in its environment.
+    pub(super) fn start_in(&mut self, role: Role, args: &[String], environment: Environment<'_>) -> anyhow::Result<()> {
+        self.running.push((role, Child::start(role, args, environment, self.sender.clone())?));
         Ok(())
+    }
+
+    /// Whether a child has been started and not been waited for.
+    pub(super) fn is_running(&self, role: Role) -> bool {
+        self.running.iter().any(|(other, _)| *other == role)
     }
 
     /// What a child says next, if it comes before `timeout`.

@@ -1,8 +1,8 @@
-//! `show`: serve, monitor and record as child processes, looked after until the end, then a report.
+//! `show`: serve, monitor, record and perhaps a page as child processes, looked after until the end, then a report.
 //!
 //! The order matters at both ends. At the start the server waits for its three readers (monitor, recorder and the show
-//! itself), so that tick 0 reaches all. At the end the server stops first, and only then are the two readers asked to
-//! finish what is still in their buffers.
+//! itself), so that tick 0 reaches all; the page is there before it, to be opened meanwhile. At the end the server stops
+//! first, and only then are the two readers asked to finish what is still in their buffers; the page ends last.
 
 use std::fs;
 use std::path::PathBuf;
@@ -24,6 +24,7 @@ mod child;
 mod children;
 mod folder;
 mod live_line;
+mod page;
 mod patience;
 mod report;
 mod starting;
@@ -34,6 +35,7 @@ use account::Account;
 use child::{Event, Role};
 use children::Children;
 use folder::{make_folder, remove_unused, repair_earlier_shows, write_config};
+use page::Page;
 use patience::{MAX_RESTARTS, WINDOW};
 use report::print_report;
 use watch::Watch;
@@ -50,7 +52,7 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     repair_earlier_shows();
     let folder = make_folder(args.out.as_deref())?;
     let _in_use = write_config(&folder, &config)?;
-    let mut show = Show::new(args, &config, domain, folder);
+    let mut show = Show::new(args, &config, domain, folder)?;
     let outcome = show.play(&stop);
     let summary = show.finish(outcome)?;
     print_report(args.format.format, &summary, &show.folder)?;
@@ -75,6 +77,8 @@ struct Show<'a> {
     /// Whether a guard keeps the benches from touching.
     guarded: bool,
     children: Children,
+    /// The page, where one was asked for.
+    page: Option<Page>,
     frames: Option<FrameSubscriber>,
     status: Option<StatusReader>,
     last: Option<FrameHeader>,
@@ -93,15 +97,16 @@ struct Show<'a> {
 }
 
 impl<'a> Show<'a> {
-    fn new(args: &'a ShowArgs, config: &Config, domain: Domain, folder: PathBuf) -> Self {
+    fn new(args: &'a ShowArgs, config: &Config, domain: Domain, folder: PathBuf) -> anyhow::Result<Self> {
         let start_s = args.pace.start_at.unwrap_or_else(|| config.start_s());
         let end_s = args.pace.until.unwrap_or_else(|| config.end_s());
-        Self {
+        Ok(Self {
             args,
             domain,
             folder,
             guarded: config.is_guarded(),
             children: Children::new(),
+            page: args.view.map(Page::new).transpose()?,
             frames: None,
             status: None,
             last: None,
@@ -112,11 +117,12 @@ impl<'a> Show<'a> {
             restarts: Vec::new(),
             watch: Watch::new(Instant::now()),
             is_stopped: false,
-        }
+        })
     }
 
     /// Plays the show until it is over, or a signal.
     fn play(&mut self, stop: &StopFlag) -> anyhow::Result<()> {
+        self.open_page(stop)?;
         self.start_server()?;
         self.await_server(stop)?;
         self.start_monitor()?;
@@ -157,6 +163,7 @@ impl<'a> Show<'a> {
         self.account.close_monitor();
         self.account.close_recorder();
         self.account.line.clear();
+        self.end_children(&[Role::View])?;
         if outcome.is_err() && self.last.is_none() && self.args.out.is_none() {
             remove_unused(&self.folder);
         }
@@ -205,7 +212,7 @@ impl<'a> Show<'a> {
             return self.end_with_server();
         }
         match role {
-            Role::Serve => {}
+            Role::Serve | Role::View => {}
             Role::Monitor => self.account.close_monitor(),
             Role::Record => self.account.close_recorder(),
         }
@@ -219,7 +226,7 @@ impl<'a> Show<'a> {
             (None, Role::Serve) => bail!("serve {} {status}: giving up", too_often()),
             // Without its guard the dragon stands for good.
             (None, Role::Monitor) if self.guarded => bail!("the guard {} {status}: giving up", too_often()),
-            (None, Role::Monitor | Role::Record) => {
+            (None, Role::Monitor | Role::Record | Role::View) => {
                 self.account.has_given_up = true;
                 "the show goes on without it"
             }
@@ -247,6 +254,7 @@ impl<'a> Show<'a> {
                 Role::Serve => self.start_server()?,
                 Role::Monitor => self.start_monitor()?,
                 Role::Record => self.start_recorder()?,
+                Role::View => self.start_page()?,
             }
         }
         Ok(())
@@ -262,6 +270,7 @@ impl<'a> Show<'a> {
                     joined => return Ok(joined?),
                 },
                 Some(Event::Closed(Role::Serve)) => self.take_early_end()?,
+                Some(Event::Closed(role)) => self.take_end(role)?,
                 _ => {}
             }
         }

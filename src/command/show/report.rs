@@ -32,9 +32,10 @@ pub(super) fn print_report(format: Format, summary: &ShowSummary, folder: &Path)
     print_line(format_args!("lateness        {}", percentiles(&summary.lateness_us)))?;
     print_line(format_args!("latency         {}, frame due to frame monitored", percentiles(&summary.latency_us)))?;
     print_line(format_args!("overruns        {}", summary.overruns))?;
-    let Restarts { serve, monitor, record } = summary.restarts;
-    if serve + monitor + record > 0 {
-        print_line(format_args!("restarts        {serve} serve, {monitor} monitor, {record} record"))?;
+    let Restarts { serve, monitor, record, view } = summary.restarts;
+    if serve + monitor + record + view > 0 {
+        let view = if view > 0 { format!(", {view} view") } else { String::new() };
+        print_line(format_args!("restarts        {serve} serve, {monitor} monitor, {record} record{view}"))?;
     }
     print_line(format_args!("in              {}", folder.display()))?;
     Ok(())

@@ -20,7 +20,9 @@ impl Show<'_> {
         let mut args = self.bus_args();
         args.extend(self.timecode_args());
         args.extend(["--config".to_owned(), self.folder.join("config.toml").display().to_string()]);
-        args.extend(["--readers".to_owned(), READERS.to_string()]);
+        // A page that runs is one reader more, in the place of none of those.
+        let readers = READERS + usize::from(self.children.is_running(Role::View));
+        args.extend(["--readers".to_owned(), readers.to_string()]);
         if let Some(until_s) = self.args.pace.until {
             args.push(format!("--until={until_s}"));
         }
@@ -76,7 +78,7 @@ impl Show<'_> {
         .collect()
     }
 
-    fn bus_args(&self) -> Vec<String> {
+    pub(super) fn bus_args(&self) -> Vec<String> {
         vec!["--instance".to_owned(), self.domain.instance().to_string()]
     }
 }

@@ -76,6 +76,7 @@ impl Tally {
             Role::Serve => &mut self.restarts.serve,
             Role::Monitor => &mut self.restarts.monitor,
             Role::Record => &mut self.restarts.record,
+            Role::View => &mut self.restarts.view,
         }
     }
 

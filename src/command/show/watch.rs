@@ -6,7 +6,7 @@ use super::child::Role;
 use super::patience::Patience;
 
 /// How long a child may show no sign of life: a server no frame after its first one, a monitor no line while frames come.
-/// A recorder gives none.
+/// A recorder and a page give none.
 pub(super) const LONGEST_SILENCE: Duration = Duration::from_secs(5);
 /// The longest time between two looks that counts. A show that was itself suspended blames nobody.
 const LONGEST_LOOK: Duration = Duration::from_millis(200);
@@ -17,7 +17,7 @@ const LONGEST_PERIOD: Duration = Duration::from_millis(1500);
 /// What the show knows of its children's lives.
 #[derive(Debug)]
 pub(super) struct Watch {
-    lives: [Life; 3],
+    lives: [Life; 4],
     looked: Instant,
 }
 
