@@ -32,9 +32,9 @@ const OVERDUE_PERIODS: u64 = 2;
 ///
 /// A subscriber tells how it fares, in a [`ReaderReport`](crate::ReaderReport) about once a second, for whoever watches over the
 /// readers. It does so inside [`FrameSubscriber::receive`] where no frame is there to be read, so that none waits for a report;
-/// only a reader that always finds another one, and so is late anyway, reports before it hands that out. A report takes about a
-/// microsecond and one allocation, nothing else of reading allocates; to tell the time it looks at the frames instead of a clock.
-/// Where a report cannot be sent, nothing else is any different.
+/// only a reader that always finds another one, and so is late anyway, reports before it hands that out. A report takes about
+/// ten microseconds and one allocation, nothing else of reading allocates; to tell the time it looks at the frames instead of a
+/// clock. Where a report cannot be sent, nothing else is any different.
 ///
 /// One thread uses a subscriber at a time.
 #[derive(Debug)]
