@@ -80,11 +80,11 @@ impl Camera {
             return None;
         }
         let size = (all.high - all.low) * (1.0 + 2.0 * MARGIN);
-        let (columns, rows) = (f64::from(area.width), f64::from(area.height));
-        let cell_m = (size.x / columns).max(size.y / (2.0 * rows)).max(1e-6) / self.zoom;
         let [across, up] = glyphs.dots().map(f64::from);
-        // The canvas puts its bounds into the middle of the outermost dots.
-        let half = 0.5 * DVec2::new(cell_m * (columns - 1.0 / across), 2.0 * cell_m * (rows - 1.0 / up));
+        // In cells, from the middle of the outermost dots, where the canvas puts its bounds.
+        let (columns, rows) = (f64::from(area.width) - 1.0 / across, f64::from(area.height) - 1.0 / up);
+        let cell_m = (size.x / columns.max(0.5)).max(size.y / (2.0 * rows.max(0.5))).max(1e-6) / self.zoom;
+        let half = 0.5 * DVec2::new(cell_m * columns, 2.0 * cell_m * rows);
         let centre = self.centre(&all, scene);
         let extent = Extent { low: centre - half, high: centre + half };
         Some(Window { extent, cell_m, dot_m: 2.0 * cell_m / up })

@@ -113,7 +113,7 @@ mod tests {
             "dragon",
             "live",
             "0.120694 m",
-            "benches 0 and 10",
+            "benches 0 and 21",
             "at 412.474 s",
             "in 112.5 s, 0 and 8",
             "2 alerts",

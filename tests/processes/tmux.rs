@@ -103,10 +103,11 @@ impl<'a> Tmux<'a> {
         self.until(PROMPT, |text| text.trim_end().lines().last().is_some_and(|line| line.trim_end() == PROMPT))
     }
 
-    /// What a command of the shell prints.
-    pub(crate) fn shell(&self, command: &str) -> String {
-        self.type_text(&format!("clear; {command}"));
+    /// What a command of the shell prints, in which this is to be.
+    pub(crate) fn shell(&self, command: &str, wanted: &str) -> String {
+        self.type_text(command);
         self.press("Enter");
+        self.until_shown(wanted);
         self.await_prompt()
     }
 
