@@ -5,7 +5,8 @@
 import { createRequire } from 'node:module';
 import path from 'node:path';
 
-const installed = createRequire(path.join(process.env.BENCH_DRAGON_NODE, 'package.json'));
+const packages = process.env.BENCH_DRAGON_NODE ?? path.resolve(import.meta.dirname, '../../target/node');
+const installed = createRequire(path.join(packages, 'package.json'));
 export const { chromium } = installed('playwright-core');
 export const axeSource = installed('axe-core').source;
 
@@ -17,7 +18,7 @@ const FLAGS = [
 
 /** Chromium, until the scenario is over. */
 export async function withBrowser(scenario) {
-  const browser = await chromium.launch({ executablePath: process.env.BENCH_DRAGON_CHROMIUM, args: FLAGS });
+  const browser = await chromium.launch({ executablePath: process.env.BENCH_DRAGON_CHROMIUM ?? '/usr/bin/chromium', args: FLAGS });
   try {
     await scenario(browser);
   } finally {

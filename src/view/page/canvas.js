@@ -26,6 +26,8 @@ export function fineCanvas(canvas, resized) {
   measure();
   return {
     context,
+    /** @returns {number} the screen's own pixels for one of the page's */
+    ratio: () => ratio,
     begin() {
       context.setTransform(ratio, 0, 0, ratio, 0, 0);
     },

@@ -17,6 +17,8 @@ import { RouteLayer } from './route_layer.js';
 
 /** Boards that are narrower than this, in pixels, are drawn as one line: nobody sees their ends. */
 const LINE_BELOW_PX = 2.5;
+/** Lines that are narrower than this, in the screen's own pixels, are drawn one pixel wide. */
+const WIDE_LINE_PX = 1.5;
 /** Boards of at least this width show their hinges. */
 const HINGES_FROM_PX = 11;
 /** Boards in one path: the cost of filling a path grows faster than its length. */
@@ -107,7 +109,9 @@ export class Plan {
     const width_px = board(frame, run, 0).halfWidth_m * 2 * scale;
     if (width_px < LINE_BELOW_PX) {
       context.strokeStyle = colours.wood;
-      context.lineWidth = Math.max(width_px, 1) / scale;
+      // At least one of the screen's own pixels: lines of one are drawn several times as fast as wider ones.
+      const ratio = this.#screen.ratio();
+      context.lineWidth = (width_px * ratio < WIDE_LINE_PX ? 1 / ratio : width_px) / scale;
       for (const path of lines(frame, this.#camera)) context.stroke(path);
     } else {
       context.lineWidth = Math.min(Math.max(width_px / 9, 0.6), 2) / scale;
