@@ -2,8 +2,22 @@
 'use strict';
 
 const COLOURS = [
-  '#1c2227', '#ff6b5f', '#5fd3a0', '#f2b544', '#6ba8f5', '#c48be0', '#4fd1c5', '#d6dde2',
-  '#7d8a94', '#ff8f85', '#86e5bb', '#ffcf70', '#93c2ff', '#dcaef2', '#83e6dc', '#ffffff',
+  '#1c2227',
+  '#ff6b5f',
+  '#5fd3a0',
+  '#f2b544',
+  '#6ba8f5',
+  '#c48be0',
+  '#4fd1c5',
+  '#d6dde2',
+  '#7d8a94',
+  '#ff8f85',
+  '#86e5bb',
+  '#ffcf70',
+  '#93c2ff',
+  '#dcaef2',
+  '#83e6dc',
+  '#ffffff',
 ];
 const [INK, GROUND] = ['#d6dde2', '#0d1216'];
 
@@ -60,7 +74,13 @@ function extended([kind, ...values]) {
   if (kind === 2) return [`rgb(${values.slice(0, 3).join()})`, 4];
   const index = values[0];
   if (index < 16) return [COLOURS[index], 2];
-  if (index >= 232) return [`rgb(${Array(3).fill(8 + 10 * (index - 232)).join()})`, 2];
+  if (index >= 232)
+    return [
+      `rgb(${Array(3)
+        .fill(8 + 10 * (index - 232))
+        .join()})`,
+      2,
+    ];
   const level = (step) => (step === 0 ? 0 : 55 + 40 * step);
   const cube = index - 16;
   return [`rgb(${[Math.floor(cube / 36), Math.floor(cube / 6) % 6, cube % 6].map(level).join()})`, 2];
@@ -68,7 +88,12 @@ function extended([kind, ...values]) {
 
 function cell(character, { ink, ground, isBold, isFaint, isReversed }) {
   const [front, back] = isReversed ? [ground ?? GROUND, ink] : [ink, ground];
-  const look = [`color:${front}`, back === null ? '' : `background:${back}`, isBold ? 'font-weight:700' : '', isFaint ? 'opacity:.65' : ''];
+  const look = [
+    `color:${front}`,
+    back === null ? '' : `background:${back}`,
+    isBold ? 'font-weight:700' : '',
+    isFaint ? 'opacity:.65' : '',
+  ];
   const isBraille = character >= '\u2800' && character <= '\u28ff';
   const escaped = character.replace(/[&<]/g, (one) => (one === '&' ? '&amp;' : '&lt;'));
   return `<i${isBraille ? ' class="wide"' : ''} style="${look.filter(Boolean).join(';')}">${escaped}</i>`;

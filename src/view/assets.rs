@@ -33,6 +33,7 @@ pub(super) const ASSETS: &[Asset] = &assets! {
     "/connection.js", "connection.js", SCRIPT;
     "/controls.js", "controls.js", SCRIPT;
     "/details.js", "details.js", SCRIPT;
+    "/dragon_paths.js", "dragon_paths.js", SCRIPT;
     "/element.js", "element.js", SCRIPT;
     "/figures.js", "figures.js", SCRIPT;
     "/format.js", "format.js", SCRIPT;
@@ -40,13 +41,16 @@ pub(super) const ASSETS: &[Asset] = &assets! {
     "/gap.js", "gap.js", SCRIPT;
     "/icon.svg", "icon.svg", PICTURE;
     "/keys.js", "keys.js", SCRIPT;
+    "/levels.js", "levels.js", SCRIPT;
     "/main.js", "main.js", SCRIPT;
+    "/nearest_mark.js", "nearest_mark.js", SCRIPT;
     "/overlap.js", "overlap.js", SCRIPT;
     "/pace.js", "pace.js", SCRIPT;
     "/palette.js", "palette.js", SCRIPT;
     "/plan.js", "plan.js", SCRIPT;
     "/pointer.js", "pointer.js", SCRIPT;
     "/route_layer.js", "route_layer.js", SCRIPT;
+    "/scale_bar.js", "scale_bar.js", SCRIPT;
     "/show.js", "show.js", SCRIPT;
     "/standing.js", "standing.js", SCRIPT;
     "/strip.js", "strip.js", SCRIPT;

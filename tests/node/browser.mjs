@@ -12,13 +12,21 @@ export const axeSource = installed('axe-core').source;
 
 const PATIENCE_MS = 60_000;
 const FLAGS = [
-  '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
-  '--disable-component-update', '--disable-sync',
+  '--no-sandbox',
+  '--disable-gpu',
+  '--disable-quic',
+  '--no-first-run',
+  '--disable-background-networking',
+  '--disable-component-update',
+  '--disable-sync',
 ];
 
 /** Chromium, until the scenario is over. */
 export async function withBrowser(scenario) {
-  const browser = await chromium.launch({ executablePath: process.env.BENCH_DRAGON_CHROMIUM ?? '/usr/bin/chromium', args: FLAGS });
+  const browser = await chromium.launch({
+    executablePath: process.env.BENCH_DRAGON_CHROMIUM ?? '/usr/bin/chromium',
+    args: FLAGS,
+  });
   try {
     await scenario(browser);
   } finally {
@@ -28,7 +36,11 @@ export async function withBrowser(scenario) {
 
 /** A page at an address, and what it has complained about. */
 export async function openPage(browser, address, options = {}) {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, colorScheme: 'light', ...options });
+  const context = await browser.newContext({
+    viewport: { width: 1280, height: 800 },
+    colorScheme: 'light',
+    ...options,
+  });
   context.setDefaultTimeout(PATIENCE_MS);
   const page = await context.newPage();
   const complaints = [];

@@ -22,7 +22,9 @@ await withBrowser(async (browser) => {
   await stands(page, 'view-lost');
   say({ type: 'start a view', shown_after_ms: await shownAfterMs(page) });
   await stands(page, 'running');
-  const refused = complaints.filter((complaint) => !complaint.includes('ERR_CONNECTION_REFUSED') && !complaint.includes('WebSocket'));
+  const refused = complaints.filter(
+    (complaint) => !complaint.includes('ERR_CONNECTION_REFUSED') && !complaint.includes('WebSocket'),
+  );
   expect(refused.length === 0, refused.join('\n'));
 
   say({ type: 'end the view' });

@@ -10,7 +10,10 @@ await withBrowser(async (browser) => {
   const { page, complaints } = await openPage(browser, address.replace(/#.*/, ''));
   await stands(page, 'running');
   await reads(page, '#reply', /open the address that bench-dragon view printed/);
-  const enabled = await page.$$eval('#controls button, #controls input', (all) => all.filter((one) => !one.disabled).length);
+  const enabled = await page.$$eval(
+    '#controls button, #controls input',
+    (all) => all.filter((one) => !one.disabled).length,
+  );
   expect(enabled === 0, `${enabled} controls are enabled without a token`);
   await page.keyboard.press('h');
   await page.keyboard.press('Space');

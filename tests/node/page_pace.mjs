@@ -28,5 +28,7 @@ await withBrowser(async (browser) => {
 });
 
 function second() {
-  return new Promise((resolve) => { setTimeout(resolve, 1000); });
+  return new Promise((resolve) => {
+    setTimeout(resolve, 1000);
+  });
 }

@@ -5,7 +5,14 @@
 /** @typedef {{isAccepted: boolean, text: string}} Reply */
 
 const ANSWER_WITHIN_MS = 10_000;
-const DONE = { pause: 'paused', resume: 'resumed', hold: 'held', release: 'released', speed: 'new speed', seek: 'put there' };
+const DONE = {
+  pause: 'paused',
+  resume: 'resumed',
+  hold: 'held',
+  release: 'released',
+  speed: 'new speed',
+  seek: 'put there',
+};
 
 /**
  * @param {Command} command

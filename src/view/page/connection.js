@@ -40,7 +40,9 @@ export class Connection {
     this.#listener = listener;
     setInterval(() => this.#lookWhetherSilent(), LOOK_PERIOD_MS);
     // A hidden tab hears little, and that is no fault of the view's.
-    document.addEventListener('visibilitychange', () => { this.line.heard_ms = performance.now(); });
+    document.addEventListener('visibilitychange', () => {
+      this.line.heard_ms = performance.now();
+    });
   }
 
   /** Connects anew, with another token. @param {string} token */
@@ -59,16 +61,24 @@ export class Connection {
     if (typeof access === 'string') return this.#refuse(access);
     this.#listener.access(access);
     if (!access.may_view) return this.#refuse('Seeing this show needs the address with the token.');
-    if (access.viewers >= access.max_viewers) return this.#refuse(`${access.viewers} pages look already, and more there may not be.`);
+    if (access.viewers >= access.max_viewers)
+      return this.#refuse(`${access.viewers} pages look already, and more there may not be.`);
     this.#openSocket(attempt);
   }
 
-  /** What the view allows; a reason where it refuses; `null` where it is not there. @returns {Promise<Access | string | null>} */
+  /**
+   * What the view allows; a reason where it refuses; `null` where it is not there.
+   * @returns {Promise<Access | string | null>}
+   */
   async #askForAccess() {
     try {
       /** @type {HeadersInit} */
       const headers = this.#token === null ? {} : { Authorization: `Bearer ${this.#token}` };
-      const response = await fetch('/access', { headers, cache: 'no-store', signal: AbortSignal.timeout(OPEN_WITHIN_MS) });
+      const response = await fetch('/access', {
+        headers,
+        cache: 'no-store',
+        signal: AbortSignal.timeout(OPEN_WITHIN_MS),
+      });
       return response.ok ? await response.json() : (await response.text()).trim();
     } catch {
       return null;
@@ -78,7 +88,10 @@ export class Connection {
   /** @param {number} attempt */
   #openSocket(attempt) {
     const protocols = [PROTOCOL, ...(this.#token === null ? [] : [TOKEN_PROTOCOL + this.#token])];
-    const socket = new WebSocket(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/stream`, protocols);
+    const socket = new WebSocket(
+      `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/stream`,
+      protocols,
+    );
     socket.binaryType = 'arraybuffer';
     this.#socket = socket;
     const limit = setTimeout(() => socket.close(), OPEN_WITHIN_MS);
@@ -120,7 +133,8 @@ export class Connection {
 
   /** Once is enough: a view of another version would send the same for ever. @param {string} what */
   #warn(what) {
-    if (!this.#hasWarned) console.warn(`bench-dragon: ${what} of the view's was not understood; is the view of another version?`);
+    if (!this.#hasWarned)
+      console.warn(`bench-dragon: ${what} of the view's was not understood; is the view of another version?`);
     this.#hasWarned = true;
   }
 
@@ -148,7 +162,9 @@ export class Connection {
     if (state !== undefined) this.#set(state);
     else if (this.line.state === 'open') this.#set('lost');
     const attempt = this.#attempt;
-    setTimeout(() => { if (attempt === this.#attempt) void this.open(); }, this.#delay_ms);
+    setTimeout(() => {
+      if (attempt === this.#attempt) void this.open();
+    }, this.#delay_ms);
     this.#delay_ms = Math.min(this.#delay_ms * 2, LONGEST_DELAY_MS);
   }
 

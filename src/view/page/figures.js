@@ -31,7 +31,10 @@ function writeClearance(show) {
   write(html('clearance'), format.millimetres(nearest?.clearance_m));
   write(html('pair'), nearest === null ? 'no pair yet' : format.pair(nearest.benches));
   const least = lowest(status?.least ?? null, nearest, frame?.time_s ?? 0);
-  write(html('least'), least === null ? '' : `least ${format.millimetres(least.clearance_m)} at ${format.showTime(least.time_s)} s`);
+  write(
+    html('least'),
+    least === null ? '' : `least ${format.millimetres(least.clearance_m)} at ${format.showTime(least.time_s)} s`,
+  );
   clearanceFigure.dataset.level = level(nearest?.clearance_m, run?.near_m);
   clearanceFigure.dataset.clearanceM = String(nearest?.clearance_m ?? '');
   clearanceFigure.dataset.nearest = nearest === null ? '' : nearest.benches.join(' ');
@@ -77,7 +80,10 @@ function writeClock(show) {
   write(html('show-time'), time);
   write(html('clock'), time);
   const isEndless = run === null || run.end_s - run.start_s > 1e6;
-  write(html('time-more'), frame === null ? '' : `${format.minutes(frame.time_s)}${isEndless ? '' : ` of ${format.minutes(run.end_s)}`} min`);
+  write(
+    html('time-more'),
+    frame === null ? '' : `${format.minutes(frame.time_s)}${isEndless ? '' : ` of ${format.minutes(run.end_s)}`} min`,
+  );
   write(html('speed'), format.fixed(frame?.speed_mps, 2));
   write(html('speed-more'), frame === null ? '' : `walked ${format.fixed(frame.travel_m, 2)} m`);
 }
@@ -96,7 +102,9 @@ function writeHealth({ traffic, server }) {
 
 /** @param {import('./show.js').Percentiles | null | undefined} times */
 function percentiles(times) {
-  return times === null || times === undefined ? '–' : `${format.shortTime(times.p50)} · ${format.shortTime(times.p99)}`;
+  return times === null || times === undefined
+    ? '–'
+    : `${format.shortTime(times.p50)} · ${format.shortTime(times.p99)}`;
 }
 
 /** @param {number} left_s until a contact, on the clock on the wall */

@@ -36,7 +36,9 @@ export function shortTime(microseconds) {
 /** @param {Maybe} value a whole number, in groups of three */
 export function count(value) {
   if (value === null || value === undefined) return UNKNOWN;
-  return Math.round(value).toString().replace(/\B(?=(\d{3})+$)/g, '\u202f');
+  return Math.round(value)
+    .toString()
+    .replace(/\B(?=(\d{3})+$)/g, '\u202f');
 }
 
 /** @param {number} seconds how long ago */

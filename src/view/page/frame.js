@@ -53,9 +53,10 @@ export function readFrame(message) {
     travel_m: value(40),
     speed_mps: value(48),
     time_scale: value(56),
-    nearest: word(72) === NO_BENCH
-      ? null
-      : { clearance_m: value(64), benches: [word(72), word(76)], point_m: [value(80), value(88)] },
+    nearest:
+      word(72) === NO_BENCH
+        ? null
+        : { clearance_m: value(64), benches: [word(72), word(76)], point_m: [value(80), value(88)] },
     handles: new Float32Array(message, HEADER_LENGTH, values),
   };
 }

@@ -10,9 +10,15 @@
  * @returns {[Point, Point]}
  */
 export function gap(a, b) {
-  /** @type {[Point, Point]} */ let found = [[a.x, a.y], [b.x, b.y]];
+  /** @type {[Point, Point]} */ let found = [
+    [a.x, a.y],
+    [b.x, b.y],
+  ];
   let least_m = Infinity;
-  for (const [one, other, isSwapped] of /** @type {[Board, Board, boolean][]} */ ([[a, b, false], [b, a, true]])) {
+  for (const [one, other, isSwapped] of /** @type {[Board, Board, boolean][]} */ ([
+    [a, b, false],
+    [b, a, true],
+  ])) {
     for (const corner of corners(one)) {
       const foot = nearestPoint(other, corner);
       const distance_m = Math.hypot(foot[0] - corner[0], foot[1] - corner[1]);
@@ -24,7 +30,12 @@ export function gap(a, b) {
 
 /** @param {Board} board @returns {Point[]} */
 function corners({ x, y, ux, uy, halfLength_m, halfWidth_m }) {
-  return [[1, 1], [1, -1], [-1, 1], [-1, -1]].map(([along, across]) => [
+  return [
+    [1, 1],
+    [1, -1],
+    [-1, 1],
+    [-1, -1],
+  ].map(([along, across]) => [
     x + along * halfLength_m * ux - across * halfWidth_m * uy,
     y + along * halfLength_m * uy + across * halfWidth_m * ux,
   ]);

@@ -3,7 +3,10 @@
 
 import { element } from './element.js';
 
-/** @typedef {Record<string, () => void>} Keys what each key does, by its name; letters in upper case, after `Shift+` with Shift */
+/**
+ * What each key does, by its name; letters in upper case, after `Shift+` with Shift.
+ * @typedef {Record<string, () => void>} Keys
+ */
 
 const shortcuts = element('shortcuts', HTMLDialogElement);
 

@@ -129,11 +129,15 @@ function describe() {
   const { frame } = show;
   if (frame === null) return;
   const [x, y] = frame.handles;
-  const nearest = frame.nearest === null ? '' : ` Nearest are ${format.pair(frame.nearest.benches)}, ${format.millimetres(frame.nearest.clearance_m)} millimetres apart.`;
-  write(
-    element('plan-text', HTMLElement),
-    `${frame.benches} benches, ${frame.state}, at ${format.showTime(frame.time_s)} seconds. The head is at ${format.fixed(x, 2)}, ${format.fixed(y, 2)} metres.${nearest}`,
-  );
+  const sentences = [
+    `${frame.benches} benches, ${frame.state}, at ${format.showTime(frame.time_s)} seconds.`,
+    `The head is at ${format.fixed(x, 2)}, ${format.fixed(y, 2)} metres.`,
+  ];
+  if (frame.nearest !== null) {
+    const { benches, clearance_m } = frame.nearest;
+    sentences.push(`Nearest are ${format.pair(benches)}, ${format.millimetres(clearance_m)} millimetres apart.`);
+  }
+  write(element('plan-text', HTMLElement), sentences.join(' '));
 }
 
 /** @param {import('./pointer.js').Place} place @param {number} reach_px */
@@ -151,11 +155,14 @@ function look(move) {
   };
 }
 
-const fit = look(() => { camera.mode = 'fit'; });
+const fit = look(() => {
+  camera.mode = 'fit';
+});
 const follow = look(() => (camera.mode === 'follow' ? (camera.mode = 'free') : camera.follow()));
 const zoomIn = look(() => camera.zoom(ZOOM_STEP));
 const zoomOut = look(() => camera.zoom(1 / ZOOM_STEP));
-const pan = (/** @type {number} */ dx, /** @type {number} */ dy) => look(() => camera.pan(dx * PAN_STEP_PX, dy * PAN_STEP_PX));
+const pan = (/** @type {number} */ dx, /** @type {number} */ dy) =>
+  look(() => camera.pan(dx * PAN_STEP_PX, dy * PAN_STEP_PX));
 
 for (const [id, action] of Object.entries({ fit, follow, 'zoom-in': zoomIn, 'zoom-out': zoomOut })) {
   element(id, HTMLButtonElement).addEventListener('click', action);

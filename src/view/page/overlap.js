@@ -42,8 +42,10 @@ export function overlapping(frame, run) {
 function overlap(a, b) {
   const [dx, dy] = [b.x - a.x, b.y - a.y];
   const [cos, sin] = [Math.abs(a.ux * b.ux + a.uy * b.uy), Math.abs(a.ux * b.uy - a.uy * b.ux)];
-  return Math.abs(dx * a.ux + dy * a.uy) < a.halfLength_m + b.halfLength_m * cos + b.halfWidth_m * sin
-    && Math.abs(dy * a.ux - dx * a.uy) < a.halfWidth_m + b.halfLength_m * sin + b.halfWidth_m * cos
-    && Math.abs(dx * b.ux + dy * b.uy) < b.halfLength_m + a.halfLength_m * cos + a.halfWidth_m * sin
-    && Math.abs(dy * b.ux - dx * b.uy) < b.halfWidth_m + a.halfLength_m * sin + a.halfWidth_m * cos;
+  return (
+    Math.abs(dx * a.ux + dy * a.uy) < a.halfLength_m + b.halfLength_m * cos + b.halfWidth_m * sin &&
+    Math.abs(dy * a.ux - dx * a.uy) < a.halfWidth_m + b.halfLength_m * sin + b.halfWidth_m * cos &&
+    Math.abs(dx * b.ux + dy * b.uy) < b.halfLength_m + a.halfLength_m * cos + a.halfWidth_m * sin &&
+    Math.abs(dy * b.ux - dx * b.uy) < b.halfWidth_m + a.halfLength_m * sin + a.halfWidth_m * cos
+  );
 }

@@ -2,7 +2,21 @@
 // The style sheet's colours for what is drawn on a canvas, which knows no variables.
 
 const NAMES = /** @type {const} */ ([
-  'ink', 'quiet', 'rule', 'edge', 'accent', 'route', 'wood', 'wood-edge', 'head', 'head-edge', 'pair', 'near', 'contact', 'halo', 'panel',
+  'ink',
+  'quiet',
+  'rule',
+  'edge',
+  'accent',
+  'route',
+  'wood',
+  'wood-edge',
+  'head',
+  'head-edge',
+  'pair',
+  'near',
+  'contact',
+  'halo',
+  'panel',
 ]);
 
 /** @typedef {Record<typeof NAMES[number], string>} Palette */

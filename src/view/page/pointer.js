@@ -56,12 +56,16 @@ export function listenToPointers(area, hands) {
   area.addEventListener('pointerup', up);
   area.addEventListener('pointercancel', up);
   area.addEventListener('pointerleave', () => hands.hover(null));
-  area.addEventListener('wheel', (event) => {
-    event.preventDefault();
-    const { x, y } = place(event);
-    const delta = event.deltaY * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? LINE_PX : 1);
-    hands.zoom(Math.exp(-delta * WHEEL_RATE), x, y);
-  }, { passive: false });
+  area.addEventListener(
+    'wheel',
+    (event) => {
+      event.preventDefault();
+      const { x, y } = place(event);
+      const delta = event.deltaY * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? LINE_PX : 1);
+      hands.zoom(Math.exp(-delta * WHEEL_RATE), x, y);
+    },
+    { passive: false },
+  );
 }
 
 /** @param {Hands} hands @param {Place} still @param {Place} before @param {Place} now */

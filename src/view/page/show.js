@@ -76,7 +76,11 @@ export class Show {
     this.status_ms = performance.now();
     const news = status.chart;
     if (news === null) return;
-    if (this.chart?.start_s !== news.start_s || this.chart.step_s !== news.step_s || this.chart.least_m.length !== news.bins) {
+    if (
+      this.chart?.start_s !== news.start_s ||
+      this.chart.step_s !== news.step_s ||
+      this.chart.least_m.length !== news.bins
+    ) {
       this.chart = { start_s: news.start_s, step_s: news.step_s, least_m: new Float64Array(news.bins).fill(NaN) };
     }
     for (const [bin, least_m] of news.changed) this.chart.least_m[bin] = least_m;

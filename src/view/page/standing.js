@@ -27,11 +27,21 @@ import { age } from './format.js';
  */
 export function standing(line, show, now_ms) {
   switch (line.state) {
-    case 'connecting': return dead('connecting', 'CONNECTING', 'waiting', 'Looking for the view.');
-    case 'refused': return dead('refused', 'REFUSED', 'refused', line.reason ?? '');
-    case 'ended': return dead('ended', 'ENDED', 'ended', 'The view has ended. This page goes on when it is back.');
-    case 'lost': return dead('view-lost', 'VIEW LOST', 'lost', `No word from the view for ${since(line.heard_ms, now_ms)}. Connecting again.`);
-    case 'open': return ofShow(show, now_ms);
+    case 'connecting':
+      return dead('connecting', 'CONNECTING', 'waiting', 'Looking for the view.');
+    case 'refused':
+      return dead('refused', 'REFUSED', 'refused', line.reason ?? '');
+    case 'ended':
+      return dead('ended', 'ENDED', 'ended', 'The view has ended. This page goes on when it is back.');
+    case 'lost':
+      return dead(
+        'view-lost',
+        'VIEW LOST',
+        'lost',
+        `No word from the view for ${since(line.heard_ms, now_ms)}. Connecting again.`,
+      );
+    case 'open':
+      return ofShow(show, now_ms);
   }
 }
 
@@ -46,12 +56,16 @@ function ofShow({ frame, status, status_ms }, now_ms) {
     const explanation = state === 'gone' ? 'The show is over, and its server has ended.' : 'The show is over.';
     return { status: 'finished', word: 'FINISHED', shape: 'finished', explanation, isLive: true };
   }
-  if (state === 'silent') return dead('silent', 'SILENT', 'silent', `The server is there, but has said nothing for ${old}.`);
+  if (state === 'silent')
+    return dead('silent', 'SILENT', 'silent', `The server is there, but has said nothing for ${old}.`);
   if (state === 'gone') return dead('lost', 'SERVER LOST', 'lost', `The server is gone. This picture is ${old} old.`);
   switch (frame.state) {
-    case 'running': return live('running', 'RUNNING', `${frame.benches} benches${frame.time_scale === 1 ? '' : `, ${Number(frame.time_scale.toPrecision(4))} times as fast`}`);
-    case 'paused': return live('paused', 'PAUSED', 'The operator has paused the show.');
-    case 'held': return live('held', 'HELD', 'Safety stop: only a release lifts it.');
+    case 'running':
+      return live('running', 'RUNNING', `${frame.benches} benches${pace(frame.time_scale)}`);
+    case 'paused':
+      return live('paused', 'PAUSED', 'The operator has paused the show.');
+    case 'held':
+      return live('held', 'HELD', 'Safety stop: only a release lifts it.');
   }
 }
 
@@ -63,6 +77,11 @@ function live(status, word, explanation) {
 /** @param {string} status @param {string} word @param {string} shape @param {string} explanation @returns {Standing} */
 function dead(status, word, shape, explanation) {
   return { status, word, shape, explanation, isLive: false };
+}
+
+/** @param {number} time_scale */
+function pace(time_scale) {
+  return time_scale === 1 ? '' : `, ${Number(time_scale.toPrecision(4))} times as fast`;
 }
 
 /** @param {number} then_ms @param {number} now_ms */

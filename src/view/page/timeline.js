@@ -5,6 +5,7 @@
 import { fineCanvas, font } from './canvas.js';
 import { element, write } from './element.js';
 import * as format from './format.js';
+import { Levels } from './levels.js';
 
 /** @typedef {import('./show.js').Show} Show */
 /** @typedef {import('./show.js').Run} Run */
@@ -18,10 +19,6 @@ const BOTTOM_PX = 22;
 /** Room for a flag beside its line. */
 const FLAG_PX = 110;
 const FLAG_ROW_PX = 17;
-/** The chart's range where nothing was outside it. */
-const MOST_M = 0.2;
-const LEAST_M = -0.004;
-const LEVELS_M = [0.2, 0.1, 0.05, 0.02, 0];
 const TICKS = [1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400];
 const TICK_PX = 64;
 
@@ -87,7 +84,7 @@ export class Timeline {
     this.#screen.begin();
     this.#screen.clear(this.#palette.panel);
     if (run === null) return;
-    const levels = new Levels(show.chart, this.#height);
+    const levels = new Levels(show.chart, TOP_PX, this.#height - BOTTOM_PX);
     this.#drawLevels(levels, run);
     this.#drawTimes(run);
     if (show.chart !== null) this.#drawClearance(show.chart, levels, run);
@@ -117,13 +114,22 @@ export class Timeline {
     const from_s = this.#chosen_s ?? Number(this.#area.dataset.nowS);
     const page_s = (this.#run.end_s - this.#run.start_s) / 10;
     switch (key) {
-      case 'ArrowLeft': case 'ArrowDown': return Math.round(from_s) - 1;
-      case 'ArrowRight': case 'ArrowUp': return Math.round(from_s) + 1;
-      case 'PageDown': return from_s - page_s;
-      case 'PageUp': return from_s + page_s;
-      case 'Home': return this.#run.start_s;
-      case 'End': return this.#run.end_s;
-      default: return null;
+      case 'ArrowLeft':
+      case 'ArrowDown':
+        return Math.round(from_s) - 1;
+      case 'ArrowRight':
+      case 'ArrowUp':
+        return Math.round(from_s) + 1;
+      case 'PageDown':
+        return from_s - page_s;
+      case 'PageUp':
+        return from_s + page_s;
+      case 'Home':
+        return this.#run.start_s;
+      case 'End':
+        return this.#run.end_s;
+      default:
+        return null;
     }
   }
 
@@ -134,7 +140,7 @@ export class Timeline {
     context.textAlign = 'right';
     context.textBaseline = 'middle';
     context.lineWidth = 1;
-    for (const level_m of LEVELS_M.filter((one) => one <= levels.most_m)) {
+    for (const level_m of levels.lines_m()) {
       const y = Math.round(levels.y(level_m)) + 0.5;
       context.strokeStyle = level_m === 0 ? this.#palette.contact : this.#palette.rule;
       line(context, LEFT_PX, y, this.#width - RIGHT_PX, y);
@@ -162,7 +168,12 @@ export class Timeline {
     }
   }
 
-  /** The least clearance of each stretch, filled in the colour of its level. @param {Chart} chart @param {Levels} levels @param {Run} run */
+  /**
+   * The least clearance of each stretch, filled in the colour of its level.
+   * @param {Chart} chart
+   * @param {Levels} levels
+   * @param {Run} run
+   */
   #drawClearance(chart, levels, run) {
     const { context } = this.#screen;
     const zero = levels.y(0);
@@ -172,14 +183,21 @@ export class Timeline {
     chart.least_m.forEach((least_m, bin) => {
       if (!Number.isNaN(least_m)) {
         const [x, y] = [this.#x(chart.start_s + bin * chart.step_s), levels.y(least_m)];
-        const colour = least_m <= 0 ? this.#palette.contact : least_m <= run.near_m ? this.#palette.near : this.#palette.accent;
+        const colour =
+          least_m <= 0 ? this.#palette.contact : least_m <= run.near_m ? this.#palette.near : this.#palette.accent;
         context.fillStyle = colour;
         context.globalAlpha = least_m <= run.near_m ? 0.45 : 0.16;
         const left = Math.round(x);
         context.fillRect(left, Math.min(y, zero), Math.round(x + wide) - left, Math.abs(zero - y));
         context.globalAlpha = 1;
         context.strokeStyle = colour;
-        line(context, Number.isNaN(before) ? x : x - wide / 2, levels.y(Number.isNaN(before) ? least_m : before), x + wide / 2, y);
+        line(
+          context,
+          Number.isNaN(before) ? x : x - wide / 2,
+          levels.y(Number.isNaN(before) ? least_m : before),
+          x + wide / 2,
+          y,
+        );
       }
       before = least_m;
     });
@@ -204,7 +222,10 @@ export class Timeline {
     const left_px = frame === null ? x : x - this.#x(frame.time_s);
     const isAtEnd = x > this.#width - FLAG_PX;
     const row = isAtEnd && left_px < FLAG_PX ? 1 : 0;
-    this.#drawFlag(`contact ${format.fixed(status.outlook.time_s, 1)}`, x, this.#palette.contact, this.#palette.panel, { isLeft: isAtEnd, row });
+    this.#drawFlag(`contact ${format.fixed(status.outlook.time_s, 1)}`, x, this.#palette.contact, this.#palette.panel, {
+      isLeft: isAtEnd,
+      row,
+    });
   }
 
   /** @param {Show} show */
@@ -216,7 +237,10 @@ export class Timeline {
     context.strokeStyle = this.#palette.ink;
     context.lineWidth = 2;
     line(context, x, TOP_PX - 6, x, this.#height - BOTTOM_PX);
-    this.#drawFlag(`now ${format.fixed(frame.time_s, 1)}`, x, this.#palette.ink, this.#palette.panel, { isLeft: x > FLAG_PX, row: 0 });
+    this.#drawFlag(`now ${format.fixed(frame.time_s, 1)}`, x, this.#palette.ink, this.#palette.panel, {
+      isLeft: x > FLAG_PX,
+      row: 0,
+    });
   }
 
   #drawChosen() {
@@ -240,7 +264,11 @@ export class Timeline {
 
   /**
    * A small flag on a line, in the first or the second row, inside the picture.
-   * @param {string} text @param {number} x @param {string} ground @param {string} ink @param {{isLeft: boolean, row: number}} place
+   * @param {string} text
+   * @param {number} x
+   * @param {string} ground
+   * @param {string} ink
+   * @param {{isLeft: boolean, row: number}} place
    */
   #drawFlag(text, x, ground, ink, { isLeft, row }) {
     const { context } = this.#screen;
@@ -262,38 +290,23 @@ export class Timeline {
   /** @param {Show} show @param {Run} run */
   #writeReading({ chart, frame }, run) {
     const time_s = this.#pointed_s ?? this.#chosen_s ?? frame?.time_s ?? run.start_s;
-    const least_m = chart === null ? NaN : chart.least_m[Math.min(Math.floor((time_s - chart.start_s) / chart.step_s), chart.least_m.length - 1)];
+    const least_m =
+      chart === null
+        ? NaN
+        : chart.least_m[Math.min(Math.floor((time_s - chart.start_s) / chart.step_s), chart.least_m.length - 1)];
     const clearance = Number.isFinite(least_m) ? `least clearance ${format.millimetres(least_m)} mm` : 'not seen';
     const isChosen = this.#pointed_s !== null || this.#chosen_s !== null;
     write(this.#reading, isChosen ? `at ${format.fixed(time_s, 1)} s: ${clearance}` : '');
-    const aria = { valuemin: run.start_s, valuemax: run.end_s, valuenow: time_s, valuetext: `${format.fixed(time_s, 1)} seconds, ${clearance}` };
+    const aria = {
+      valuemin: run.start_s,
+      valuemax: run.end_s,
+      valuenow: time_s,
+      valuetext: `${format.fixed(time_s, 1)} seconds, ${clearance}`,
+    };
     // A slider that runs with the show would be read out without end: it is of the chosen time, or of the start.
     if (this.#chosen_s === null) Object.assign(aria, { valuenow: run.start_s, valuetext: 'no time chosen' });
     for (const [name, value] of Object.entries(aria)) this.#area.setAttribute(`aria-${name}`, String(value));
   }
-}
-
-/** Heights of clearances, by their square roots, so that little ones are told apart and big ones have room. */
-class Levels {
-  #height;
-  /** @param {Chart | null} chart @param {number} height */
-  constructor(chart, height) {
-    this.#height = height;
-    const seen = chart === null ? [] : [...chart.least_m].filter(Number.isFinite);
-    this.most_m = Math.max(MOST_M, ...seen);
-    this.least_m = Math.min(LEAST_M, ...seen);
-  }
-
-  /** @param {number} clearance_m */
-  y(clearance_m) {
-    const [top, bottom] = [root(this.most_m), root(this.least_m)];
-    return TOP_PX + ((top - root(clearance_m)) / (top - bottom)) * (this.#height - TOP_PX - BOTTOM_PX);
-  }
-}
-
-/** @param {number} value */
-function root(value) {
-  return Math.sign(value) * Math.sqrt(Math.abs(value));
 }
 
 /** @param {CanvasRenderingContext2D} context @param {number} x0 @param {number} y0 @param {number} x1 @param {number} y1 */

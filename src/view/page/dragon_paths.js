@@ -1,0 +1,92 @@
+// @ts-check
+// The dragon as paths, in metres; parts that are out of sight are left out.
+
+import { addOutline, board } from './boards.js';
+
+/** @typedef {import('./show.js').Run} Run */
+/** @typedef {import('./frame.js').Frame} Frame */
+/** @typedef {import('./camera.js').Camera} Camera */
+
+/** Boards in one path: the cost of filling a path grows faster than its length. */
+const BOARDS_A_PATH = 16;
+/** Links in one line. */
+const LINKS_A_PATH = 64;
+const HINGE_RADIUS_M = 0.028;
+
+/** The dragon and its route. @param {Frame} frame @param {Run | null} run */
+export function extent(frame, run) {
+  const box = { x0: Infinity, y0: Infinity, x1: -Infinity, y1: -Infinity };
+  const include = (/** @type {ArrayLike<number>} */ values, /** @type {number} */ stride) => {
+    for (let at = 0; at + 1 < values.length; at += stride) {
+      box.x0 = Math.min(box.x0, values[at]);
+      box.x1 = Math.max(box.x1, values[at]);
+      box.y0 = Math.min(box.y0, values[at + 1]);
+      box.y1 = Math.max(box.y1, values[at + 1]);
+    }
+  };
+  include(frame.handles, 3);
+  if (run !== null) include(run.route, 2);
+  return box;
+}
+
+/** @param {ArrayLike<number>} values @param {number} stride */
+function polyline(values, stride) {
+  const path = new Path2D();
+  for (let at = 0; at + 1 < values.length; at += stride) path.lineTo(values[at], values[at + 1]);
+  return path;
+}
+
+/**
+ * The dragon as lines, each of a part of it; those out of sight are left out.
+ * @param {Frame} frame
+ * @param {Camera} camera
+ */
+export function* lines({ handles, benches }, camera) {
+  for (let first = 0; first < benches; first += LINKS_A_PATH) {
+    const last = Math.min(first + LINKS_A_PATH, benches);
+    const part = handles.subarray(first * 3, (last + 1) * 3);
+    if (isSeen(part, camera, 0)) yield polyline(part, 3);
+  }
+}
+
+/**
+ * The boards that are in sight, and their hinges.
+ * @param {Frame} frame
+ * @param {Run | null} run
+ * @param {Camera} camera
+ * @param {boolean} withHinges
+ */
+export function outlines(frame, run, camera, withHinges) {
+  /** @type {Path2D[]} */ const body = [];
+  const hinges = new Path2D();
+  for (let first = 0; first < frame.benches; first += BOARDS_A_PATH) {
+    const last = Math.min(first + BOARDS_A_PATH, frame.benches);
+    const part = frame.handles.subarray(first * 3, (last + 1) * 3);
+    if (!isSeen(part, camera, 2)) continue;
+    const path = new Path2D();
+    for (let bench = first; bench < last; bench += 1) {
+      addOutline(path, board(frame, run, bench));
+      if (withHinges) {
+        const [x, y] = [frame.handles[bench * 3], frame.handles[bench * 3 + 1]];
+        hinges.moveTo(x + HINGE_RADIUS_M, y);
+        hinges.arc(x, y, HINGE_RADIUS_M, 0, 2 * Math.PI);
+      }
+    }
+    body.push(path);
+  }
+  return { body, hinges };
+}
+
+/** @param {Float32Array} handles @param {Camera} camera @param {number} around_m */
+function isSeen(handles, camera, around_m) {
+  const seen = camera.seen(around_m);
+  let [left, right, below, above] = [true, true, true, true];
+  for (let at = 0; at < handles.length; at += 3) {
+    const [x, y] = [handles[at], handles[at + 1]];
+    left &&= x < seen.x0;
+    right &&= x > seen.x1;
+    below &&= y < seen.y0;
+    above &&= y > seen.y1;
+  }
+  return !(left || right || below || above);
+}

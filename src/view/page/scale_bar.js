@@ -1,0 +1,36 @@
+// @ts-check
+import { font } from './canvas.js';
+
+const WISHED_PX = 130;
+
+/**
+ * Draws a round length at the plan's lower left.
+ * @param {CanvasRenderingContext2D} context
+ * @param {import('./camera.js').Camera} camera
+ * @param {string} ink
+ */
+export function drawScaleBar(context, camera, ink) {
+  const length_m = roundLength(WISHED_PX / camera.scale);
+  const length_px = length_m * camera.scale;
+  const [x, y] = [18, camera.height - 18];
+  context.strokeStyle = ink;
+  context.lineWidth = 1.5;
+  context.beginPath();
+  context.moveTo(x, y - 5);
+  context.lineTo(x, y);
+  context.lineTo(x + length_px, y);
+  context.lineTo(x + length_px, y - 5);
+  context.stroke();
+  context.fillStyle = ink;
+  context.font = font(500, 12);
+  context.textBaseline = 'alphabetic';
+  context.textAlign = 'left';
+  context.fillText(length_m < 1 ? `${Math.round(length_m * 1000)} mm` : `${length_m} m`, x + 6, y - 5);
+}
+
+/** The next smaller length of 1, 2 or 5 times a power of ten. @param {number} most_m */
+function roundLength(most_m) {
+  const power = 10 ** Math.floor(Math.log10(most_m));
+  const step = [5, 2, 1].find((factor) => factor * power <= most_m) ?? 1;
+  return Number((step * power).toPrecision(1));
+}
