@@ -124,11 +124,9 @@ export class Connection {
       this.#listener.frame(frame);
       return;
     }
-    try {
-      this.#listener.message(JSON.parse(String(data)));
-    } catch (error) {
-      this.#warn(`a message (${error})`);
-    }
+    const message = parsed(String(data));
+    if (message === null) this.#warn('a message');
+    else this.#listener.message(message);
   }
 
   /** Once is enough: a view of another version would send the same for ever. @param {string} what */
@@ -172,5 +170,15 @@ export class Connection {
   #set(state) {
     this.line.state = state;
     this.#listener.line();
+  }
+}
+
+/** @param {string} text @returns {{type: string} | null} */
+function parsed(text) {
+  try {
+    const message = JSON.parse(text);
+    return typeof message?.type === 'string' ? message : null;
+  } catch {
+    return null;
   }
 }

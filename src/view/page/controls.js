@@ -16,6 +16,10 @@ const input = (/** @type {string} */ id) => element(id, HTMLInputElement);
 const section = element('controls', HTMLElement);
 const reply = element('reply', HTMLElement);
 const released = button('release');
+const releaseWord = element('release-word', HTMLElement);
+const pauseWord = element('pause-word', HTMLElement);
+const pauseShape = element('pause-shape', SVGUseElement);
+const fields = { speed: input('speed-field'), seek: input('seek-field') };
 
 export class Controls {
   /** @type {string | null} */ #token;
@@ -53,10 +57,10 @@ export class Controls {
 
   /** The range of show time that may be sought, and the speed that is planned. @param {import('./show.js').Run} run */
   takeRun(run) {
-    input('seek-field').min = String(run.start_s);
-    input('seek-field').max = String(run.end_s);
-    input('seek-field').placeholder = `${format.fixed(run.start_s, 0)} to ${format.fixed(Math.floor(run.end_s), 0)}`;
-    input('speed-field').placeholder = String(run.planned_speed_mps);
+    fields.seek.min = String(run.start_s);
+    fields.seek.max = String(run.end_s);
+    fields.seek.placeholder = `${format.fixed(run.start_s, 0)} to ${format.fixed(Math.floor(run.end_s), 0)}`;
+    fields.speed.placeholder = String(run.planned_speed_mps);
   }
 
   /** @param {ShowState} state */
@@ -64,8 +68,8 @@ export class Controls {
     if (state === this.#state) return;
     this.#state = state;
     const isPaused = state === 'paused';
-    write(element('pause-word', HTMLElement), isPaused ? 'Resume' : 'Pause');
-    element('pause-shape', SVGUseElement).setAttribute('href', isPaused ? '#shape-running' : '#shape-paused');
+    write(pauseWord, isPaused ? 'Resume' : 'Pause');
+    pauseShape.setAttribute('href', isPaused ? '#shape-running' : '#shape-paused');
     this.#stopAsking();
     released.hidden = state !== 'held';
   }
@@ -85,7 +89,7 @@ export class Controls {
   /** Puts a show time into the field; it is sought when somebody says so. @param {number} time_s */
   proposeSeek(time_s) {
     if (this.#isReadOnly) return;
-    input('seek-field').value = time_s.toFixed(1);
+    fields.seek.value = time_s.toFixed(1);
   }
 
   #enable() {
@@ -98,20 +102,20 @@ export class Controls {
   #offer(command) {
     element(`${command}-form`, HTMLFormElement).addEventListener('submit', (event) => {
       event.preventDefault();
-      void this.#send({ command, value: input(`${command}-field`).valueAsNumber });
+      void this.#send({ command, value: fields[command].valueAsNumber });
     });
   }
 
   #askToRelease() {
     if (released.dataset.asks === 'true') return this.release();
     released.dataset.asks = 'true';
-    write(element('release-word', HTMLElement), 'Press again to release');
+    write(releaseWord, 'Press again to release');
     setTimeout(() => this.#stopAsking(), ASKS_FOR_MS);
   }
 
   #stopAsking() {
     delete released.dataset.asks;
-    write(element('release-word', HTMLElement), 'Release the hold');
+    write(releaseWord, 'Release the hold');
   }
 
   /** @param {Command} command */
