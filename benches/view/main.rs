@@ -28,7 +28,8 @@ fn main() {
     for benches in BENCHES {
         let config = configuration(benches);
         let domain = domain(&format!("bench-view-{benches}"));
-        let mut server = Program::start(&domain, &["serve", "--rate", RATE_HZ, "--config", &config.display().to_string()]);
+        let mut server =
+            Program::start(&domain, &["serve", "--rate", RATE_HZ, "--config", &config.display().to_string()]);
         server.until("started");
         let mut view = Program::start(&domain, &["view", "--listen", "127.0.0.1:0"]);
         let listening = view.until("listening");

@@ -1,0 +1,38 @@
+// Off loopback looking takes the token, too: a page without it asks for the address, and goes on with what it is given.
+// Started in a network of its own, where it starts the view itself.
+//
+//     node page_asks_for_token.mjs PROGRAM INSTANCE ADDRESS
+
+import { spawn } from 'node:child_process';
+import { once } from 'node:events';
+import readline from 'node:readline';
+import { expect, openPage, reads, say, stands, withBrowser } from './browser.mjs';
+
+const [program, instance, listen] = process.argv.slice(2);
+const args = ['view', '--format', 'json', '--instance', instance, '--listen', listen];
+const view = spawn(program, args, { stdio: ['ignore', 'pipe', 'ignore'] });
+const [line] = await once(readline.createInterface({ input: view.stdout }), 'line');
+const { url } = JSON.parse(line);
+
+await withBrowser(async (browser) => {
+  const { page, complaints } = await openPage(browser, url.replace(/#.*/, ''));
+  await stands(page, 'refused');
+  await reads(page, '#banner-text', /needs the address with the token/);
+  await page.fill('#token-field', 'nonsense');
+  await page.press('#token-field', 'Enter');
+  await page.fill('#token-field', url);
+  await page.press('#token-field', 'Enter');
+  await stands(page, 'running');
+  expect(await page.isEnabled('#hold'), 'with the token it steers');
+  expect(await page.isHidden('#token-form'), 'it asks for what it has');
+
+  const given = await openPage(browser, url);
+  await stands(given.page, 'running');
+  // Chromium says of each page without TLS that it takes no such header from it.
+  const ours = [...complaints, ...given.complaints].filter((one) => !one.includes('Cross-Origin-Opener-Policy'));
+  expect(ours.length === 0, ours.join('\n'));
+});
+view.kill('SIGTERM');
+const [status] = await once(view, 'exit');
+expect(status === 0, `the view ended with status ${status}`);
+say({ type: 'passed' });
