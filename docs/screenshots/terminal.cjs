@@ -21,15 +21,20 @@ const COLOURS = [
 ];
 const [INK, GROUND] = ['#d6dde2', '#0d1216'];
 
+const ENTITIES = { '&': '&amp;', '<': '&lt;' };
+const isBraille = (character) => character >= '\u2800' && character <= '\u28ff';
+/** Column and row of each dot of a braille character, from its lowest bit on. */
+const DOTS = [[0, 0], [0, 1], [0, 2], [1, 0], [1, 1], [1, 2], [0, 3], [1, 3]];
+
 /** The page's HTML. */
 exports.terminalPage = (screen) => {
   const rows = screen.replace(/\n$/, '').split('\n').map(row);
   return `<!DOCTYPE html><meta charset="utf-8"><style>
     body { margin: 0; background: transparent; }
-    div { display: inline-block; padding: 16px 20px; border-radius: 12px; background: ${GROUND}; color: ${INK}; font: 15px/20px "DejaVu Sans Mono", monospace; }
+    div { display: inline-block; padding: 16px 20px; border-radius: 12px; background: ${GROUND}; color: ${INK}; font: 15.5px/20px "DejaVu Sans Mono", monospace; }
     p { margin: 0; height: 20px; white-space: pre; }
-    i { display: inline-block; width: 9.03px; height: 20px; font-style: normal; vertical-align: top; overflow: visible; }
-    i.wide { overflow: hidden; font-family: "DejaVu Sans"; font-size: 12.4px; }
+    i { display: inline-block; width: 9.3333px; height: 20px; font-style: normal; vertical-align: top; }
+    svg { display: block; fill: currentColor; }
   </style><div>${rows.join('')}</div>`;
 };
 
@@ -74,13 +79,10 @@ function extended([kind, ...values]) {
   if (kind === 2) return [`rgb(${values.slice(0, 3).join()})`, 4];
   const index = values[0];
   if (index < 16) return [COLOURS[index], 2];
-  if (index >= 232)
-    return [
-      `rgb(${Array(3)
-        .fill(8 + 10 * (index - 232))
-        .join()})`,
-      2,
-    ];
+  if (index >= 232) {
+    const grey = 8 + 10 * (index - 232);
+    return [`rgb(${grey},${grey},${grey})`, 2];
+  }
   const level = (step) => (step === 0 ? 0 : 55 + 40 * step);
   const cube = index - 16;
   return [`rgb(${[Math.floor(cube / 36), Math.floor(cube / 6) % 6, cube % 6].map(level).join()})`, 2];
@@ -90,11 +92,19 @@ function cell(character, { ink, ground, isBold, isFaint, isReversed }) {
   const [front, back] = isReversed ? [ground ?? GROUND, ink] : [ink, ground];
   const look = [
     `color:${front}`,
-    back === null ? '' : `background:${back}`,
+    // A little into the next cell: between two of the same there is no seam.
+    back === null ? '' : `background:${back};box-shadow:1px 0 ${back}`,
     isBold ? 'font-weight:700' : '',
     isFaint ? 'opacity:.65' : '',
   ];
-  const isBraille = character >= '\u2800' && character <= '\u28ff';
-  const escaped = character.replace(/[&<]/g, (one) => (one === '&' ? '&amp;' : '&lt;'));
-  return `<i${isBraille ? ' class="wide"' : ''} style="${look.filter(Boolean).join(';')}">${escaped}</i>`;
+  const drawn = isBraille(character) ? dots(character) : character.replace(/[&<]/g, (one) => ENTITIES[one]);
+  return `<i style="${look.filter(Boolean).join(';')}">${drawn}</i>`;
+}
+
+/** Braille as terminals draw it that do so themselves: in the whole cell, so that dots of neighbours are as far apart. */
+function dots(character) {
+  const bits = character.codePointAt(0) - 0x2800;
+  const seen = DOTS.filter((_, bit) => (bits >> bit) & 1);
+  const circles = seen.map(([column, row]) => `<circle cx="${2.33 + 4.67 * column}" cy="${2.5 + 5 * row}" r="1.5"/>`);
+  return `<svg width="9.3333" height="20">${circles.join('')}</svg>`;
 }
