@@ -47,7 +47,10 @@ fn of_two_hundred_pages_as_many_as_fit_are_served_and_the_servers_readers_miss_n
     assert_eq!(outcome["in_order"], true, "{outcome}");
     assert_accounted_for(&shots, 0);
     let summary = server.stop();
-    println!("two hundred pages knocked: {outcome}; lateness {}, {} overruns", summary["lateness_us"], summary["overruns"]);
+    println!(
+        "two hundred pages knocked: {outcome}; lateness {}, {} overruns",
+        summary["lateness_us"], summary["overruns"]
+    );
 }
 
 #[test]
@@ -57,7 +60,14 @@ fn off_loopback_looking_takes_the_token_too() {
     let mut alone = std::process::Command::new("unshare");
     let inside = python();
     alone.args(["--net", "sh", "-c", "ip link set lo up && ip address add 10.77.0.1/32 dev lo && exec \"$@\"", "sh"]);
-    alone.arg(inside.get_program()).args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/python/test_exposed_view.py"]);
+    alone.arg(inside.get_program()).args([
+        "-m",
+        "pytest",
+        "-q",
+        "-p",
+        "no:cacheprovider",
+        "tests/python/test_exposed_view.py",
+    ]);
     alone.current_dir(env!("CARGO_MANIFEST_DIR")).env("PYTHONDONTWRITEBYTECODE", "1").envs(variables(&stage));
     let possible = std::process::Command::new("unshare").args(["--net", "true"]).stderr(Stdio::null()).status();
     if !possible.is_ok_and(|status| status.success()) {
