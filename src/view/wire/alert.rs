@@ -10,6 +10,7 @@ use crate::observe::NumberedAlert;
 #[expect(missing_docs, reason = "each field is the alert's on the bus, with its unit in its name")]
 pub struct AlertMessage {
     pub number: u64,
+    pub run_id: u64,
     pub kind: &'static str,
     pub time_s: f64,
     pub benches: Option<[u32; 2]>,
@@ -23,6 +24,7 @@ impl From<&NumberedAlert> for AlertMessage {
         let benches = alert.pair();
         Self {
             number: *number,
+            run_id: alert.run_id,
             kind: alert.alert_kind().map_or("unknown", |kind| kind.name()),
             time_s: alert.sim_time_ns as f64 * 1e-9,
             benches,
