@@ -20,7 +20,7 @@ struct ReplyLine {
 
 pub(crate) fn run(args: &CtlArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::new(args.bus.instance.clone())?;
-    let reply = control::call(&domain, "ctl", request(args.order))?;
+    let reply = control::call(&domain, "ctl", request(args.order), || false)?;
     let outcome = reply.outcome();
     let reason = outcome.err().map(|refusal| refusal.to_string());
     match (args.format.format, &reason) {

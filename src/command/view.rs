@@ -1,5 +1,6 @@
 //! `view`: the page's process.
 
+use std::env::{self, VarError};
 use std::net::SocketAddr;
 use std::process::ExitCode;
 use std::thread;
@@ -7,7 +8,7 @@ use std::thread;
 use anyhow::Context as _;
 use bench_dragon::observe::Observer;
 use bench_dragon::stop::StopFlag;
-use bench_dragon::view::{Token, View, ViewSettings};
+use bench_dragon::view::{Token, TokenError, View, ViewSettings};
 use bench_dragon_ipc::Domain;
 
 use crate::cli::ViewArgs;
@@ -30,22 +31,26 @@ pub(crate) fn run(args: &ViewArgs) -> anyhow::Result<ExitCode> {
     let address = site.address();
     announce(args, &token, address)?;
     let settings = ViewSettings { token, is_read_only: args.read_only, address: address.ip() };
-    let view = View::new(domain.clone(), settings);
+    let view = View::open(domain.clone(), settings)?;
     let (observed, stopped) = (view.clone(), stop.clone());
     let observing = thread::Builder::new().name("observer".to_owned()).spawn(move || {
         Observer::new(domain, "view", SCENES_HZ).run(stopped.as_atomic(), |scene| observed.show(scene));
     })?;
     site.serve(view.router(), &stop, view.closing())?;
+    view.finish_holds();
     observing.join().expect("the observer does not panic");
     Ok(ExitCode::SUCCESS)
 }
 
 fn token() -> anyhow::Result<Token> {
-    match std::env::var(TOKEN_VARIABLE) {
+    match env::var(TOKEN_VARIABLE) {
         Ok(text) => {
             text.parse().map_err(|error| BadInput(format!("the environment's {TOKEN_VARIABLE} {error}")).into())
         }
-        Err(_) => Ok(Token::random().context("the kernel has no random numbers")?),
+        Err(VarError::NotUnicode(_)) => {
+            Err(BadInput(format!("the environment's {TOKEN_VARIABLE} {TokenError}")).into())
+        }
+        Err(VarError::NotPresent) => Ok(Token::random().context("the kernel has no random numbers")?),
     }
 }
 

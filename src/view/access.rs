@@ -66,6 +66,7 @@ mod tests {
         let rights = |may_view, may_control| Rights { may_view, may_control };
         for known in [
             headers("authorization", "Bearer 0123456789abcdef"),
+            headers("authorization", "bearer 0123456789abcdef"),
             headers("sec-websocket-protocol", "bench-dragon.view.v1, bench-dragon.token.0123456789abcdef"),
         ] {
             assert_eq!(local.rights(&known), rights(true, true));

@@ -2,7 +2,8 @@
 //!
 //! - *Frames* go out as binary messages over a WebSocket ([`wire`]), never more than two that the page has not acknowledged;
 //!   the next one is always the newest. So a slow browser, or a slow network, gets fewer frames and never older ones.
-//! - *Commands* come in as requests that bear the token; the bus is asked on threads of their own, and a hold has its own lane.
+//! - *Commands* come in as requests that bear the token, and go out over a desk ([`Desk`](crate::control::Desk)): in their order, a
+//!   hold past all of them.
 //! - *Who may:* the token is needed to steer, and off loopback to look.
 //!
 //! The page is in `page/`, and in the program: it needs nothing from anywhere else.
@@ -11,7 +12,6 @@ pub mod wire;
 
 mod access;
 mod assets;
-mod commands;
 mod order;
 mod page_stream;
 mod seats;

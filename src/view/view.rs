@@ -1,28 +1,31 @@
 //! The requests that a view answers.
 
+use std::io;
 use std::net::IpAddr;
 use std::sync::Arc;
+use std::time::Duration;
 
 use axum::Router;
-use axum::body::Bytes;
+use axum::body::to_bytes;
 use axum::extract::ws::WebSocketUpgrade;
-use axum::extract::{DefaultBodyLimit, FromRequestParts as _, Request, State};
+use axum::extract::{FromRequestParts as _, Request, State};
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::Response;
 use axum::routing::{any, get, post};
 use bench_dragon_ipc::{BusError, Domain};
 use serde::Serialize;
-use tokio::sync::watch;
+use tokio::sync::{oneshot, watch};
+use tokio::time::timeout;
 
 use super::access::{Access, Rights};
 use super::assets::{ASSETS, Asset};
-use super::commands::{CommandFailure, Commands};
 use super::order::read_order;
 use super::page_stream::{MAX_MESSAGE_BYTES, PageStream};
 use super::seats::{MAX_VIEWERS, Seats};
 use super::shown::Shown;
 use super::token::Token;
+use crate::control::{Desk, DeskError};
 use crate::metrics;
 use crate::observe::Scene;
 use crate::web::{json, refuse, text};
@@ -31,6 +34,8 @@ use crate::web::{json, refuse, text};
 const PROTOCOL: &str = "bench-dragon.view.v1";
 /// Longest body of a command in bytes.
 const MAX_COMMAND_BYTES: usize = 1 << 10;
+/// How long a body may take.
+const BODY_PATIENCE: Duration = Duration::from_secs(5);
 
 /// How a view is set up.
 #[derive(Debug)]
@@ -51,7 +56,7 @@ pub struct View(Arc<Inner>);
 struct Inner {
     instance: String,
     access: Access,
-    commands: Commands,
+    desk: Desk,
     scenes: watch::Sender<Arc<Shown>>,
     closing: watch::Sender<bool>,
     seats: Seats,
@@ -80,16 +85,24 @@ struct ReplyReport {
 
 impl View {
     /// A view of a domain's instance, which sends its commands there.
-    pub fn new(domain: Domain, settings: ViewSettings) -> Self {
+    ///
+    /// # Errors
+    /// As [`Desk::open`].
+    pub fn open(domain: Domain, settings: ViewSettings) -> io::Result<Self> {
         let ViewSettings { token, is_read_only, address } = settings;
-        Self(Arc::new(Inner {
+        Ok(Self(Arc::new(Inner {
             instance: domain.instance().to_string(),
             access: Access::new(token, is_read_only, !address.is_loopback()),
-            commands: Commands::new(domain),
+            desk: Desk::open(domain, "view-command")?,
             scenes: watch::Sender::new(Arc::default()),
             closing: watch::Sender::new(false),
             seats: Seats::new(),
-        }))
+        })))
+    }
+
+    /// Waits until every hold that was asked for is answered.
+    pub fn finish_holds(&self) {
+        self.0.desk.finish_holds();
     }
 
     /// Shows a scene to all pages. Never waits for any of them.
@@ -114,13 +127,33 @@ impl View {
             .route("/command", post(take_command))
             .fallback(async || refuse(StatusCode::NOT_FOUND, "there is no such page"))
             .method_not_allowed_fallback(async || refuse(StatusCode::METHOD_NOT_ALLOWED, "not in this way"))
-            .layer(DefaultBodyLimit::max(MAX_COMMAND_BYTES))
             .with_state(self.clone())
     }
 
     fn rights(&self, headers: &HeaderMap) -> Rights {
         self.0.access.rights(headers)
     }
+
+    /// Whether a command may be read, by its headers alone.
+    #[expect(clippy::result_large_err, reason = "it is the reply")]
+    fn check_command(&self, headers: &HeaderMap) -> Result<(), Response> {
+        if self.0.access.is_read_only() {
+            return Err(refuse(StatusCode::FORBIDDEN, "this view takes no commands: it was started with --read-only"));
+        }
+        if !self.rights(headers).may_control {
+            return Err(refuse(StatusCode::UNAUTHORIZED, "a command takes the token that `bench-dragon view` printed"));
+        }
+        if !headers.get(CONTENT_TYPE).is_some_and(is_json) {
+            return Err(refuse(StatusCode::UNSUPPORTED_MEDIA_TYPE, "a command is application/json"));
+        }
+        Ok(())
+    }
+}
+
+/// Whether a media type is that of JSON, with or without a character set.
+fn is_json(media_type: &HeaderValue) -> bool {
+    let media_type = media_type.to_str().unwrap_or_default();
+    media_type.split(';').next().is_some_and(|essence| essence.trim().eq_ignore_ascii_case("application/json"))
 }
 
 fn refuse_look() -> Response {
@@ -178,44 +211,41 @@ async fn open_stream(State(view): State<View>, request: Request) -> Response {
         .on_upgrade(move |socket| PageStream::new(socket, scenes, closing, seat).run())
 }
 
-async fn take_command(
-    State(view): State<View>,
-    headers: HeaderMap,
-    body: Result<Bytes, axum::extract::rejection::BytesRejection>,
-) -> Response {
-    if view.0.access.is_read_only() {
-        return refuse(StatusCode::FORBIDDEN, "this view takes no commands: it was started with --read-only");
+async fn take_command(State(view): State<View>, request: Request) -> Response {
+    let (parts, body) = request.into_parts();
+    // Whoever may not steer is not even listened to.
+    if let Err(refusal) = view.check_command(&parts.headers) {
+        return refusal;
     }
-    if !view.rights(&headers).may_control {
-        return refuse(StatusCode::UNAUTHORIZED, "a command takes the token that `bench-dragon view` printed");
-    }
-    if headers.get(CONTENT_TYPE).is_none_or(|media_type| media_type != "application/json") {
-        return refuse(StatusCode::UNSUPPORTED_MEDIA_TYPE, "a command is application/json");
-    }
+    let Ok(body) = timeout(BODY_PATIENCE, to_bytes(body, MAX_COMMAND_BYTES)).await else {
+        return refuse(StatusCode::REQUEST_TIMEOUT, "a command is sent within five seconds");
+    };
     let Ok(body) = body else {
-        return refuse(StatusCode::PAYLOAD_TOO_LARGE, "a command has at most 1024 bytes");
+        return refuse(StatusCode::PAYLOAD_TOO_LARGE, "a command is sent whole, and has at most 1024 bytes");
     };
     let request = match read_order(&body) {
         Ok(request) => request,
         Err(reason) => return refuse(StatusCode::BAD_REQUEST, &reason),
     };
-    match view.0.commands.call(request).await {
+    let (answer, answered) = oneshot::channel();
+    // Where the page is gone meanwhile, the command is carried out all the same.
+    view.0.desk.give(request, move |outcome| drop(answer.send(outcome)));
+    match answered.await.expect("a desk answers each command") {
         Ok(reply) => {
             let reason = reply.outcome().err().map(|refusal| refusal.to_string());
             json(StatusCode::OK, &ReplyReport { accepted: reason.is_none(), tick: reply.tick, reason })
         }
-        Err(CommandFailure::Crowded) => {
-            refuse(StatusCode::TOO_MANY_REQUESTS, "more commands at a time than can be sent: try again")
-        }
-        Err(CommandFailure::Bus(error)) => refuse(status_of(&error), &error.to_string()),
+        Err(error) => refuse(status_of(&error), &error.to_string()),
     }
 }
 
-fn status_of(error: &BusError) -> StatusCode {
+fn status_of(error: &DeskError) -> StatusCode {
     match error {
-        BusError::NoAnswer { .. } => StatusCode::GATEWAY_TIMEOUT,
-        error if error.is_absent() => StatusCode::SERVICE_UNAVAILABLE,
-        BusError::TooManyClients { .. } => StatusCode::SERVICE_UNAVAILABLE,
-        _ => StatusCode::INTERNAL_SERVER_ERROR,
+        DeskError::Overtaken => StatusCode::CONFLICT,
+        DeskError::Crowded => StatusCode::TOO_MANY_REQUESTS,
+        DeskError::Bus(BusError::NoAnswer { .. }) => StatusCode::GATEWAY_TIMEOUT,
+        DeskError::Bus(error) if error.is_absent() => StatusCode::SERVICE_UNAVAILABLE,
+        DeskError::Bus(BusError::TooManyClients { .. }) => StatusCode::SERVICE_UNAVAILABLE,
+        DeskError::Bus(_) => StatusCode::INTERNAL_SERVER_ERROR,
     }
 }

@@ -29,6 +29,9 @@ const MAX_HEADERS: usize = 64;
 const LOOK_PERIOD: Duration = Duration::from_millis(20);
 /// How long connections may take to end.
 const FAREWELL: Duration = Duration::from_secs(1);
+/// How long a connection may last, and then the reply that it is at. A browser makes another one; a stream is none any more.
+const LIFE: Duration = Duration::from_mins(1);
+const LAST_REPLY: Duration = Duration::from_secs(15);
 /// How long to wait where no connection could be accepted: too many files are open, say.
 const ACCEPT_PERIOD: Duration = Duration::from_millis(50);
 
@@ -115,12 +118,12 @@ async fn answer(stream: TcpStream, router: Router, mut closing: watch::Receiver<
     let mut connection = pin!(connection);
     // A client that breaks off or speaks no HTTP has had its answer, if any.
     tokio::select! {
-        _ = connection.as_mut() => {}
-        () = closed(&mut closing) => {
-            connection.as_mut().graceful_shutdown();
-            let _ = connection.await;
-        }
+        _ = connection.as_mut() => return,
+        () = closed(&mut closing) => {}
+        () = sleep(LIFE) => {}
     }
+    connection.as_mut().graceful_shutdown();
+    let _ = timeout(LAST_REPLY, connection).await;
 }
 
 /// Returns when a site ends.

@@ -9,11 +9,9 @@ pub(crate) fn in_terminal(line: &str, environment: &[(&str, &str)]) -> Option<St
     let mut script = Command::new("script");
     script.args(["--quiet", "--return", "--command", line, "/dev/null"]).stdin(Stdio::null());
     script.env_remove("NO_COLOR").env("TERM", "xterm-256color").envs(environment.iter().copied());
-    match script.output() {
-        Ok(output) => Some(String::from_utf8_lossy(&output.stdout).into_owned()),
-        Err(_) => {
-            skip("script of util-linux is not installed");
-            None
-        }
-    }
+    let Ok(output) = script.output() else {
+        skip("script of util-linux is not installed");
+        return None;
+    };
+    Some(String::from_utf8_lossy(&output.stdout).into_owned())
 }

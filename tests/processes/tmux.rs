@@ -10,7 +10,7 @@ use crate::stage::Stage;
 /// What the shell says when it waits for a command.
 const PROMPT: &str = "ready>";
 /// Far more than anything takes; then the test fails.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_mins(1);
 const LOOK_PERIOD: Duration = Duration::from_millis(20);
 
 /// A terminal. It is gone with all that runs in it when it is dropped.

@@ -2,13 +2,15 @@
 //! test's.
 
 use std::ffi::OsStr;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
+use std::thread;
 
 use serde_json::Value;
 
 use crate::process::Process;
 use crate::python::{self, python};
 use crate::reader::{Reader, assert_accounted_for};
+use crate::skip::skip;
 use crate::stage::{Stage, program};
 
 /// What a Python program of a view has to know.
@@ -34,7 +36,7 @@ fn of_two_hundred_pages_as_many_as_fit_are_served_and_the_servers_readers_miss_n
     let mut reader = Reader::join(&stage);
     let mut crowd = python();
     crowd.arg("tests/python/crowd.py").envs(variables(&stage));
-    let crowd = std::thread::spawn(move || Process::start(crowd).end());
+    let crowd = thread::spawn(move || Process::start(crowd).end());
     let mut shots = Vec::new();
     while !crowd.is_finished() {
         shots.push(reader.next());
@@ -57,7 +59,7 @@ fn of_two_hundred_pages_as_many_as_fit_are_served_and_the_servers_readers_miss_n
 fn off_loopback_looking_takes_the_token_too() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "50"]);
-    let mut alone = std::process::Command::new("unshare");
+    let mut alone = Command::new("unshare");
     let inside = python();
     alone.args(["--net", "sh", "-c", "ip link set lo up && ip address add 10.77.0.1/32 dev lo && exec \"$@\"", "sh"]);
     alone.arg(inside.get_program()).args([
@@ -69,12 +71,12 @@ fn off_loopback_looking_takes_the_token_too() {
         "tests/python/test_exposed_view.py",
     ]);
     alone.current_dir(env!("CARGO_MANIFEST_DIR")).env("PYTHONDONTWRITEBYTECODE", "1").envs(variables(&stage));
-    let possible = std::process::Command::new("unshare").args(["--net", "true"]).stderr(Stdio::null()).status();
-    if !possible.is_ok_and(|status| status.success()) {
-        crate::skip::skip("a network of its own takes root");
-    } else {
+    let possible = Command::new("unshare").args(["--net", "true"]).stderr(Stdio::null()).status();
+    if possible.is_ok_and(|status| status.success()) {
         let ended = Process::start(alone).end();
         assert_eq!(ended.code(), Some(0), "{}{}", ended.stdout, ended.stderr);
+    } else {
+        skip("a network of its own takes root");
     }
     server.stop();
 }

@@ -7,6 +7,7 @@ import contextlib
 import json
 import math
 import os
+import socket
 
 import numpy
 import pytest
@@ -162,8 +163,35 @@ def test_a_body_that_is_no_command_is_refused_in_one_line(view, body, status):
 
 
 def test_a_command_that_a_form_could_send_is_refused(view):
+    assert view.command(PAUSE, **{"Content-Type": "application/json; charset=utf-8"})[0] == 200
+    assert command(view, {"command": "resume"})["accepted"]
     for media_type in ("text/plain", "application/x-www-form-urlencoded", "multipart/form-data"):
         assert view.command(PAUSE, **{"Content-Type": media_type})[0] == 415
+
+
+def begun_command(view, *headers):
+    """A connection with a command whose body does not come."""
+    address, _, port = view.address.rpartition(":")
+    connection = socket.create_connection((address, int(port)))
+    lines = ["POST /command HTTP/1.1", f"Host: {view.address}", "Content-Type: application/json", "Content-Length: 900", *headers]
+    connection.sendall("\r\n".join([*lines, "", ""]).encode())
+    return connection
+
+
+def status_line(connection):
+    with connection.makefile("rb") as reply:
+        return reply.readline().split()[1]
+
+
+def test_bodies_that_do_not_come_keep_nobody_out(view):
+    strangers = [begun_command(view) for _ in range(140)]
+    answered = [status_line(connection) for connection in strangers[:100]]
+    assert answered == [b"401"] * 100, "without the token nobody is listened to"
+    for connection in strangers:
+        connection.close()
+    assert command(view, {"command": "speed", "value": 1.0})["accepted"]
+    with begun_command(view, f"Authorization: Bearer {view.token}") as slow:
+        assert status_line(slow) == b"408"
 
 
 def test_the_server_refuses_what_it_would_refuse_anybody(view):

@@ -72,7 +72,7 @@ fn carry_out(orders: &Receiver<Order>, domain: &Domain, events: &SyncSender<Even
         let reply = if held.load(Ordering::SeqCst) > held_before && request != Request::Hold {
             Reply::dropped(request, "a hold has come after it")
         } else {
-            Reply::to(request, control::call(domain, "watch-command", request))
+            Reply::to(request, control::call(domain, "watch-command", request, || false))
         };
         // Where nobody listens any more, the command holds all the same.
         let _ = events.send(Event::Reply(reply));

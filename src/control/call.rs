@@ -11,18 +11,23 @@ const PATIENCE: Duration = Duration::from_secs(5);
 const PROOF_PERIOD: Duration = Duration::from_millis(20);
 
 /// Sends a command, under this node name, and waits for its reply. A seek that the server's guard has still to prove is sent
-/// again until it is.
+/// again until it is, or until it is given up; then it is refused.
 ///
 /// Each call joins the bus anew: a client that stays would take a killed server for one that is slow.
 ///
 /// # Errors
 /// As [`CommandClient::open`] and [`CommandClient::call`].
-pub fn call(domain: &Domain, name: &str, request: Request) -> Result<CommandReply, BusError> {
+pub fn call(
+    domain: &Domain,
+    name: &str,
+    request: Request,
+    is_given_up: impl Fn() -> bool,
+) -> Result<CommandReply, BusError> {
     let client = CommandClient::open(domain, name)?;
-    let deadline = Instant::now() + PATIENCE;
+    let began = Instant::now();
     loop {
-        let reply = client.call(request, PATIENCE)?;
-        if reply.outcome() != Err(Refusal::NotProved) || Instant::now() >= deadline {
+        let reply = client.call(request, PATIENCE.saturating_sub(began.elapsed()))?;
+        if reply.outcome() != Err(Refusal::NotProved) || began.elapsed() + PROOF_PERIOD >= PATIENCE || is_given_up() {
             return Ok(reply);
         }
         thread::sleep(PROOF_PERIOD);
