@@ -7,12 +7,14 @@ import * as format from './format.js';
 const list = element('alerts', HTMLOListElement);
 
 /**
- * Lists the alerts, newest first; what is listed already stays as it is.
+ * Lists the alerts, newest first; what is listed already stays as it is. Those of earlier runs step back.
  * @param {readonly Alert[]} alerts oldest first
+ * @param {number | undefined} run_id of the run that is shown
  */
-export function listAlerts(alerts) {
+export function listAlerts(alerts, run_id) {
   const listed = new Map([...list.children].map((row) => [row instanceof HTMLElement ? row.dataset.key : '', row]));
   const rows = alerts.map((alert) => listed.get(alertKey(alert)) ?? row(alert)).reverse();
+  rows.forEach((item, at) => item.classList.toggle('is-earlier', alerts[alerts.length - 1 - at].run_id !== run_id));
   if (rows.length !== list.children.length || rows[0] !== list.firstChild) list.replaceChildren(...rows);
   element('no-alerts', HTMLElement).hidden = alerts.length > 0;
   list.hidden = alerts.length === 0;
@@ -20,8 +22,8 @@ export function listAlerts(alerts) {
 }
 
 /** Tells alerts of different views and runs apart. @param {Alert} alert */
-export function alertKey({ number, kind, time_s, benches }) {
-  return `${number} ${kind} ${time_s} ${benches}`;
+export function alertKey({ number, run_id, kind, time_s }) {
+  return `${number} ${run_id} ${kind} ${time_s}`;
 }
 
 /** @param {Alert} alert */

@@ -116,7 +116,7 @@ function renew() {
   writeFigures(show);
   if (plan.read(show)) drawSoon();
   if (show.frame !== null) controls.takeState(show.frame.state);
-  listAlerts(show.alerts);
+  listAlerts(show.alerts, show.frame?.run_id);
   details.write(show);
   timeline.draw(show);
   const perSecond = pace.perSecond(now_ms);

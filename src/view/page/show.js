@@ -36,6 +36,7 @@
 /**
  * @typedef {object} Alert
  * @property {number} number
+ * @property {number} run_id
  * @property {string} kind
  * @property {number} time_s
  * @property {[number, number] | null} benches

@@ -206,7 +206,8 @@ export class Timeline {
   /** What has happened, and the contact ahead. @param {Show} show */
   #drawEvents({ alerts, status, frame }) {
     const { context } = this.#screen;
-    for (const { kind, time_s } of alerts) {
+    for (const { run_id, kind, time_s } of alerts) {
+      if (run_id !== frame?.run_id) continue;
       const isGrave = kind === 'contact' || kind === 'held' || kind === 'fault';
       context.fillStyle = isGrave ? this.#palette.contact : kind === 'near' ? this.#palette.near : this.#palette.quiet;
       context.fillRect(this.#x(time_s) - 1, TOP_PX - 6, 2, isGrave ? 12 : 8);
