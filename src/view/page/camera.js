@@ -6,7 +6,7 @@ const LARGEST_SCALE = 4000;
 /** Pixels a metre at which the head's surroundings are read well. */
 const FOLLOW_SCALE = 56;
 /** Part of the screen that stays free at each side of all. */
-const MARGIN = 0.03;
+const MARGIN = 0.02;
 
 /** @typedef {{x0: number, y0: number, x1: number, y1: number}} Box */
 /** @typedef {'fit' | 'follow' | 'free'} Mode */
@@ -26,8 +26,9 @@ export class Camera {
     this.height = height;
   }
 
-  /** @param {Box} box */
-  fit({ x0, y0, x1, y1 }) {
+  /** Shows all of a box, and stands still while that grows or shrinks a little. @param {Box} box */
+  fit(box) {
+    const { x0, y0, x1, y1 } = rounded(box);
     const [wide, high] = [Math.max(x1 - x0, 0.1), Math.max(y1 - y0, 0.1)];
     const part = 1 - 2 * MARGIN;
     this.scale = clamp(Math.min((this.width * part) / wide, (this.height * part) / high));
@@ -83,6 +84,13 @@ export class Camera {
     const [halfWide, halfHigh] = [this.width / 2 / this.scale + around_m, this.height / 2 / this.scale + around_m];
     return { x0: this.x - halfWide, y0: this.y - halfHigh, x1: this.x + halfWide, y1: this.y + halfHigh };
   }
+}
+
+/** The least box of whole steps, each between a 32nd and a 64th of its size, around a box. @param {Box} box @returns {Box} */
+function rounded({ x0, y0, x1, y1 }) {
+  const step = 2 ** Math.floor(Math.log2(Math.max(x1 - x0, y1 - y0, 0.1) / 32));
+  const [down, up] = [Math.floor, Math.ceil].map((round) => (/** @type {number} */ at) => round(at / step) * step);
+  return { x0: down(x0), y0: down(y0), x1: up(x1), y1: up(y1) };
 }
 
 /** @param {number} scale */

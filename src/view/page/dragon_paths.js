@@ -12,6 +12,8 @@ const BOARDS_A_PATH = 16;
 /** Links in one line. */
 const LINKS_A_PATH = 64;
 const HINGE_RADIUS_M = 0.028;
+/** A line leaves out hinges that are nearer to each other than half of this. */
+const STRETCH_PX = 6;
 
 /** The dragon and its route. @param {Frame} frame @param {Run | null} run */
 export function extent(frame, run) {
@@ -29,23 +31,29 @@ export function extent(frame, run) {
   return box;
 }
 
-/** @param {ArrayLike<number>} values @param {number} stride */
-function polyline(values, stride) {
+/** Every so many handles, and the last one. @param {Float32Array} handles @param {number} step */
+function polyline(handles, step) {
   const path = new Path2D();
-  for (let at = 0; at + 1 < values.length; at += stride) path.lineTo(values[at], values[at + 1]);
+  const last = handles.length - 3;
+  for (let at = 0; at < last; at += step * 3) path.lineTo(handles[at], handles[at + 1]);
+  path.lineTo(handles[last], handles[last + 1]);
   return path;
 }
 
 /**
- * The dragon as lines, each of a part of it; those out of sight are left out.
+ * The dragon as lines, each of a part of it, with a hinge for every few pixels; those out of sight are left out.
  * @param {Frame} frame
  * @param {Camera} camera
  */
 export function* lines({ handles, benches }, camera) {
-  for (let first = 0; first < benches; first += LINKS_A_PATH) {
-    const last = Math.min(first + LINKS_A_PATH, benches);
+  // The last link's length is that of nearly all.
+  const end = handles.subarray(-6);
+  const link_px = Math.hypot(end[0] - end[3], end[1] - end[4]) * camera.scale;
+  const step = Math.max(Math.round(STRETCH_PX / link_px), 1);
+  for (let first = 0; first < benches; first += LINKS_A_PATH * step) {
+    const last = Math.min(first + LINKS_A_PATH * step, benches);
     const part = handles.subarray(first * 3, (last + 1) * 3);
-    if (isSeen(part, camera, 0)) yield polyline(part, 3);
+    if (isSeen(part, camera, 0)) yield polyline(part, step);
   }
 }
 

@@ -21,6 +21,8 @@ import { drawScaleBar } from './scale_bar.js';
 const LINE_BELOW_PX = 2.5;
 /** Lines that are narrower than this, in the screen's own pixels, are drawn one pixel wide. */
 const WIDE_LINE_PX = 1.5;
+/** A little less than a pixel, so that it is not a little more after rounding. */
+const HAIRLINE = 0.99;
 /** Boards of at least this width show their hinges. */
 const HINGES_FROM_PX = 11;
 
@@ -116,7 +118,7 @@ export class Plan {
       context.strokeStyle = colours.wood;
       // At least one of the screen's own pixels: lines of one are drawn several times as fast as wider ones.
       const ratio = this.#screen.ratio();
-      context.lineWidth = (width_px * ratio < WIDE_LINE_PX ? 1 / ratio : width_px) / scale;
+      context.lineWidth = (width_px * ratio < WIDE_LINE_PX ? HAIRLINE / ratio : width_px) / scale;
       for (const path of lines(frame, this.#camera)) context.stroke(path);
     } else {
       context.lineWidth = Math.min(Math.max(width_px / 9, 0.6), 2) / scale;
