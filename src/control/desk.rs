@@ -107,7 +107,7 @@ impl Desk {
         }
     }
 
-    /// Waits until every hold that was given is answered, which takes as long as [`call`]. Others are not waited for.
+    /// Waits until every hold that was given is answered, which takes as long as [`call()`]. Others are not waited for.
     pub fn finish_holds(&self) {
         let mut unanswered = lock(&self.line.unanswered);
         while *unanswered > 0 {
