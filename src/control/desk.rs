@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread;
+use std::time::Duration;
 
 use bench_dragon_ipc::{BusError, CommandReply, Domain, Request};
 
@@ -107,12 +108,11 @@ impl Desk {
         }
     }
 
-    /// Waits until every hold that was given is answered, which takes as long as [`call()`]. Others are not waited for.
-    pub fn finish_holds(&self) {
-        let mut unanswered = lock(&self.line.unanswered);
-        while *unanswered > 0 {
-            unanswered = self.line.answered.wait(unanswered).unwrap_or_else(PoisonError::into_inner);
-        }
+    /// Waits until every hold that was given is answered, at most so long, and says whether they are. Others are not waited for.
+    pub fn finish_holds(&self, patience: Duration) -> bool {
+        let unanswered = lock(&self.line.unanswered);
+        let waited = self.line.answered.wait_timeout_while(unanswered, patience, |unanswered| *unanswered > 0);
+        *waited.unwrap_or_else(PoisonError::into_inner).0 == 0
     }
 }
 
@@ -160,8 +160,8 @@ fn send_holds(orders: &Receiver<Order>, send: &Courier, line: &Line) {
                 send(request, &|| false).or(first)
             }
         };
-        answer(outcome.map_err(DeskError::Bus));
         line.count_answered();
+        answer(outcome.map_err(DeskError::Bus));
     }
 }
 
@@ -225,13 +225,13 @@ mod tests {
         let resume = give(&desk, Request::Resume);
         let hold = give(&desk, Request::Hold);
         assert_eq!(sent.recv(), Ok(Request::Hold));
-        assert!(hold.try_recv().is_err(), "the release may still come after it");
+        assert!(hold.try_recv().is_err() && !desk.finish_holds(Duration::ZERO), "the release may still come after it");
         go_on.send(()).expect("the release waits");
         assert_eq!(release.recv().expect("an answer").expect("a reply").run_id, 1, "it was told to give up");
         assert!(matches!(resume.recv(), Ok(Err(DeskError::Overtaken))));
         assert_eq!(sent.recv(), Ok(Request::Hold));
         assert!(matches!(hold.recv(), Ok(Ok(_))));
-        desk.finish_holds();
+        assert!(desk.finish_holds(Duration::ZERO));
         assert!(sent.try_recv().is_err());
     }
 

@@ -34,6 +34,8 @@ use crate::web::{json, refuse, text};
 const PROTOCOL: &str = "bench-dragon.view.v1";
 /// Longest body of a command in bytes.
 const MAX_COMMAND_BYTES: usize = 1 << 10;
+/// How long a hold may take that has to be sent twice.
+const HOLD_PATIENCE: Duration = Duration::from_secs(12);
 /// How long a body may take.
 const BODY_PATIENCE: Duration = Duration::from_secs(5);
 
@@ -100,9 +102,9 @@ impl View {
         })))
     }
 
-    /// Waits until every hold that was asked for is answered.
+    /// Waits until every hold that was asked for is answered, for as long as that may take.
     pub fn finish_holds(&self) {
-        self.0.desk.finish_holds();
+        self.0.desk.finish_holds(HOLD_PATIENCE);
     }
 
     /// Shows a scene to all pages. Never waits for any of them.
