@@ -72,9 +72,9 @@ mod tests {
 
     fn screen(look: Look, keys: &str, scene: &Scene) -> Screen {
         let mut screen = Screen::new("dragon", look, false);
-        screen.see(scene);
+        screen.see(scene, 0);
         for key in keys.chars() {
-            screen.press(KeyEvent::new(KeyCode::Char(key), KeyModifiers::NONE), scene);
+            screen.press(KeyEvent::new(KeyCode::Char(key), KeyModifiers::NONE), scene, 0);
         }
         screen
     }
@@ -199,6 +199,38 @@ mod tests {
                 assert!(text.is_ascii(), "{text}");
             }
         }
+    }
+
+    #[test]
+    fn the_keys_of_a_screen_of_80_by_24_are_whole() {
+        let scene = scene(ShowState::Running, 300.0);
+        let rows = rows(&drawn(&scene, &screen(Look::default(), "", &scene), 80, 24));
+        let keys = "h hold  space pause  r release  ? help  q quit  + - v speed  s seek  f follow";
+        assert_eq!(rows[23].trim_end(), keys);
+    }
+
+    #[test]
+    fn a_release_is_asked_for_where_replies_are() {
+        let scene = scene(ShowState::Held, 300.0);
+        let rows = rows(&drawn(&scene, &screen(Look::default(), "r", &scene), 80, 24));
+        assert_eq!(rows[22].trim_end(), "release the hold? r again");
+        assert_eq!(rows[23].trim_end(), "h hold  r release  esc leave");
+    }
+
+    #[test]
+    fn alerts_of_earlier_runs_are_told_apart() {
+        let mut scene = scene(ShowState::Running, 300.0);
+        let mut still = (**scene.frame.as_ref().expect("a frame")).clone();
+        still.header.run_id += 1;
+        let restarted = crate::monitor::run_alert(&still.header, bench_dragon_ipc::AlertKind::Restarted);
+        scene.frame = Some(std::sync::Arc::new(still));
+        let strip = text(&scene, &screen(Look::default(), "", &scene), 40, 12);
+        assert!(strip.contains("near      0-11  earlier run"), "{strip}");
+        std::sync::Arc::make_mut(&mut scene.alerts).push(restarted);
+        let text = text(&scene, &screen(Look::default(), "", &scene), 80, 24);
+        let at = |told: &str| text.find(told).unwrap_or_else(|| panic!("{told} is missing in\n{text}"));
+        let order = ["3 alerts", "restarted", "earlier runs", "near  "].map(at);
+        assert!(order.is_sorted(), "{text}");
     }
 
     #[test]

@@ -6,11 +6,18 @@ use ratatui::layout::{Position, Rect};
 use ratatui::text::{Line, Span};
 
 use super::condition::state;
+use super::question::Question;
 use super::screen::Screen;
-use super::theme::strong;
+use super::theme::{Tone, strong};
 use crate::observe::Scene;
 
-/// Draws what is typed, with the cursor behind it, else the reply.
+/// Keys that are always shown.
+const HELP: (&str, &str) = ("?", "help");
+const QUIT: (&str, &str) = ("q", "quit");
+/// Columns between two keys.
+const GAP: usize = 2;
+
+/// Draws what is typed, with the cursor behind it, else what is asked, else the reply.
 pub(super) fn draw_reply(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     let look = screen.look();
     if let Some(entry) = &screen.entry {
@@ -18,31 +25,70 @@ pub(super) fn draw_reply(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
         let column = (line.width() as u16).min(area.width.saturating_sub(1));
         frame.render_widget(line, area);
         frame.set_cursor_position(Position::new(area.x + column, area.y));
+    } else if screen.question.is_some() {
+        frame.render_widget(Line::styled(Question::TEXT, look.theme.block(Tone::Danger)), area);
     } else if let Some(reply) = &screen.reply {
         frame.render_widget(Line::styled(reply.text.clone(), look.theme.text(reply.tone)), area);
     }
 }
 
-/// Draws the keys, those that matter most first.
+/// Draws the keys, those that matter most first, and of each all or nothing. Help and the way out are always among them.
 pub(super) fn draw_keys(frame: &mut Frame<'_>, area: Rect, scene: &Scene, screen: &Screen) {
     let look = screen.look();
-    let keys: &[(&str, &str)] = match (screen.entry.is_some(), screen.is_read_only()) {
-        (true, _) => &[("enter", "send"), ("esc", "leave"), ("h", "hold")],
-        (false, true) => &[("?", "help"), ("q", "quit"), ("f", "follow"), ("0", "all"), ("[ ]", "zoom")],
-        (false, false) => &[
-            ("space", if state(scene) == Some(ShowState::Running) { "pause" } else { "resume" }),
+    let space = if state(scene) == Some(ShowState::Running) { "pause" } else { "resume" };
+    let keys: &[(&str, &str)] = match (screen.entry.is_some(), screen.question.is_some(), screen.is_read_only()) {
+        (true, _, _) => &[("h", "hold"), ("enter", "send"), ("esc", "leave")],
+        (_, true, _) => &[("h", "hold"), ("r", "release"), ("esc", "leave")],
+        (_, _, true) => &[HELP, QUIT, ("f", "follow"), ("0", "all"), ("[ ]", "zoom")],
+        _ => &[
             ("h", "hold"),
-            ("R", "release"),
-            ("?", "help"),
-            ("q", "quit"),
+            ("space", space),
+            ("r", "release"),
+            HELP,
+            QUIT,
             ("+ - v", "speed"),
             ("s", "seek"),
             ("f", "follow"),
             ("0", "all"),
         ],
     };
-    let spans = keys
-        .iter()
-        .flat_map(|(key, does)| [Span::styled(*key, strong()), Span::styled(format!(" {does}  "), look.theme.faint())]);
+    let spans = fitting(keys, area.width.into())
+        .into_iter()
+        .flat_map(|(key, does)| [Span::styled(key, strong()), Span::styled(format!(" {does}  "), look.theme.faint())]);
     frame.render_widget(spans.collect::<Line<'_>>(), area);
+}
+
+/// Those for which there is room, in their order, beside those that are always there.
+fn fitting<'a>(keys: &[(&'a str, &'a str)], columns: usize) -> Vec<(&'a str, &'a str)> {
+    let is_kept = |entry: &(&str, &str)| [HELP, QUIT].contains(entry);
+    let width = |(key, does): &(&str, &str)| key.len() + 1 + does.len() + GAP;
+    // Behind the last one there is no gap.
+    let mut room = (columns + GAP).saturating_sub(keys.iter().filter(|entry| is_kept(entry)).map(width).sum());
+    let mut has_room = true;
+    let fits = |entry: &&(&'a str, &'a str)| {
+        if is_kept(entry) {
+            return true;
+        }
+        has_room &= width(entry) <= room;
+        room = room.saturating_sub(width(entry));
+        has_room
+    };
+    keys.iter().filter(fits).copied().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_shown_whole_the_most_important_first_and_help_and_quit_always() {
+        let keys = [("h", "hold"), ("space", "pause"), HELP, QUIT, ("f", "follow"), ("0", "all")];
+        let shown = |columns| fitting(&keys, columns).iter().map(|(key, _)| *key).collect::<Vec<_>>().join(" ");
+        let all = "h hold  space pause  ? help  q quit  f follow  0 all".len();
+        assert_eq!(shown(all), "h space ? q f 0");
+        assert_eq!(shown(all - 1), "h space ? q f");
+        assert_eq!(shown("h hold  space pause  ? help  q quit".len()), "h space ? q");
+        assert_eq!(shown("h hold  space pause  ? help  q quit".len() - 1), "h ? q");
+        assert_eq!(shown(14), "? q");
+    }
 }

@@ -16,7 +16,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     let orders = [
         ("space", "pause, resume"),
         ("h", "hold: a safety stop"),
-        ("R", "release a hold"),
+        ("r r", "release a hold"),
         ("+ -", "speed of the head, by 0.1 m/s"),
         ("v", "type a speed"),
         ("s", "type a show time to go to"),

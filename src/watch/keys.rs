@@ -5,6 +5,7 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::condition::state;
 use super::entry::{Entry, Subject};
+use super::question::Question;
 use super::reply::Reply;
 use super::screen::Screen;
 use crate::observe::Scene;
@@ -23,8 +24,10 @@ pub enum Action {
 }
 
 impl Screen {
-    /// A key was hit, while this scene was shown.
-    pub fn press(&mut self, key: KeyEvent, scene: &Scene) -> Action {
+    /// A key was hit, while this scene was shown, at this instant of a clock that never goes back.
+    pub fn press(&mut self, key: KeyEvent, scene: &Scene, now_ns: u64) -> Action {
+        // Whatever is hit withdraws the question, if it is not the answer.
+        let question = self.question.take().filter(|question| question.stands(scene, now_ns));
         if key.modifiers.contains(KeyModifiers::CONTROL) {
             return match key.code {
                 KeyCode::Char('c') => Action::Quit,
@@ -32,18 +35,21 @@ impl Screen {
                 _ => Action::None,
             };
         }
+        let code = without_caps_lock(key.code);
         // A hold never waits, not even for a number that is half typed.
-        if key.code == KeyCode::Char('h') && !self.is_read_only() {
-            self.entry = None;
+        if code == KeyCode::Char('h') && !self.is_read_only() {
+            (self.entry, self.helps) = (None, false);
             return self.command(Request::Hold);
         }
         if self.entry.is_some() {
-            return self.type_number(key.code);
+            return self.type_number(code);
         }
         if std::mem::take(&mut self.helps) {
             return Action::None;
         }
-        match key.code {
+        match code {
+            KeyCode::Char('r') if !self.is_read_only() => self.release(question, scene, now_ns),
+            KeyCode::Esc if question.is_some() => Action::None,
             KeyCode::Char('q') | KeyCode::Esc => Action::Quit,
             KeyCode::Char('?') => {
                 self.helps = true;
@@ -55,13 +61,21 @@ impl Screen {
         }
     }
 
+    /// A safety stop is lifted by the second press alone.
+    fn release(&mut self, question: Option<Question>, scene: &Scene, now_ns: u64) -> Action {
+        if question.is_some() {
+            return self.command(Request::Release);
+        }
+        self.question = Some(Question::ask(scene, now_ns));
+        Action::None
+    }
+
     /// A key for the server.
     fn order(&mut self, character: char, scene: &Scene) -> Action {
         match character {
             ' ' if state(scene) == Some(ShowState::Running) => self.command(Request::Pause),
             // Where the show is held or finished, the server says what has to be done.
             ' ' => self.command(Request::Resume),
-            'R' => self.command(Request::Release),
             '+' | '=' => self.step_speed(scene, 1.0),
             '-' | '_' => self.step_speed(scene, -1.0),
             'v' => self.ask_for(Subject::Speed),
@@ -108,11 +122,19 @@ impl Screen {
     }
 }
 
+/// The key that was hit: a terminal tells a letter under Caps Lock as one with Shift, and no key here is both.
+fn without_caps_lock(code: KeyCode) -> KeyCode {
+    match code {
+        KeyCode::Char(character) => KeyCode::Char(character.to_ascii_lowercase()),
+        other => other,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
 
-    use bench_dragon_ipc::FrameHeader;
+    use bench_dragon_ipc::{CommandReply, FrameHeader};
 
     use super::*;
     use crate::observe::Still;
@@ -126,7 +148,7 @@ mod tests {
     fn type_keys(screen: &mut Screen, keys: &str, scene: &Scene) -> Vec<Action> {
         let code = |key| if key == '\n' { KeyCode::Enter } else { KeyCode::Char(key) };
         let events = keys.chars().map(|key| KeyEvent::new(code(key), KeyModifiers::NONE));
-        events.map(|event| screen.press(event, scene)).filter(|action| *action != Action::None).collect()
+        events.map(|event| screen.press(event, scene, 0)).filter(|action| *action != Action::None).collect()
     }
 
     fn screen(read_only: bool) -> Screen {
@@ -168,9 +190,71 @@ mod tests {
     }
 
     #[test]
+    fn h_holds_whatever_stands_on_the_screen_and_whether_caps_lock_is_on() {
+        let scene = scene(ShowState::Running, 1.0);
+        for key in ["h", "H"] {
+            for before in ["", "s12", "v", "?", "r"] {
+                let mut screen = screen(false);
+                type_keys(&mut screen, before, &scene);
+                assert_eq!(type_keys(&mut screen, key, &scene), [Action::Command(Request::Hold)], "{before}{key}");
+                assert_eq!((screen.entry, screen.question, screen.helps), (None, None, false));
+            }
+        }
+    }
+
+    #[test]
+    fn only_a_second_press_releases_whether_caps_lock_is_on_or_not() {
+        let scene = scene(ShowState::Held, 0.0);
+        for keys in ["rr", "RR", "rR"] {
+            let mut screen = screen(false);
+            assert_eq!(type_keys(&mut screen, &keys[..1], &scene), []);
+            assert_eq!(type_keys(&mut screen, &keys[1..], &scene), [Action::Command(Request::Release)]);
+            assert_eq!(type_keys(&mut screen, "r", &scene), [], "the next one asks again");
+        }
+    }
+
+    #[test]
+    fn any_other_key_withdraws_a_release_and_escape_does_nothing_else() {
+        let scene = scene(ShowState::Held, 0.0);
+        for other in [KeyCode::Esc, KeyCode::Char('f'), KeyCode::Left, KeyCode::Char('y')] {
+            let mut screen = screen(false);
+            type_keys(&mut screen, "r", &scene);
+            assert_eq!(screen.press(KeyEvent::new(other, KeyModifiers::NONE), &scene, 0), Action::None);
+            assert_eq!(type_keys(&mut screen, "r", &scene), [], "{other:?}");
+        }
+    }
+
+    #[test]
+    fn a_release_is_not_asked_for_ever_nor_of_a_show_that_has_been_held_since() {
+        let (held, running) = (scene(ShowState::Held, 0.0), scene(ShowState::Running, 1.0));
+        let key = KeyEvent::new(KeyCode::Char('r'), KeyModifiers::NONE);
+        for (before, after, after_ns, stands) in [
+            (&held, &held, 4_999_999_999, true),
+            (&held, &held, 5_000_000_000, false),
+            (&running, &held, 1, false),
+            (&held, &running, 1, false),
+        ] {
+            let mut screen = screen(false);
+            screen.press(key, before, 0);
+            let was_withdrawn = screen.clone().see(after, after_ns);
+            assert_eq!(was_withdrawn, !stands, "the screen shows it no longer");
+            assert_eq!(screen.press(key, after, after_ns) == Action::Command(Request::Release), stands);
+        }
+    }
+
+    #[test]
+    fn letters_do_the_same_under_caps_lock() {
+        let (mut screen, scene) = (screen(false), scene(ShowState::Running, 1.0));
+        let actions = type_keys(&mut screen, "S12\nV2\nFZXQ", &scene);
+        let expected = [Request::Seek { sim_time_s: 12.0 }, Request::Speed { speed_mps: 2.0 }].map(Action::Command);
+        assert_eq!(actions, [&expected[..], &[Action::Quit]].concat());
+        assert!(screen.camera.follows());
+    }
+
+    #[test]
     fn steps_of_speed_add_up_before_the_head_walks_at_the_first_one() {
         let (mut screen, scene) = (screen(false), scene(ShowState::Running, 1.0));
-        screen.see(&scene);
+        screen.see(&scene, 0);
         let actions = type_keys(&mut screen, "++-+", &scene);
         let speeds = [1.1, 1.2, 1.1, 1.2].map(|speed_mps| Action::Command(Request::Speed { speed_mps }));
         assert_eq!(actions, speeds);
@@ -179,24 +263,70 @@ mod tests {
     #[test]
     fn steps_of_speed_stay_within_what_the_server_takes_and_start_from_the_heads_own() {
         let mut screen = screen(false);
-        for (at_mps, key, to_mps) in [(9.96, "+", 10.0), (0.04, "-", 0.0), (0.73, "+", 0.8)] {
-            let scene = scene(ShowState::Running, at_mps);
-            screen.pace.forget();
-            screen.see(&scene);
+        for (tick, (at_mps, key, to_mps)) in (1..).zip([(9.96, "+", 10.0), (0.04, "-", 0.0), (0.73, "+", 0.8)]) {
+            let scene = walking(at_mps, tick);
+            screen.pace.answer(Err(()));
+            screen.see(&scene, 0);
             let expected = Action::Command(Request::Speed { speed_mps: to_mps });
             assert_eq!(type_keys(&mut screen, key, &scene), [expected]);
         }
-        screen.pace.forget();
+        screen.pace.answer(Err(()));
         let paused = scene(ShowState::Paused, 0.0);
-        screen.see(&paused);
+        screen.see(&paused, 0);
         let expected = Action::Command(Request::Speed { speed_mps: 0.8 });
         assert_eq!(type_keys(&mut screen, "+", &paused), [expected], "a paused head had walked at 0.73 m/s");
     }
 
     #[test]
+    fn a_step_after_somebody_elses_speed_starts_from_that() {
+        let (mut screen, paused) = (screen(false), scene(ShowState::Paused, 0.0));
+        let accepted = CommandReply { tick: 10, ..CommandReply::default() };
+        screen.see(&scene(ShowState::Running, 1.0), 0);
+        let faster = Request::Speed { speed_mps: 1.1 };
+        assert_eq!(type_keys(&mut screen, "+", &paused), [Action::Command(faster)]);
+        screen.answer(Reply::to(faster, Ok(accepted)));
+        for (tick, speed_mps) in [(11, 0.5), (12, 0.5)] {
+            screen.see(&walking(speed_mps, tick), 0);
+        }
+        let expected = Action::Command(Request::Speed { speed_mps: 0.6 });
+        assert_eq!(type_keys(&mut screen, "+", &scene(ShowState::Running, 0.5)), [expected]);
+    }
+
+    #[test]
+    fn steps_of_speed_add_up_while_the_head_is_on_its_way_to_them() {
+        let (mut screen, scene) = (screen(false), scene(ShowState::Running, 1.0));
+        screen.see(&scene, 0);
+        let speeds = [1.1, 1.2].map(|speed_mps| Request::Speed { speed_mps });
+        assert_eq!(type_keys(&mut screen, "++", &scene), speeds.map(Action::Command));
+        let accepted = |tick| Ok(CommandReply { tick, ..CommandReply::default() });
+        // At the first of them for a while, and the second is not answered yet.
+        screen.answer(Reply::to(speeds[0], accepted(10)));
+        for tick in 11..15 {
+            screen.see(&walking(1.1, tick), 0);
+        }
+        screen.answer(Reply::to(speeds[1], accepted(20)));
+        // The same frame again says nothing new, and a ramp is no speed that the head keeps.
+        for (speed_mps, tick) in [(1.1, 20), (1.1, 20), (1.12, 21), (1.14, 22), (1.16, 23)] {
+            screen.see(&walking(speed_mps, tick), 0);
+        }
+        let expected = Action::Command(Request::Speed { speed_mps: 1.3 });
+        assert_eq!(type_keys(&mut screen, "+", &scene), [expected]);
+    }
+
+    fn walking(speed_mps: f64, tick: u64) -> Scene {
+        at_tick(scene(ShowState::Running, speed_mps), tick)
+    }
+
+    fn at_tick(mut scene: Scene, tick: u64) -> Scene {
+        let still = Arc::make_mut(scene.frame.as_mut().expect("a frame"));
+        still.header.tick = tick;
+        scene
+    }
+
+    #[test]
     fn a_screen_that_only_reads_gives_no_command_whatever_is_typed() {
         let (mut screen, scene) = (screen(true), scene(ShowState::Running, 1.0));
-        assert_eq!(type_keys(&mut screen, " hR+-=_v1\ns2\nf0[]zx", &scene), []);
+        assert_eq!(type_keys(&mut screen, " hHrrRR+-=_v1\ns2\nf0[]zx", &scene), []);
         assert_eq!(type_keys(&mut screen, "q", &scene), [Action::Quit]);
     }
 
@@ -208,7 +338,7 @@ mod tests {
             type_keys(&mut screen, before, &scene);
             for (key, action) in [('z', Action::Suspend), ('c', Action::Quit)] {
                 let event = KeyEvent::new(KeyCode::Char(key), KeyModifiers::CONTROL);
-                assert_eq!(screen.press(event, &scene), action);
+                assert_eq!(screen.press(event, &scene, 0), action);
             }
         }
     }
@@ -218,9 +348,9 @@ mod tests {
         let (mut screen, scene) = (screen(false), scene(ShowState::Running, 1.0));
         let escape = KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE);
         type_keys(&mut screen, "?", &scene);
-        assert_eq!(screen.press(escape, &scene), Action::None);
+        assert_eq!(screen.press(escape, &scene, 0), Action::None);
         type_keys(&mut screen, "s1", &scene);
-        assert_eq!(screen.press(escape, &scene), Action::None);
-        assert_eq!(screen.press(escape, &scene), Action::Quit);
+        assert_eq!(screen.press(escape, &scene, 0), Action::None);
+        assert_eq!(screen.press(escape, &scene, 0), Action::Quit);
     }
 }

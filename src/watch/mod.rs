@@ -20,6 +20,7 @@ mod keys;
 mod lateness_history;
 mod pace;
 mod plan;
+mod question;
 mod reply;
 #[cfg(test)]
 mod sample;

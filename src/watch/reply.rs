@@ -10,13 +10,13 @@ use crate::number::Number;
 pub struct Reply {
     pub(super) text: String,
     pub(super) tone: Tone,
-    /// Whether the command was a speed that will not be walked at.
-    pub(super) speed_refused: bool,
+    /// Where the command was a speed: the tick from which it holds, or that it will not be walked at.
+    pub(super) speed: Option<Result<u64, ()>>,
 }
 
 impl Reply {
     /// The command is on its way.
-    pub(super) fn sent(request: Request) -> Self {
+    pub fn sent(request: Request) -> Self {
         Self::new(format!("{}: sent", name(request)), Tone::Calm)
     }
 
@@ -27,27 +27,33 @@ impl Reply {
 
     /// The command was given up before it was sent.
     pub fn dropped(request: Request, why: &str) -> Self {
-        Self {
-            speed_refused: is_speed(request),
-            ..Self::new(format!("{}: not sent: {why}", name(request)), Tone::Caution)
-        }
+        let text = format!("{}: not sent: {why}", name(request));
+        Self { speed: is_speed(request).then_some(Err(())), ..Self::new(text, Tone::Caution) }
     }
 
     /// What the server said, or why it said nothing.
     pub fn to(request: Request, answer: Result<CommandReply, BusError>) -> Self {
         let name = name(request);
         let outcome = answer.map(|reply| reply.outcome());
-        let speed_refused = is_speed(request) && !matches!(outcome, Ok(Ok(_)));
+        let from_tick = match &outcome {
+            Ok(Ok(tick)) => Ok(*tick),
+            _ => Err(()),
+        };
         let reply = match outcome {
             Ok(Ok(tick)) => Self::new(format!("{name}: accepted, from tick {tick} on"), Tone::Good),
             Ok(Err(refusal)) => Self::new(format!("{name}: refused: {refusal}"), Tone::Danger),
             Err(error) => Self::new(format!("{name}: {error}"), Tone::Danger),
         };
-        Self { speed_refused, ..reply }
+        Self { speed: is_speed(request).then_some(from_tick), ..reply }
+    }
+
+    /// The line.
+    pub fn text(&self) -> &str {
+        &self.text
     }
 
     fn new(text: String, tone: Tone) -> Self {
-        Self { text, tone, speed_refused: false }
+        Self { text, tone, speed: None }
     }
 }
 

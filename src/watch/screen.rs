@@ -5,6 +5,7 @@ use super::entry::Entry;
 use super::glyphs::Glyphs;
 use super::lateness_history::LatenessHistory;
 use super::pace::Pace;
+use super::question::Question;
 use super::reply::Reply;
 use super::theme::Theme;
 use crate::observe::Scene;
@@ -28,6 +29,7 @@ pub struct Screen {
     pub(super) lateness: LatenessHistory,
     pub(super) pace: Pace,
     pub(super) entry: Option<Entry>,
+    pub(super) question: Option<Question>,
     pub(super) reply: Option<Reply>,
     pub(super) helps: bool,
 }
@@ -43,23 +45,26 @@ impl Screen {
             lateness: LatenessHistory::default(),
             pace: Pace::default(),
             entry: None,
+            question: None,
             reply: None,
             helps: false,
         }
     }
 
-    /// Takes note of a scene: what is shown of the past is kept from here on.
-    pub fn see(&mut self, scene: &Scene) {
+    /// Takes note of a scene, at this instant of a clock that never goes back: what is shown of the past is kept from here on.
+    /// Whether the screen now looks different beside the scene.
+    pub fn see(&mut self, scene: &Scene, now_ns: u64) -> bool {
         self.pace.see(scene);
         if let Some(status) = &scene.status {
             self.lateness.note(status);
         }
+        self.question.take_if(|question| !question.stands(scene, now_ns)).is_some()
     }
 
     /// Shows what became of a command.
     pub fn answer(&mut self, reply: Reply) {
-        if reply.speed_refused {
-            self.pace.forget();
+        if let Some(answer) = reply.speed {
+            self.pace.answer(answer);
         }
         self.reply = Some(reply);
     }

@@ -5,6 +5,8 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use rustix::process::{Pid, Signal, kill_process};
+
 use crate::stage::Stage;
 
 /// What the shell says when it waits for a command.
@@ -24,6 +26,12 @@ pub(crate) struct Tmux<'a> {
 pub(crate) struct Settings {
     pub(crate) other_screen: bool,
     pub(crate) cursor: bool,
+}
+
+/// A terminal that takes nothing. It does again when this is dropped.
+#[derive(Debug)]
+pub(crate) struct Stalled {
+    tmux: Pid,
 }
 
 impl<'a> Tmux<'a> {
@@ -131,6 +139,14 @@ impl<'a> Tmux<'a> {
         self.tell(&["resize-window", "-x", &columns.to_string(), "-y", &rows.to_string()]);
     }
 
+    /// Makes the terminal take nothing, until what is returned is dropped.
+    pub(crate) fn stall(&self) -> Stalled {
+        let tmux = self.tell(&["display-message", "-p", "#{pid}"]);
+        let tmux = tmux.trim().parse().ok().and_then(Pid::from_raw).expect("a process id");
+        kill_process(tmux, Signal::STOP).expect("it runs");
+        Stalled { tmux }
+    }
+
     /// Closes the terminal under whatever runs in it.
     pub(crate) fn close(&self) {
         self.tell(&["kill-server"]);
@@ -146,6 +162,12 @@ impl<'a> Tmux<'a> {
         let mut command = Command::new("tmux");
         command.args(["-u", "-L", "test"]).args(args).env("TMUX_TMPDIR", self.stage.path("")).env_remove("TMUX");
         command
+    }
+}
+
+impl Drop for Stalled {
+    fn drop(&mut self) {
+        kill_process(self.tmux, Signal::CONT).expect("it is there");
     }
 }
 

@@ -1,5 +1,7 @@
 //! `watch` in a terminal: what it shows is what is on the bus, its keys give commands, and the terminal is given back.
 
+use std::fs;
+
 use bench_dragon::config::{Config, Overrides};
 use bench_dragon::dragon::ClearanceSearch;
 use bench_dragon_ipc::ShowState;
@@ -10,7 +12,7 @@ use crate::eventually::eventually;
 use crate::reader::{Reader, Shot};
 use crate::skip::skip;
 use crate::stage::{Stage, program};
-use crate::tmux::{Settings, Tmux};
+use crate::tmux::{Settings, Stalled, Tmux};
 
 /// What a terminal is like while a shell has it.
 const OF_A_SHELL: Settings = Settings { other_screen: false, cursor: true };
@@ -46,6 +48,10 @@ fn nearest_of(shot: &Shot) -> [String; 2] {
     [format!("clearance {:.6} m", nearest.clearance_m), format!("benches {one} and {another}")]
 }
 
+fn first_line(text: &str) -> Option<&str> {
+    text.lines().next()
+}
+
 fn dots(text: &str) -> usize {
     text.chars().filter(|symbol| ('\u{2801}'..='\u{28ff}').contains(symbol)).count()
 }
@@ -73,11 +79,17 @@ fn the_screen_shows_what_is_on_the_bus_and_its_keys_steer_the_show() {
         assert!(text.contains(told), "{told} is missing in\n{text}");
     }
 
-    terminal.type_text("h");
+    terminal.type_text("H");
     terminal.until_shown("HELD");
     reader.read_until(|header| header.show_state() == Some(ShowState::Held));
     terminal.press("Space");
     terminal.until_shown("resume: refused: the show is held: release it first");
+    terminal.type_text("r");
+    terminal.until_shown("release the hold? r again");
+    terminal.press("Escape");
+    terminal.until_shown("space resume");
+    terminal.type_text("R");
+    terminal.until_shown("release the hold? r again");
     terminal.type_text("R");
     terminal.until_shown("release: accepted");
     reader.read_until(|header| header.show_state() != Some(ShowState::Held));
@@ -99,9 +111,19 @@ fn the_screen_shows_what_is_on_the_bus_and_its_keys_steer_the_show() {
     terminal.type_text("v11");
     terminal.press("Enter");
     terminal.until_shown("speed 11 m/s: refused: the value must be from 0 to 10");
+
+    // Somebody else's speed, which a paused head does not show, counts when the head keeps it.
+    stage.run(&["ctl", "speed", "0.3"]).expect_clean();
     terminal.press("Space");
-    terminal.until_shown("RUNNING");
-    reader.read_until(|header| header.head_speed_mps == 0.6);
+    for _ in 0..3 {
+        let before = terminal.text();
+        terminal.until("a scene at that speed", |text| {
+            text.contains("0.300 m/s") && first_line(text) != first_line(&before)
+        });
+    }
+    terminal.type_text("+");
+    terminal.until_shown("speed 0.4 m/s: accepted");
+    reader.read_until(|header| header.head_speed_mps == 0.4);
 
     terminal.type_text("q");
     assert_given_back(&terminal, 0);
@@ -212,6 +234,74 @@ fn a_watch_whose_terminal_is_closed_ends_and_leaves_nothing() {
     server.stop();
 }
 
+/// A watch that draws much, on a terminal that takes nothing any more: its drawing waits.
+fn stall(stage: &Stage, terminal: &Tmux<'_>) -> (Pid, Stalled) {
+    let mut reader = Reader::join(stage);
+    terminal.run("", "watch");
+    terminal.until_shown("RUNNING");
+    terminal.type_text("f");
+    terminal.until_shown("following the head");
+    let watch = Pid::from_raw(terminal.running_pid() as i32).expect("a process id");
+    let stalled = terminal.stall();
+    // For many more scenes than a terminal's buffer has room for.
+    let tick = reader.next().header.tick;
+    reader.read_to_tick(tick + 600);
+    (watch, stalled)
+}
+
+#[test]
+fn a_signal_ends_a_watch_once_its_stalled_terminal_takes_something_again() {
+    if !has_terminal() {
+        return;
+    }
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100", "--time-scale", "5"]);
+    let terminal = Tmux::open(&stage, "tmux-256color");
+    let (watch, stalled) = stall(&stage, &terminal);
+    kill_process(watch, Signal::TERM).expect("it runs");
+    drop(stalled);
+    assert_given_back(&terminal, 0);
+    drop(terminal);
+    server.stop();
+}
+
+#[test]
+fn a_second_signal_ends_a_watch_whose_terminal_takes_nothing() {
+    if !has_terminal() {
+        return;
+    }
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100", "--time-scale", "5"]);
+    let terminal = Tmux::open(&stage, "tmux-256color");
+    let (watch, stalled) = stall(&stage, &terminal);
+    eventually(|| kill_process(watch, Signal::TERM).is_err().then_some(()));
+    drop(stalled);
+    let told = terminal.shell("clear; stty -a", "icanon");
+    assert!(told.contains(" icanon") && told.contains(" echo "), "{told}");
+    drop(terminal);
+    server.stop();
+}
+
+#[test]
+fn who_leaves_waits_for_the_command_under_way_alone_and_is_told_so() {
+    if !has_terminal() {
+        return;
+    }
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100"]);
+    let terminal = Tmux::open(&stage, "tmux-256color");
+    terminal.run("", "watch");
+    terminal.until_shown("RUNNING");
+    server.process.signal(Signal::STOP);
+    terminal.type_text("    q");
+    terminal.until_shown("pause: sent, waiting for the server's answer");
+    server.process.signal(Signal::CONT);
+    let text = terminal.await_prompt();
+    assert_eq!(text.matches("pause: not sent: the watch is over").count(), 3, "{text}");
+    drop(terminal);
+    server.stop();
+}
+
 #[test]
 fn without_colours_no_colour_is_sent_and_the_log_waits_for_the_end() {
     if !has_terminal() {
@@ -227,6 +317,16 @@ fn without_colours_no_colour_is_sent_and_the_log_waits_for_the_end() {
     terminal.type_text("q");
     let text = terminal.await_prompt();
     assert!(text.contains("TRACE") || text.contains("DEBUG"), "what was logged meanwhile comes at the end:\n{text}");
+
+    // A log that does not lead to the terminal does not wait.
+    let log = stage.path("log");
+    terminal.run("RUST_LOG=trace", &format!("watch 2> {}", log.display()));
+    terminal.until("the dragon", |text| text.contains("RUNNING") && dots(text) > 300);
+    eventually(|| fs::read_to_string(&log).ok().filter(|told| told.contains("TRACE") || told.contains("DEBUG")));
+    assert_eq!(terminal.settings(), DRAWN_ON);
+    terminal.type_text("q");
+    terminal.await_prompt();
+
     terminal.run("", "watch");
     terminal.until("the dragon", |text| text.contains("RUNNING") && dots(text) > 300);
     assert!(has_colours(&terminal.styled_text()));

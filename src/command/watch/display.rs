@@ -1,6 +1,6 @@
 //! The terminal while it is drawn on, given back however that ends.
 
-use std::io::{self, Stdout, Write as _};
+use std::io::{self, IsTerminal as _, Stdout, Write as _};
 use std::panic;
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,7 +21,7 @@ use crate::held_stderr::{hold_back, let_go};
 /// Whether the terminal is ours.
 static IS_OURS: AtomicBool = AtomicBool::new(false);
 
-/// The terminal: without echo, on its other screen, with the log held back.
+/// The terminal: without echo, on its other screen, with a log that leads to a terminal held back.
 pub(super) struct Display {
     terminal: Terminal<CrosstermBackend<Stdout>>,
 }
@@ -81,7 +81,10 @@ pub(super) fn leave() {
 }
 
 fn enter() -> io::Result<Terminal<CrosstermBackend<Stdout>>> {
-    hold_back();
+    // Where the log goes elsewhere, it does not go across what is drawn.
+    if io::stderr().is_terminal() {
+        hold_back();
+    }
     IS_OURS.store(true, Ordering::SeqCst);
     enable_raw_mode()?;
     let mut stdout = io::stdout();

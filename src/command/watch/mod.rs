@@ -2,64 +2,63 @@
 
 mod clerk;
 mod display;
-mod event;
+mod mailbox;
 mod signals;
 mod terminal;
 
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::thread;
 
 use anyhow::Context as _;
+use bench_dragon::clock::monotonic_ns;
 use bench_dragon::observe::{Observer, Scene};
 use bench_dragon::watch::{Action, Screen, Shown, draw};
 use bench_dragon_ipc::Domain;
 use ratatui::crossterm::event::Event as Input;
 
 use crate::cli::WatchArgs;
+use crate::command::output::complain;
 
 use clerk::Clerk;
 use display::Display;
-use event::Event;
+use mailbox::{EndsWith, Event, Mailbox};
 
 /// Scenes a second. The eye sees a walk at this rate, and a terminal far away can follow.
 const SCENES_HZ: u32 = 15;
-/// Events that may wait while the screen is drawn. Of scenes, those that find no room are left out.
-const EVENT_ROOM: usize = 64;
 
 pub(crate) fn run(args: &WatchArgs) -> anyhow::Result<ExitCode> {
     let look = terminal::look(args.glyphs)?;
     let domain = Domain::new(args.bus.instance.clone())?;
-    let (sender, events) = mpsc::sync_channel(EVENT_ROOM);
-    signals::send_to(sender.clone())?;
+    let mailbox = Arc::new(Mailbox::default());
+    signals::send_to(Arc::clone(&mailbox))?;
     let screen = Screen::new(domain.instance().as_str(), look, args.read_only);
-    let clerk = Clerk::start(&domain, &sender)?;
+    let clerk = Clerk::start(&domain, &mailbox)?;
     let display = Display::open().context("cannot draw on this terminal")?;
-    event::send_input_to(sender.clone())?;
+    mailbox::send_input_to(Arc::clone(&mailbox))?;
     let stop = Arc::new(AtomicBool::new(false));
-    let observing = observe(domain, Arc::clone(&stop), sender)?;
+    let observing = observe(domain, Arc::clone(&stop), Arc::clone(&mailbox))?;
     let mut watch = Watch { display, screen, clerk, scene: Scene::default(), shown: None };
-    let watched = watch.follow(&events);
+    let watched = watch.follow(&mailbox);
     stop.store(true, Ordering::Relaxed);
-    // None who has something to say waits for one who does not listen.
-    drop(events);
+    mailbox.close();
     let Watch { display, clerk, .. } = watch;
     drop(display);
     clerk.finish();
+    for reply in mailbox.replies() {
+        complain(reply.text());
+    }
     observing.join().map_err(|_| anyhow::anyhow!("the observer panicked"))?;
     watched.map(|()| ExitCode::SUCCESS)
 }
 
-fn observe(domain: Domain, stop: Arc<AtomicBool>, sender: SyncSender<Event>) -> anyhow::Result<thread::JoinHandle<()>> {
-    let ends = event::EndsWith(sender.clone());
+fn observe(domain: Domain, stop: Arc<AtomicBool>, mailbox: Arc<Mailbox>) -> anyhow::Result<thread::JoinHandle<()>> {
+    let ends = EndsWith(Arc::clone(&mailbox));
     let observe = move || {
         let _ends = ends;
-        Observer::new(domain, "watch", SCENES_HZ).run(&stop, |scene| {
-            // A screen that is drawn more slowly than scenes come gets fewer.
-            let _ = sender.try_send(Event::Scene(Box::new(scene)));
-        });
+        // A screen that is drawn more slowly than scenes come gets fewer.
+        Observer::new(domain, "watch", SCENES_HZ).run(&stop, |scene| mailbox.show(scene));
     };
     Ok(thread::Builder::new().name("observer".to_owned()).spawn(observe)?)
 }
@@ -76,14 +75,11 @@ struct Watch {
 
 impl Watch {
     /// Draws whatever changes, until the end is asked for.
-    fn follow(&mut self, events: &Receiver<Event>) -> anyhow::Result<()> {
+    fn follow(&mut self, mailbox: &Mailbox) -> anyhow::Result<()> {
         self.display.draw(|frame| draw(frame, &self.scene, &self.screen))?;
-        while let Ok(event) = events.recv() {
-            if !self.take(event)? {
-                break;
-            }
+        while self.take(mailbox.take())? {
             // What has come meanwhile is drawn together.
-            while let Ok(event) = events.try_recv() {
+            while let Some(event) = mailbox.take_waiting() {
                 if !self.take(event)? {
                     return Ok(());
                 }
@@ -101,11 +97,13 @@ impl Watch {
     fn take(&mut self, event: Event) -> anyhow::Result<bool> {
         match event {
             Event::Scene(scene) => {
-                self.screen.see(&scene);
+                let is_other = self.screen.see(&scene, monotonic_ns());
                 self.scene = *scene;
-                return Ok(true);
+                if !is_other {
+                    return Ok(true);
+                }
             }
-            Event::Input(Input::Key(key)) => match self.screen.press(key, &self.scene) {
+            Event::Input(Input::Key(key)) => match self.screen.press(key, &self.scene, monotonic_ns()) {
                 Action::None => {}
                 Action::Command(request) => {
                     if let Some(reply) = self.clerk.send(request) {

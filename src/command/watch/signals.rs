@@ -2,15 +2,15 @@
 
 use std::io;
 use std::process;
-use std::sync::mpsc::SyncSender;
+use std::sync::Arc;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use signal_hook::consts::{SIGCONT, SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
 use signal_hook::iterator::Signals;
 
 use super::display;
-use super::event::Event;
+use super::mailbox::Mailbox;
 
 /// Exit status of a process that a second signal ends, as shells number it.
 const FORCED_EXIT_STATUS: i32 = 130;
@@ -19,22 +19,21 @@ const GRACE: Duration = Duration::from_secs(1);
 /// How long a terminal may take the last few bytes, where it may take none.
 const FAREWELL: Duration = Duration::from_millis(200);
 
-/// Sends them on. One to end that comes a second after the first ends the process, whatever the screen waits for.
-pub(super) fn send_to(sender: SyncSender<Event>) -> io::Result<()> {
+/// Hands them over. One to end that comes a second after the end was first asked for ends the process, whatever the screen or
+/// a command waits for.
+pub(super) fn send_to(mailbox: Arc<Mailbox>) -> io::Result<()> {
     let mut signals = Signals::new([SIGCONT, SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP])?;
     let send = move || {
-        let mut first = None;
         for signal in signals.forever() {
-            let event = match signal {
-                SIGTSTP => Event::Suspend,
-                SIGCONT => Event::Continue,
-                _ => Event::End,
-            };
-            if matches!(event, Event::End) && first.get_or_insert_with(Instant::now).elapsed() > GRACE {
-                force_end();
+            match signal {
+                SIGTSTP => mailbox.suspend(),
+                SIGCONT => mailbox.go_on(),
+                _ => {
+                    if mailbox.end() > GRACE {
+                        force_end();
+                    }
+                }
             }
-            // Where there is no room, the screen waits for the terminal; where nobody listens, it is over already.
-            let _ = sender.try_send(event);
         }
     };
     thread::Builder::new().name("signals".to_owned()).spawn(send)?;

@@ -1,0 +1,259 @@
+//! What a watch waits for.
+
+use std::collections::VecDeque;
+use std::io;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use bench_dragon::observe::Scene;
+use bench_dragon::watch::Reply;
+use ratatui::crossterm::event::{Event as Input, read};
+
+/// Keys that may wait while the screen is drawn; more of them stay with the terminal.
+const INPUT_ROOM: usize = 64;
+
+/// Something has happened.
+#[derive(Debug)]
+pub(super) enum Event {
+    /// A key was hit, or the terminal has another size.
+    Input(Input),
+    /// A signal suspends the process.
+    Suspend,
+    /// The process goes on after it was stopped.
+    Continue,
+    /// A signal ends the process.
+    End,
+    /// The terminal cannot be read any more.
+    Failed(io::Error),
+    /// A command was answered.
+    Reply(Reply),
+    /// The observer shows a scene.
+    Scene(Box<Scene>),
+}
+
+/// Where it lies until the screen, which may wait for its terminal, is ready for it.
+///
+/// Nothing takes the room of anything else: of scenes there is the newest, of signals what they come to, and of replies as many
+/// as there are commands under way. Those who have a key wait for its room.
+#[derive(Debug, Default)]
+pub(super) struct Mailbox {
+    mail: Mutex<Mail>,
+    changed: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct Mail {
+    inputs: VecDeque<Input>,
+    /// The last of the signals that suspend and continue: each undoes the other.
+    job: Option<Job>,
+    /// Since when the end is asked for.
+    end: Option<Instant>,
+    failure: Option<io::Error>,
+    replies: VecDeque<Reply>,
+    scene: Option<Box<Scene>>,
+    is_closed: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Job {
+    Suspend,
+    Continue,
+}
+
+impl Mailbox {
+    /// Waits for what has happened.
+    pub(super) fn take(&self) -> Event {
+        let waiting = self.changed.wait_while(self.mail(), |mail| !mail.has_any());
+        let event = waiting.unwrap_or_else(PoisonError::into_inner).next();
+        self.changed.notify_all();
+        event.expect("there is something to take")
+    }
+
+    /// What has happened already.
+    pub(super) fn take_waiting(&self) -> Option<Event> {
+        let event = self.mail().next();
+        self.changed.notify_all();
+        event
+    }
+
+    /// Shows a scene, instead of one that has not been taken yet.
+    pub(super) fn show(&self, scene: Scene) {
+        self.put(|mail| mail.scene = Some(Box::new(scene)));
+    }
+
+    /// Says what became of a command.
+    pub(super) fn answer(&self, reply: Reply) {
+        self.put(|mail| mail.replies.push_back(reply));
+    }
+
+    /// Suspends the process.
+    pub(super) fn suspend(&self) {
+        self.put(|mail| mail.job = Some(Job::Suspend));
+    }
+
+    /// Says that the process goes on.
+    pub(super) fn go_on(&self) {
+        self.put(|mail| mail.job = Some(Job::Continue));
+    }
+
+    /// Asks for the end. Returns how long ago that was asked for first.
+    pub(super) fn end(&self) -> Duration {
+        let mut since = Duration::ZERO;
+        self.put(|mail| since = mail.end.get_or_insert_with(Instant::now).elapsed());
+        since
+    }
+
+    /// Closes it: none who has something to say waits any more. Scenes and keys are over.
+    pub(super) fn close(&self) {
+        self.put(|mail| {
+            mail.is_closed = true;
+            mail.end.get_or_insert_with(Instant::now);
+        });
+    }
+
+    /// The replies that nobody has taken.
+    pub(super) fn replies(&self) -> VecDeque<Reply> {
+        std::mem::take(&mut self.mail().replies)
+    }
+
+    /// Hands over a key; waits for its room. False where nobody will take it.
+    fn type_in(&self, input: Input) -> bool {
+        let has_no_room = |mail: &mut Mail| mail.inputs.len() >= INPUT_ROOM && !mail.is_closed;
+        let mut mail = self.changed.wait_while(self.mail(), has_no_room).unwrap_or_else(PoisonError::into_inner);
+        mail.inputs.push_back(input);
+        self.changed.notify_all();
+        !mail.is_closed
+    }
+
+    fn put(&self, put: impl FnOnce(&mut Mail)) {
+        put(&mut self.mail());
+        self.changed.notify_all();
+    }
+
+    /// A thread that panicked while it held this has left whole values all the same.
+    fn mail(&self) -> MutexGuard<'_, Mail> {
+        self.mail.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Mail {
+    fn has_any(&self) -> bool {
+        !self.inputs.is_empty()
+            || self.job.is_some()
+            || self.end.is_some()
+            || self.failure.is_some()
+            || !self.replies.is_empty()
+            || self.scene.is_some()
+    }
+
+    /// Keys come before the end, so that a hold is sent whose terminal is closed at once. The end stays.
+    fn next(&mut self) -> Option<Event> {
+        let input = self.inputs.pop_front().map(Event::Input);
+        input
+            .or_else(|| self.job.take().map(Event::from))
+            .or_else(|| self.end.map(|_| Event::End))
+            .or_else(|| self.failure.take().map(Event::Failed))
+            .or_else(|| self.replies.pop_front().map(Event::Reply))
+            .or_else(|| self.scene.take().map(Event::Scene))
+    }
+}
+
+impl From<Job> for Event {
+    fn from(job: Job) -> Self {
+        match job {
+            Job::Suspend => Self::Suspend,
+            Job::Continue => Self::Continue,
+        }
+    }
+}
+
+/// Ends the watch with the thread that holds this, also where that panics.
+#[derive(Debug)]
+pub(super) struct EndsWith(pub(super) Arc<Mailbox>);
+
+impl Drop for EndsWith {
+    fn drop(&mut self) {
+        self.0.end();
+    }
+}
+
+/// Hands over what the terminal says, for the rest of the process.
+pub(super) fn send_input_to(mailbox: Arc<Mailbox>) -> io::Result<()> {
+    let send = move || {
+        loop {
+            match read() {
+                Ok(input) => {
+                    if !mailbox.type_in(input) {
+                        return;
+                    }
+                }
+                Err(error) => return mailbox.put(|mail| mail.failure = Some(error)),
+            }
+        }
+    };
+    thread::Builder::new().name("input".to_owned()).spawn(send)?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use ratatui::crossterm::event::{KeyCode, KeyModifiers};
+
+    use super::*;
+
+    fn key(character: char) -> Input {
+        Input::Key(ratatui::crossterm::event::KeyEvent::new(KeyCode::Char(character), KeyModifiers::NONE))
+    }
+
+    #[test]
+    fn no_signal_is_lost_however_many_scenes_wait_and_of_scenes_there_is_the_newest() {
+        let mailbox = Mailbox::default();
+        for lost in 0..1_000 {
+            let mut scene = Scene::default();
+            scene.traffic.lost = lost;
+            mailbox.show(scene);
+        }
+        mailbox.suspend();
+        mailbox.end();
+        assert!(matches!(mailbox.take(), Event::Suspend));
+        assert!(matches!(mailbox.take(), Event::End));
+        assert!(matches!(mailbox.take(), Event::End), "it stays asked for");
+        let mailbox = Mailbox {
+            mail: Mutex::new(Mail { end: None, ..mailbox.mail.into_inner().expect("no panic") }),
+            ..Mailbox::default()
+        };
+        let Event::Scene(scene) = mailbox.take() else { panic!("a scene") };
+        assert_eq!(scene.traffic.lost, 999);
+        assert!(mailbox.take_waiting().is_none());
+    }
+
+    #[test]
+    fn of_a_suspension_that_is_over_already_nothing_is_left() {
+        let mailbox = Mailbox::default();
+        mailbox.suspend();
+        mailbox.go_on();
+        assert!(matches!(mailbox.take_waiting(), Some(Event::Continue)));
+        assert!(mailbox.take_waiting().is_none());
+    }
+
+    #[test]
+    fn a_key_that_was_hit_before_the_end_is_taken_before_it() {
+        let mailbox = Mailbox::default();
+        assert!(mailbox.type_in(key('h')));
+        mailbox.end();
+        assert!(matches!(mailbox.take(), Event::Input(input) if input == key('h')));
+        assert!(matches!(mailbox.take(), Event::End));
+    }
+
+    #[test]
+    fn a_key_waits_for_its_room_and_no_longer_than_there_is_a_screen() {
+        let mailbox = Mailbox::default();
+        (0..INPUT_ROOM).for_each(|_| assert!(mailbox.type_in(key('f'))));
+        thread::scope(|scope| {
+            let typing = scope.spawn(|| mailbox.type_in(key('h')));
+            mailbox.close();
+            assert!(!typing.join().expect("no panic"));
+        });
+    }
+}
