@@ -37,7 +37,7 @@ pub(crate) fn run(args: &ViewArgs) -> anyhow::Result<ExitCode> {
         Observer::new(domain, "view", SCENES_HZ).run(stopped.as_atomic(), |scene| observed.show(scene));
     })?;
     site.serve(view.router(), &stop, view.closing())?;
-    view.finish_holds();
+    view.close();
     observing.join().expect("the observer does not panic");
     Ok(ExitCode::SUCCESS)
 }

@@ -7,6 +7,8 @@ use bench_dragon_ipc::{BusError, CommandClient, CommandReply, Domain, Refusal, R
 
 /// How long a server may take to answer: far more than a tick at the lowest rate.
 const PATIENCE: Duration = Duration::from_secs(5);
+/// The longest that a hold may take at a desk, where it is sent twice: a little more than that.
+pub const HOLD_PATIENCE: Duration = Duration::from_secs(12);
 /// How often a seek that is not proved yet is sent again.
 const PROOF_PERIOD: Duration = Duration::from_millis(20);
 

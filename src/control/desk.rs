@@ -6,7 +6,7 @@
 //! that of the last time.
 
 use std::io;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread;
@@ -28,6 +28,9 @@ pub enum DeskError {
     /// It had not been sent yet when a hold came.
     #[error("a hold has come after it")]
     Overtaken,
+    /// It had not been sent yet when the desk closed.
+    #[error("whoever gave it has left")]
+    Closed,
     /// As many commands wait as there is room for.
     #[error("{ROOM} commands wait for the server already")]
     Crowded,
@@ -58,6 +61,8 @@ struct Order {
 struct Line {
     /// Holds given so far.
     holds: AtomicU64,
+    /// Whether nothing but holds is sent any more.
+    is_closed: AtomicBool,
     /// Locked while a command is on its way.
     on_its_way: Mutex<()>,
     /// Holds that have not been answered.
@@ -108,8 +113,10 @@ impl Desk {
         }
     }
 
-    /// Waits until every hold that was given is answered, at most so long, and says whether they are. Others are not waited for.
-    pub fn finish_holds(&self, patience: Duration) -> bool {
+    /// Gives up whatever has not been sent, but for holds: waits until every one of them is answered, at most so long, and says
+    /// whether they are. What is on its way is not waited for.
+    pub fn close(&self, patience: Duration) -> bool {
+        self.line.is_closed.store(true, Ordering::SeqCst);
         let unanswered = lock(&self.line.unanswered);
         let waited = self.line.answered.wait_timeout_while(unanswered, patience, |unanswered| *unanswered > 0);
         *waited.unwrap_or_else(PoisonError::into_inner).0 == 0
@@ -123,9 +130,11 @@ impl std::fmt::Debug for Order {
 }
 
 impl Line {
-    /// Whether a hold was given after an order.
-    fn has_overtaken(&self, holds_before: u64) -> bool {
-        self.holds.load(Ordering::SeqCst) > holds_before
+    /// Why an order is not to be sent any more: a hold was given after it, or nobody waits for it.
+    fn gives_up(&self, holds_before: u64) -> Option<DeskError> {
+        let is_overtaken = self.holds.load(Ordering::SeqCst) > holds_before;
+        let is_closed = self.is_closed.load(Ordering::SeqCst);
+        is_overtaken.then_some(DeskError::Overtaken).or(is_closed.then_some(DeskError::Closed))
     }
 
     fn count_answered(&self) {
@@ -137,10 +146,9 @@ impl Line {
 fn send_others(orders: &Receiver<Order>, send: &Courier, line: &Line) {
     for Order { request, holds_before, answer } in orders {
         let on_its_way = lock(&line.on_its_way);
-        let outcome = if line.has_overtaken(holds_before) {
-            Err(DeskError::Overtaken)
-        } else {
-            send(request, &|| line.has_overtaken(holds_before)).map_err(DeskError::Bus)
+        let outcome = match line.gives_up(holds_before) {
+            Some(error) => Err(error),
+            None => send(request, &|| line.gives_up(holds_before).is_some()).map_err(DeskError::Bus),
         };
         drop(on_its_way);
         answer(outcome);
@@ -225,13 +233,13 @@ mod tests {
         let resume = give(&desk, Request::Resume);
         let hold = give(&desk, Request::Hold);
         assert_eq!(sent.recv(), Ok(Request::Hold));
-        assert!(hold.try_recv().is_err() && !desk.finish_holds(Duration::ZERO), "the release may still come after it");
+        assert!(hold.try_recv().is_err(), "the release may still come after it");
         go_on.send(()).expect("the release waits");
         assert_eq!(release.recv().expect("an answer").expect("a reply").run_id, 1, "it was told to give up");
         assert!(matches!(resume.recv(), Ok(Err(DeskError::Overtaken))));
         assert_eq!(sent.recv(), Ok(Request::Hold));
         assert!(matches!(hold.recv(), Ok(Ok(_))));
-        assert!(desk.finish_holds(Duration::ZERO));
+        assert!(desk.close(Duration::ZERO));
         assert!(sent.try_recv().is_err());
     }
 
@@ -256,5 +264,19 @@ mod tests {
         go_on.send(()).expect("the first one waits");
         assert!(first.recv().expect("an answer").is_ok() && hold.recv().expect("an answer").is_ok());
         assert!(waiting.iter().all(|answer| matches!(answer.recv(), Ok(Err(DeskError::Overtaken)))));
+    }
+
+    #[test]
+    fn a_desk_that_closes_waits_for_its_holds_and_gives_up_the_rest() {
+        let Stage { desk, sent, go_on } = stage();
+        let pause = give(&desk, Request::Pause);
+        assert_eq!(sent.recv(), Ok(Request::Pause));
+        let hold = give(&desk, Request::Hold);
+        let release = give(&desk, Request::Release);
+        assert!(!desk.close(Duration::ZERO), "the hold has no answer before that of the pause");
+        go_on.send(()).expect("the pause waits");
+        assert!(desk.close(Duration::from_mins(1)));
+        assert!(pause.recv().expect("an answer").is_ok() && hold.recv().expect("an answer").is_ok());
+        assert!(matches!(release.recv(), Ok(Err(DeskError::Closed))));
     }
 }

@@ -6,5 +6,5 @@
 mod call;
 mod desk;
 
-pub use call::call;
+pub use call::{HOLD_PATIENCE, call};
 pub use desk::{Desk, DeskError};

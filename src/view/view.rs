@@ -25,7 +25,7 @@ use super::page_stream::{MAX_MESSAGE_BYTES, PageStream};
 use super::seats::{MAX_VIEWERS, Seats};
 use super::shown::Shown;
 use super::token::Token;
-use crate::control::{Desk, DeskError};
+use crate::control::{Desk, DeskError, HOLD_PATIENCE};
 use crate::metrics;
 use crate::observe::Scene;
 use crate::web::{json, refuse, text};
@@ -34,8 +34,6 @@ use crate::web::{json, refuse, text};
 const PROTOCOL: &str = "bench-dragon.view.v1";
 /// Longest body of a command in bytes.
 const MAX_COMMAND_BYTES: usize = 1 << 10;
-/// How long a hold may take that has to be sent twice.
-const HOLD_PATIENCE: Duration = Duration::from_secs(12);
 /// How long a body may take.
 const BODY_PATIENCE: Duration = Duration::from_secs(5);
 
@@ -102,9 +100,9 @@ impl View {
         })))
     }
 
-    /// Waits until every hold that was asked for is answered, for as long as that may take.
-    pub fn finish_holds(&self) {
-        self.0.desk.finish_holds(HOLD_PATIENCE);
+    /// Takes no more commands, and waits until every hold that was asked for is answered.
+    pub fn close(&self) {
+        self.0.desk.close(HOLD_PATIENCE);
     }
 
     /// Shows a scene to all pages. Never waits for any of them.
@@ -243,7 +241,7 @@ async fn take_command(State(view): State<View>, request: Request) -> Response {
 
 fn status_of(error: &DeskError) -> StatusCode {
     match error {
-        DeskError::Overtaken => StatusCode::CONFLICT,
+        DeskError::Overtaken | DeskError::Closed => StatusCode::CONFLICT,
         DeskError::Crowded => StatusCode::TOO_MANY_REQUESTS,
         DeskError::Bus(BusError::NoAnswer { .. }) => StatusCode::GATEWAY_TIMEOUT,
         DeskError::Bus(error) if error.is_absent() => StatusCode::SERVICE_UNAVAILABLE,

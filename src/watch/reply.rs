@@ -1,8 +1,9 @@
 //! The last command and what became of it.
 
-use bench_dragon_ipc::{BusError, CommandReply, Request};
+use bench_dragon_ipc::{CommandReply, Request};
 
 use super::theme::Tone;
+use crate::control::DeskError;
 use crate::number::Number;
 
 /// One line about a command.
@@ -25,14 +26,8 @@ impl Reply {
         Self::new(why, Tone::Caution)
     }
 
-    /// The command was given up before it was sent.
-    pub fn dropped(request: Request, why: &str) -> Self {
-        let text = format!("{}: not sent: {why}", name(request));
-        Self { speed: is_speed(request).then_some(Err(())), ..Self::new(text, Tone::Caution) }
-    }
-
     /// What the server said, or why it said nothing.
-    pub fn to(request: Request, answer: Result<CommandReply, BusError>) -> Self {
+    pub fn to(request: Request, answer: Result<CommandReply, DeskError>) -> Self {
         let name = name(request);
         let outcome = answer.map(|reply| reply.outcome());
         let from_tick = match &outcome {
@@ -42,7 +37,8 @@ impl Reply {
         let reply = match outcome {
             Ok(Ok(tick)) => Self::new(format!("{name}: accepted, from tick {tick} on"), Tone::Good),
             Ok(Err(refusal)) => Self::new(format!("{name}: refused: {refusal}"), Tone::Danger),
-            Err(error) => Self::new(format!("{name}: {error}"), Tone::Danger),
+            Err(DeskError::Bus(error)) => Self::new(format!("{name}: {error}"), Tone::Danger),
+            Err(error) => Self::new(format!("{name}: not sent: {error}"), Tone::Caution),
         };
         Self { speed: is_speed(request).then_some(from_tick), ..reply }
     }

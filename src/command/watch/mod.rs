@@ -105,11 +105,7 @@ impl Watch {
             }
             Event::Input(Input::Key(key)) => match self.screen.press(key, &self.scene, monotonic_ns()) {
                 Action::None => {}
-                Action::Command(request) => {
-                    if let Some(reply) = self.clerk.send(request) {
-                        self.screen.answer(reply);
-                    }
-                }
+                Action::Command(request) => self.clerk.send(request),
                 Action::Suspend => self.display.suspend()?,
                 Action::Quit => return Ok(false),
             },
