@@ -2,7 +2,6 @@
 
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::thread;
 
 use bench_dragon::metrics;
 use bench_dragon::observe::{Observer, Scene};
@@ -12,6 +11,7 @@ use tokio::sync::watch;
 
 use crate::cli::MetricsArgs;
 use crate::command::listening;
+use crate::command::observing::observe_while;
 
 /// Scenes a second: scrapers come far less often, but the least clearance is that of all scenes.
 const SCENES_HZ: u32 = 10;
@@ -23,14 +23,11 @@ pub(crate) fn run(args: &MetricsArgs) -> anyhow::Result<ExitCode> {
     let address = site.address();
     listening::announce(args.format.format, "listening on ", listening::url(address, "metrics"), address)?;
     let (scenes, newest) = watch::channel(Arc::new(Scene::default()));
-    let stopped = stop.clone();
-    let observing = thread::Builder::new().name("observer".to_owned()).spawn(move || {
-        let show = |scene| {
-            scenes.send_replace(Arc::new(scene));
-        };
-        Observer::new(domain, "metrics", SCENES_HZ).run(stopped.as_atomic(), show);
-    })?;
-    site.serve(metrics::router(newest), &stop, &watch::Sender::new(false))?;
-    observing.join().expect("the observer does not panic");
+    let show = |scene| {
+        scenes.send_replace(Arc::new(scene));
+    };
+    let observer = Observer::new(domain, "metrics", SCENES_HZ);
+    let serve = || Ok(site.serve(metrics::router(newest), &stop, &watch::Sender::new(false))?);
+    observe_while(&observer, stop.as_atomic(), show, serve)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -23,6 +23,7 @@ mod listening;
 mod man;
 mod metrics;
 mod monitor;
+mod observing;
 mod parent;
 mod progress;
 mod record;

@@ -3,7 +3,6 @@
 use std::env::{self, VarError};
 use std::net::SocketAddr;
 use std::process::ExitCode;
-use std::thread;
 
 use anyhow::Context as _;
 use bench_dragon::observe::Observer;
@@ -14,6 +13,7 @@ use bench_dragon_ipc::Domain;
 use crate::cli::ViewArgs;
 use crate::command::BadInput;
 use crate::command::listening;
+use crate::command::observing::observe_while;
 use crate::command::output::complain;
 use crate::command::parent::follow_parent;
 
@@ -32,13 +32,13 @@ pub(crate) fn run(args: &ViewArgs) -> anyhow::Result<ExitCode> {
     announce(args, &token, address)?;
     let settings = ViewSettings { token, is_read_only: args.read_only, address: address.ip() };
     let view = View::open(domain.clone(), settings)?;
-    let (observed, stopped) = (view.clone(), stop.clone());
-    let observing = thread::Builder::new().name("observer".to_owned()).spawn(move || {
-        Observer::new(domain, "view", SCENES_HZ).run(stopped.as_atomic(), |scene| observed.show(scene));
-    })?;
-    site.serve(view.router(), &stop, view.closing())?;
-    view.close();
-    observing.join().expect("the observer does not panic");
+    let observer = Observer::new(domain, "view", SCENES_HZ);
+    let serve = || {
+        site.serve(view.router(), &stop, view.closing())?;
+        view.close();
+        Ok(())
+    };
+    observe_while(&observer, stop.as_atomic(), |scene| view.show(scene), serve)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -8,7 +8,7 @@ use crate::observe::{Link, Scene};
 
 /// The metrics of the bus.
 pub(super) fn families(scene: &Scene, now_ns: u64) -> Vec<MetricFamily> {
-    let Scene { link, frame, traffic, alerts, .. } = scene;
+    let Scene { frame, traffic, alerts, .. } = scene;
     let age_s = frame.as_ref().map(|still| now_ns.saturating_sub(still.header.published_ns) as f64 / 1e9);
     let run = frame.as_ref().map(|still| still.header.run_id.to_string());
     vec![
@@ -19,8 +19,8 @@ pub(super) fn families(scene: &Scene, now_ns: u64) -> Vec<MetricFamily> {
         ),
         gauge(
             "up",
-            "1 where frames come, 0 where there is no source, it has ended, or says nothing.",
-            f64::from(u8::from(*link == Link::Live)),
+            "1 where frames come, 0 where there is no source, it has ended, or says nothing, or this process looks no more.",
+            f64::from(u8::from(scene.link_at(now_ns) == Link::Live)),
         ),
         gauge("last_frame_age_seconds", "How long ago the last frame was sent.", age_s),
         counter("observed_frames_total", "Frames that this process has read.", traffic.frames),

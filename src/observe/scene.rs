@@ -22,10 +22,15 @@ pub struct Still {
     pub handles: Vec<HandleState>,
 }
 
+/// Beyond this age a scene is no longer of now: others follow several times a second, also where nothing comes.
+const FRESH_NS: u64 = 1_000_000_000;
+
 /// What an observer shows.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// Whether there is a source, and whether it says anything.
+    /// When it was seen, in nanoseconds of `CLOCK_MONOTONIC`.
+    pub seen_ns: u64,
+    /// Whether there was a source then, and whether it said anything. How that is to be taken later tells [`Scene::link_at`].
     pub link: Link,
     /// The newest frame; after the source's end its last one.
     pub frame: Option<Arc<Still>>,
@@ -47,4 +52,28 @@ pub struct Scene {
     pub alerts: Arc<AlertLog>,
     /// What the readers have reported of themselves.
     pub readers: Arc<ReaderLog>,
+}
+
+impl Scene {
+    /// Before anything has been looked at.
+    pub fn of_nothing(seen_ns: u64) -> Self {
+        Self { seen_ns, ..Self::default() }
+    }
+
+    /// How things stand at an instant, for one who has got no newer scene: whoever shows it must not take the word of an
+    /// observer that hangs or has died.
+    ///
+    /// ```
+    /// use bench_dragon::observe::{Link, Scene};
+    ///
+    /// let scene = Scene { link: Link::Live, ..Scene::of_nothing(5_000_000_000) };
+    /// assert_eq!(scene.link_at(6_000_000_000), Link::Live);
+    /// assert_eq!(scene.link_at(6_000_000_001).name(), "failed");
+    /// ```
+    pub fn link_at(&self, now_ns: u64) -> Link {
+        if now_ns.saturating_sub(self.seen_ns) > FRESH_NS {
+            return Link::Failed { reason: "the view's observer stands still".to_owned() };
+        }
+        self.link.clone()
+    }
 }

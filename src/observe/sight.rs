@@ -31,6 +31,8 @@ pub(super) struct Sight {
     still: Option<Arc<Still>>,
     run: Option<WatchedRun>,
     description: Option<Description>,
+    /// The run whose description this version cannot read.
+    unreadable_run: Option<u64>,
     nearest: Option<PairClearance>,
     outlook: Outlook,
     status: Option<Arc<Status>>,
@@ -49,6 +51,7 @@ impl Sight {
             still: None,
             run: None,
             description: None,
+            unreadable_run: None,
             nearest: None,
             outlook: Outlook::Unknown,
             status: None,
@@ -89,16 +92,26 @@ impl Sight {
             self.description = Some(description);
         }
         if let Some(frame) = self.newest.take() {
-            self.still = Some(Arc::new(Still { header: *frame.header(), handles: frame.handles().to_vec() }));
+            let still = Still { header: *frame.header(), handles: frame.handles().to_vec() };
             drop(frame);
-            self.follow_run();
-            self.measure();
+            self.see(still);
         }
-        // Also where the head stands: the search goes on.
-        if let (Some(run), Some(still)) = (&mut self.run, &self.still) {
-            self.outlook = run.look_ahead(&still.header, self.nearest);
-        }
+        self.look_ahead();
         Ok(())
+    }
+
+    /// Takes the newest frame.
+    fn see(&mut self, still: Still) {
+        self.still = Some(Arc::new(still));
+        self.follow_run();
+        self.nearest = self.current_run().and_then(|(run, still)| run.measure(&still.header, &still.handles));
+    }
+
+    /// Asks what lies ahead, also where the head stands: the search goes on.
+    fn look_ahead(&mut self) {
+        let nearest = self.nearest;
+        let outlook = self.current_run().map(|(run, still)| run.look_ahead(&still.header, nearest));
+        self.outlook = outlook.unwrap_or_default();
     }
 
     /// Judges whether the source is there.
@@ -131,15 +144,18 @@ impl Sight {
     /// Everything, as it is now.
     pub(super) fn scene(&mut self, now_ns: u64) -> Scene {
         let run_id = self.still.as_ref().map(|still| still.header.run_id);
-        let run = self.run.as_ref().filter(|run| Some(run.run.run_id) == run_id);
+        let current = self.current_run().map(|(run, _)| (Arc::clone(&run.run), run.least, Arc::clone(&run.chart)));
+        let (run, least, chart) =
+            current.map_or((None, None, None), |(run, least, chart)| (Some(run), least, Some(chart)));
         Scene {
+            seen_ns: now_ns,
             link: self.link.clone(),
             frame: self.still.clone(),
-            run: run.map(|run| Arc::clone(&run.run)),
+            run,
             nearest: self.nearest,
-            least: run.and_then(|run| run.least),
+            least,
             outlook: self.outlook,
-            chart: run.map(|run| Arc::clone(&run.chart)),
+            chart,
             status: self.status.clone().filter(|status| Some(status.run_id) == run_id),
             traffic: self.traffic.traffic(now_ns).clone(),
             alerts: Arc::clone(&self.alerts),
@@ -150,23 +166,50 @@ impl Sight {
     /// Begins with the run that the newest frame is of, once its description is there.
     fn follow_run(&mut self) {
         let Some(header) = self.still.as_ref().map(|still| still.header) else { return };
-        if self.run.as_ref().is_some_and(|run| run.run.run_id == header.run_id) {
+        if self.current_run().is_some() || self.unreadable_run == Some(header.run_id) {
             return;
         }
         let description = self.description.as_ref().filter(|description| description.run_id == header.run_id);
-        // A source of another version describes what this one may not know: then the frames are shown without it.
-        let config = description.and_then(|description| Config::from_toml(&description.toml).ok());
-        if let Some(config) = config {
-            self.run = Some(WatchedRun::begin(config, &header, self.run.take()));
+        match description.map(|description| Config::from_toml(&description.toml)) {
+            Some(Ok(config)) => self.run = Some(WatchedRun::begin(config, &header, self.run.take())),
+            // A source of another version describes what this one may not know: then the frames are shown without it.
+            Some(Err(_)) => self.unreadable_run = Some(header.run_id),
+            None => {}
         }
     }
 
-    fn measure(&mut self) {
-        self.nearest = None;
-        self.outlook = Outlook::Unknown;
-        let (Some(run), Some(still)) = (&mut self.run, &self.still) else { return };
-        if run.run.run_id == still.header.run_id {
-            self.nearest = run.measure(&still.header, &still.handles);
-        }
+    /// The run that the newest frame is of, and that frame.
+    fn current_run(&mut self) -> Option<(&mut WatchedRun, &Still)> {
+        let (run, still) = (self.run.as_mut()?, self.still.as_ref()?);
+        (run.run.run_id == still.header.run_id).then_some((run, still))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bench_dragon_ipc::FrameHeader;
+
+    use super::*;
+    use crate::config::Overrides;
+
+    fn see(sight: &mut Sight, run_id: u64, toml: &str) -> Scene {
+        sight.description = Some(Description { run_id, toml: toml.to_owned() });
+        sight.see(Still { header: FrameHeader { run_id, ..FrameHeader::default() }, handles: Vec::new() });
+        sight.look_ahead();
+        sight.scene(7)
+    }
+
+    #[test]
+    fn of_a_run_that_cannot_be_read_nothing_is_said_but_its_frames() {
+        let mut sight = Sight::new(0);
+        let toml = Config::load(None, Overrides::default()).expect("the paper's").to_toml();
+        let known = see(&mut sight, 1, &toml);
+        assert!(known.run.is_some() && known.chart.is_some(), "{known:?}");
+        assert_ne!(known.outlook, Outlook::Unknown);
+        let unknown = see(&mut sight, 2, "[carousel]\nhorses = 7\n");
+        assert_eq!(unknown.frame.map(|still| still.header.run_id), Some(2));
+        assert_eq!((unknown.outlook, unknown.least, unknown.chart), (Outlook::Unknown, None, None));
+        assert_eq!((unknown.run.map(|run| run.run_id), sight.unreadable_run), (None, Some(2)));
+        assert_eq!(see(&mut sight, 3, &toml).run.map(|run| run.run_id), Some(3));
     }
 }

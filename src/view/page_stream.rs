@@ -13,6 +13,7 @@ use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 use super::seats::Seat;
 use super::shown::Shown;
 use super::wire::{AlertMessage, RunMessage, StatusMessage, read_ack};
+use crate::clock::monotonic_ns;
 use crate::observe::{Run, Still};
 use crate::web::closed;
 
@@ -158,7 +159,7 @@ impl PageStream {
         }
         let shown = Arc::clone(&self.scenes.borrow());
         self.send_run(&shown).await?;
-        self.send_json(&StatusMessage::of(&shown.scene, self.told.chart_revision)).await?;
+        self.send_json(&StatusMessage::of(&shown.scene, self.told.chart_revision, monotonic_ns())).await?;
         self.told.chart_revision = shown.scene.chart.as_ref().map_or(0, |chart| chart.revisions());
         for alert in shown.scene.alerts.since(self.told.next_alert) {
             self.send_json(&AlertMessage::from(alert)).await?;

@@ -9,9 +9,9 @@ use crate::observe::{ClearanceChart, Link, Outlook, Scene, Traffic};
 /// The state of everything but the dragon.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "type", rename = "status")]
-pub struct StatusMessage<'a> {
+pub struct StatusMessage {
     /// Whether there is a source.
-    link: LinkReport<'a>,
+    link: LinkReport,
     /// The frames that arrive.
     traffic: TrafficReport,
     /// The server's account of itself.
@@ -25,10 +25,10 @@ pub struct StatusMessage<'a> {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
-struct LinkReport<'a> {
+struct LinkReport {
     state: &'static str,
     age_s: Option<f64>,
-    reason: Option<&'a str>,
+    reason: Option<String>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -63,11 +63,11 @@ struct ChartReport {
     changed: Vec<(usize, f64)>,
 }
 
-impl<'a> StatusMessage<'a> {
-    /// What a scene says, its chart as far as it has changed since a revision.
-    pub fn of(scene: &'a Scene, chart_revision: u64) -> Self {
+impl StatusMessage {
+    /// What a scene says at an instant, in nanoseconds of `CLOCK_MONOTONIC`, its chart as far as it has changed since a revision.
+    pub fn of(scene: &Scene, chart_revision: u64, now_ns: u64) -> Self {
         Self {
-            link: LinkReport::of(&scene.link),
+            link: LinkReport::of(scene.link_at(now_ns)),
             traffic: TrafficReport::of(&scene.traffic),
             server: scene.status.as_deref().map(ServerReport::of),
             outlook: scene.outlook,
@@ -77,10 +77,11 @@ impl<'a> StatusMessage<'a> {
     }
 }
 
-impl<'a> LinkReport<'a> {
-    fn of(link: &'a Link) -> Self {
-        let reason = if let Link::Failed { reason } = link { Some(reason.as_str()) } else { None };
-        Self { state: link.name(), age_s: link.age_ns().map(|age_ns| age_ns as f64 * 1e-9), reason }
+impl LinkReport {
+    fn of(link: Link) -> Self {
+        let (state, age_s) = (link.name(), link.age_ns().map(|age_ns| age_ns as f64 * 1e-9));
+        let reason = if let Link::Failed { reason } = link { Some(reason) } else { None };
+        Self { state, age_s, reason }
     }
 }
 
@@ -120,10 +121,20 @@ mod tests {
 
     #[test]
     fn a_scene_of_nothing_says_that_nothing_is_known() {
-        let text = serde_json::to_value(StatusMessage::of(&Scene::default(), 0)).expect("JSON");
+        let text = serde_json::to_value(StatusMessage::of(&Scene::default(), 0, 0)).expect("JSON");
         assert_eq!(text["type"], "status");
         assert_eq!(text["link"]["state"], "waiting");
         assert_eq!(text["outlook"]["kind"], "unknown");
         assert!(["server", "least", "chart"].iter().all(|key| text[key].is_null()), "{text}");
+    }
+
+    #[test]
+    fn a_page_is_told_that_the_observer_stands_still() {
+        let scene = Scene { link: Link::Live, ..Scene::of_nothing(5_000_000_000) };
+        let link_at =
+            |now_ns| serde_json::to_value(StatusMessage::of(&scene, 0, now_ns)).expect("JSON")["link"].clone();
+        assert_eq!(link_at(5_900_000_000)["state"], "live");
+        let stale = link_at(6_100_000_000);
+        assert_eq!((&stale["state"], &stale["reason"]), (&"failed".into(), &"the view's observer stands still".into()));
     }
 }
