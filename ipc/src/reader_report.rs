@@ -30,8 +30,8 @@ pub struct ReaderReport {
     pub reader: [u64; 2],
     /// Process id of the reader.
     pub pid: u32,
-    /// Always 0.
-    pub reserved: u32,
+    /// 1 in the last report, of a reader that ended in order; 0 before, and for ever of one that was killed.
+    pub ended: u32,
     /// The reader's node name in UTF-8, cut to what there is room for, and filled up with zeros. Read it with
     /// [`ReaderReport::name`].
     pub name: [u8; NAME_LEN],

@@ -69,9 +69,19 @@ impl ReportPublisher {
     }
 }
 
+impl ReportPublisher {
+    /// Sends the last report, of a reader that has ever had something to say.
+    fn end(&mut self) {
+        if self.report.frames > 0 {
+            self.report.ended = 1;
+            self.send();
+        }
+    }
+}
+
 impl Drop for ReportPublisher {
     fn drop(&mut self) {
-        self.send();
+        self.end();
     }
 }
 
@@ -104,5 +114,18 @@ mod tests {
             .collect();
         assert_eq!(due, [77, 78, 79, 80].map(|second| second * PERIOD_NS));
         assert_eq!((reports.sent.frames, reports.sent.lost, reports.sent.run_id), (31, 3, 7));
+    }
+
+    #[test]
+    fn the_last_report_says_that_it_is_the_last_unless_there_was_none_before() {
+        let mut silent = report_publisher();
+        silent.end();
+        assert_eq!(silent.sent, ReaderReport::default());
+        let mut reports = report_publisher();
+        reports.count(&frame(PERIOD_NS), 0);
+        reports.send();
+        assert_eq!((reports.sent.frames, reports.sent.ended), (1, 0));
+        reports.end();
+        assert_eq!((reports.sent.frames, reports.sent.ended), (1, 1));
     }
 }

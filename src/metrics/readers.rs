@@ -10,7 +10,7 @@ pub(super) fn families(scene: &Scene) -> Vec<MetricFamily> {
     let newest_ns = scene.frame.as_ref().map_or(0, |still| still.header.published_ns);
     let samples =
         |value: fn(&ReaderCount) -> u64| scene.readers.counts().map(move |(name, count)| (label(name), value(count)));
-    let age_s = |count: &ReaderCount| newest_ns.saturating_sub(count.sent_ns) as f64 / 1e9;
+    let age_s = |sent_ns| newest_ns.saturating_sub(sent_ns) as f64 / 1e9;
     vec![
         counters(
             "reader_frames_total",
@@ -23,15 +23,15 @@ pub(super) fn families(scene: &Scene) -> Vec<MetricFamily> {
             samples(|count| count.lost),
         ),
         counters(
-            "reader_restarts_total",
-            "Readers of this name that came after the first one, since this process began.",
-            samples(|count| count.readers.saturating_sub(1)),
+            "readers_seen_total",
+            "Readers of this name that were heard of since this process began, one after the other or side by side.",
+            samples(|count| count.readers),
         ),
         gauges(
             "reader_report_age_seconds",
-            "How much older the last report of a reader of this name is than the last frame. A reader that keeps up reports \
-             once a second.",
-            scene.readers.counts().map(|(name, count)| (label(name), age_s(count))),
+            "How much older the last report of a reader of this name is than the last frame; of several, of the one that has \
+             been silent for longest. None of those that have ended in order. A reader that keeps up reports once a second.",
+            scene.readers.silent_since().map(|(name, sent_ns)| (label(name), age_s(sent_ns))),
         ),
         counters(
             "recorder_written_bytes_total",

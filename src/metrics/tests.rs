@@ -35,6 +35,7 @@ fn scene() -> Scene {
     let mut status = Status { overruns: 3, rate_hz: 1000, granted_to_m: Status::NONE, ..Status::default() };
     status.lateness.record(60_000);
     Scene {
+        seen_ns: 5_250_000_000,
         link: Link::Live,
         frame: Some(Arc::new(Still { header: HEADER, handles: Vec::new() })),
         nearest: Some(PairClearance { benches: [0, 8], clearance_m: 0.0125, point: DVec2::ZERO }),
@@ -73,6 +74,7 @@ fn a_scene_is_told_in_base_units() {
         "bench_dragon_tick_lateness_seconds_bucket{le=\"+Inf\"} 1",
         "bench_dragon_tick_lateness_seconds_count 1",
         "bench_dragon_reader_frames_total{reader=\"record \\\"main\\\"\\\\\"} 40",
+        "bench_dragon_readers_seen_total{reader=\"record \\\"main\\\"\\\\\"} 1",
         "bench_dragon_reader_report_age_seconds{reader=\"record \\\"main\\\"\\\\\"} 0.75",
         "bench_dragon_recorder_written_bytes_total{reader=\"record \\\"main\\\"\\\\\"} 77",
     ] {
@@ -88,6 +90,26 @@ fn what_is_not_known_is_not_told() {
     for name in ["show_", "clearance", "forecast", "ticks", "overruns", "tick_", "reader", "last_frame", "guard"] {
         assert!(!told.iter().any(|line| line.starts_with(&format!("bench_dragon_{name}"))), "{name} is in\n{text}");
     }
+}
+
+#[test]
+fn a_scene_that_no_other_follows_is_not_up() {
+    let up_at = |now_ns| exposition(&scene(), now_ns).contains("\nbench_dragon_up 1\n");
+    assert!(up_at(6_200_000_000));
+    assert!(!up_at(6_300_000_000), "the observer stands still");
+}
+
+#[test]
+fn a_reader_that_has_ended_in_order_has_no_age() {
+    let mut readers = ReaderLog::default();
+    let mut report = ReaderReport { frames: 40, sent_ns: 1_000_000_000, ..Default::default() };
+    report.set_name("hz");
+    readers.push(report);
+    let told = |readers: &ReaderLog| exposition(&Scene { readers: Arc::new(readers.clone()), ..scene() }, 0);
+    assert!(told(&readers).contains("\nbench_dragon_reader_report_age_seconds{reader=\"hz\"} 4\n"));
+    readers.push(ReaderReport { ended: 1, ..report });
+    assert!(!told(&readers).contains("bench_dragon_reader_report_age_seconds"), "{}", told(&readers));
+    assert!(told(&readers).contains("\nbench_dragon_reader_frames_total{reader=\"hz\"} 40\n"));
 }
 
 #[test]

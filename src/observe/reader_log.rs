@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 use bench_dragon_ipc::ReaderReport;
 
 /// Readers whose last reports are kept: several times as many as the bus serves at a time.
-const KEPT_REPORTS: usize = 128;
+const KEPT_READERS: usize = 128;
 /// Names that are kept.
 const KEPT_NAMES: usize = 64;
 
@@ -20,7 +20,7 @@ pub struct ReaderCount {
     pub lost: u64,
     /// Bytes written.
     pub bytes_written: u64,
-    /// When the last report was sent, in nanoseconds of `CLOCK_MONOTONIC`.
+    /// When the last report of any of them was sent, in nanoseconds of `CLOCK_MONOTONIC`.
     pub sent_ns: u64,
 }
 
@@ -29,20 +29,29 @@ pub struct ReaderCount {
 #[derive(Clone, Debug, Default)]
 pub struct ReaderLog {
     counts: BTreeMap<String, ReaderCount>,
-    /// The last report of each reader, the one that was heard of last at the end.
-    reports: VecDeque<ReaderReport>,
+    /// The readers, the one that was heard of last at the end.
+    readers: VecDeque<Heard>,
+}
+
+/// A reader that was heard of.
+#[derive(Clone, Copy, Debug, Default)]
+struct Heard {
+    /// Its last report.
+    report: ReaderReport,
+    /// When it sent the first one that has come, in nanoseconds of `CLOCK_MONOTONIC`.
+    since_ns: u64,
 }
 
 impl ReaderLog {
     /// Takes the next report.
     pub fn push(&mut self, report: ReaderReport) {
-        let earlier = self.reports.iter().position(|known| known.reader == report.reader);
-        let earlier = earlier.and_then(|index| self.reports.remove(index));
-        if self.reports.len() == KEPT_REPORTS {
-            self.reports.pop_front();
+        let earlier = self.readers.iter().position(|known| known.report.reader == report.reader);
+        let earlier = earlier.and_then(|index| self.readers.remove(index));
+        if self.readers.len() == KEPT_READERS {
+            self.readers.pop_front();
         }
-        self.reports.push_back(report);
-        let since = earlier.unwrap_or_default();
+        self.readers.push_back(Heard { report, since_ns: earlier.map_or(report.sent_ns, |known| known.since_ns) });
+        let since = earlier.unwrap_or_default().report;
         let count = self.counts.entry(report.name().to_owned()).or_default();
         count.readers += u64::from(earlier.is_none());
         count.frames += report.frames.saturating_sub(since.frames);
@@ -57,6 +66,19 @@ impl ReaderLog {
     /// The readers' names and their counts, in order of the names.
     pub fn counts(&self) -> impl Iterator<Item = (&str, &ReaderCount)> {
         self.counts.iter().map(|(name, count)| (name.as_str(), count))
+    }
+
+    /// The names of readers that have not ended, in order, and when the one of them that has been silent for longest sent its last
+    /// report, in nanoseconds of `CLOCK_MONOTONIC`: so that a reader that lives hides none of its name that was killed beside it.
+    ///
+    /// A reader that was silent before another one of its name was first heard of counts as replaced by that.
+    pub fn silent_since(&self) -> impl Iterator<Item = (&str, u64)> {
+        self.counts.keys().filter_map(|name| {
+            let of_name = || self.readers.iter().filter(move |heard| heard.report.name() == name);
+            let is_replaced = |silent: &Heard| of_name().any(|other| other.since_ns > silent.report.sent_ns);
+            let awaited = of_name().filter(|heard| heard.report.ended == 0 && !is_replaced(heard));
+            Some((name.as_str(), awaited.map(|heard| heard.report.sent_ns).min()?))
+        })
     }
 
     fn forget_one(&mut self) {
@@ -91,12 +113,29 @@ mod tests {
     }
 
     #[test]
+    fn the_silent_are_those_that_have_neither_ended_nor_been_replaced() {
+        let silent = |reports: &[ReaderReport]| {
+            let mut log = ReaderLog::default();
+            reports.iter().for_each(|&report| log.push(report));
+            log.silent_since().next().map(|(_, sent_ns)| sent_ns)
+        };
+        let [of_one, of_other] = [1, 2].map(|reader| move |sent_ns| report("record", reader, 1, sent_ns));
+        let ended = |report| ReaderReport { ended: 1, ..report };
+        assert_eq!(silent(&[of_one(1), of_one(5)]), Some(5));
+        assert_eq!(silent(&[of_one(1), ended(of_one(5))]), None);
+        assert_eq!(silent(&[of_one(1), of_other(2), of_one(3), of_other(9)]), Some(3), "killed beside one that lives");
+        assert_eq!(silent(&[of_one(1), of_other(2), ended(of_one(3)), of_other(9)]), Some(9));
+        assert_eq!(silent(&[of_one(1), of_other(2), of_other(9)]), Some(9), "killed, and started again");
+        assert_eq!(silent(&[of_one(1), of_other(2), ended(of_other(9))]), None, "what took its place has ended");
+    }
+
+    #[test]
     fn of_very_many_names_the_latest_are_kept() {
         let mut log = ReaderLog::default();
         for reader in 0..1000 {
             log.push(report(&format!("reader-{reader:04}"), reader, 1, reader));
         }
         assert_eq!(log.counts().map(|(name, _)| name).next(), Some("reader-0936"));
-        assert_eq!((log.counts().count(), log.reports.len()), (KEPT_NAMES, KEPT_REPORTS));
+        assert_eq!((log.counts().count(), log.readers.len()), (KEPT_NAMES, KEPT_READERS));
     }
 }

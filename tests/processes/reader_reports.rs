@@ -40,7 +40,7 @@ fn a_reader_reports_by_itself_while_it_reads_and_once_more_when_it_ends() {
     let report = next_of(&reports, "test");
     assert!((1..=frames).contains(&report.frames), "{report:?}");
     assert_eq!((report.run_id, report.pid, report.lost), (server.run_id, std::process::id(), 0));
-    assert_eq!((report.bytes_written, report.reserved), (0, 0));
+    assert_eq!((report.bytes_written, report.ended), (0, 0));
     let again = loop {
         frames += reader.read_to_tick(first.header.tick + frames).len() as u64 + reader.read_unread().len() as u64;
         match reports.receive().expect("reports are readable") {
@@ -53,7 +53,7 @@ fn a_reader_reports_by_itself_while_it_reads_and_once_more_when_it_ends() {
     frames += reader.read_to_tick(first.header.tick + frames + 3).len() as u64;
     drop(reader);
     let last = last_of(&reports, "test");
-    assert_eq!((last.frames, last.reader), (frames, report.reader));
+    assert_eq!((last.frames, last.reader, last.ended), (frames, report.reader, 1));
     drop(reports);
     server.stop();
 }
