@@ -47,7 +47,7 @@ fn clearance(scene: &Scene) -> Vec<MetricFamily> {
         ),
         gauge(
             "least_clearance_meters",
-            "Least clearance that this process has seen in this show. It looks some times a second; alerts are the monitor's, \
+            "Least clearance that this process has seen in this show, also before a restart of its server. It looks some times a second; alerts are the monitor's, \
              which misses nothing.",
             scene.least.map(|(clearance_m, _)| clearance_m),
         ),
@@ -64,7 +64,8 @@ fn outlook(scene: &Scene, header: Option<&FrameHeader>) -> Vec<MetricFamily> {
     vec![
         gauge(
             "forecast_contact_time_seconds",
-            "Show time of the next contact, at the present speed; none where no contact lies ahead, or none is known yet.",
+            "Show time of the next contact, at the present speed, or where the head stands, at the one that it last walked at; \
+             none where no contact lies ahead, or none is known yet.",
             contact_s,
         ),
         gauge("forecast_contact_remaining_seconds", "Show seconds until the next contact.", remaining_s),

@@ -16,6 +16,7 @@ mod run;
 mod scene;
 mod sight;
 mod traffic;
+mod walking_speed;
 mod watched_run;
 
 pub use alert_log::{AlertLog, NumberedAlert};

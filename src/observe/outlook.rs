@@ -29,12 +29,12 @@ pub enum Outlook {
 }
 
 impl Outlook {
-    /// What a forecast says to a head that goes on at its present speed, or at the planned one where it stands.
-    pub fn of(forecast: &Forecast, header: &FrameHeader, planned_speed_mps: f64, end_travel_m: f64) -> Self {
+    /// What a forecast says to a head that goes on at its present speed, or where it stands, at this one.
+    pub fn of(forecast: &Forecast, header: &FrameHeader, resumed_speed_mps: f64, end_travel_m: f64) -> Self {
         if !forecast.covers(header.head_travel_m) {
             return Self::Unknown;
         }
-        let speed_mps = if header.head_speed_mps > 0.0 { header.head_speed_mps } else { planned_speed_mps };
+        let speed_mps = if header.head_speed_mps > 0.0 { header.head_speed_mps } else { resumed_speed_mps };
         let time_s = |travel_m: f64| header.sim_time_s() + (travel_m - header.head_travel_m) / speed_mps;
         match forecast.contact {
             Some(contact) => Self::Contact { time_s: time_s(contact.travel_m), benches: contact.benches },

@@ -8,9 +8,14 @@ use glam::DVec2;
 use super::clearance_chart::ClearanceChart;
 use super::outlook::Outlook;
 use super::run::Run;
+use super::walking_speed::WalkingSpeed;
 use crate::config::Config;
 use crate::dragon::{Board, ClearanceSearch, PairClearance};
 use crate::monitor::forecast::Forecaster;
+
+/// Wall time that may pass between the last frame of a run and the first one that is seen of the run that goes on with it, in
+/// seconds.
+const LONGEST_BREAK_S: f64 = 1.0;
 
 /// A run with its description.
 #[derive(Debug)]
@@ -18,6 +23,9 @@ pub(super) struct WatchedRun {
     pub(super) run: Arc<Run>,
     pub(super) chart: Arc<ClearanceChart>,
     pub(super) least: Option<(f64, f64)>,
+    walking_speed: WalkingSpeed,
+    /// Show time of the newest frame, in seconds.
+    time_s: f64,
     clearances: ClearanceSearch,
     boards: Vec<Board>,
     forecaster: Forecaster,
@@ -26,20 +34,26 @@ pub(super) struct WatchedRun {
 }
 
 impl WatchedRun {
-    /// Begins with a frame. A run that goes on with what an earlier one began, as after a restart of the server, keeps its
-    /// chart.
+    /// Begins with a frame. A run that goes on where an earlier one of the same configuration stood, as after a restart of the
+    /// server, keeps what that one has seen; one that begins anew is a show of its own.
     pub(super) fn begin(config: Config, header: &FrameHeader, earlier: Option<Self>) -> Self {
         let from_m = header.head_travel_m;
         let forecaster = Forecaster::start(Arc::clone(config.dragon()), from_m);
-        let earlier = earlier.filter(|earlier| earlier.run.config.to_toml() == config.to_toml());
-        let (chart, least) = match earlier {
-            Some(earlier) => (earlier.chart, earlier.least),
-            None => (Arc::new(ClearanceChart::new(config.start_s(), config.end_s())), None),
+        let goes_on = |earlier: &Self| {
+            let longest_break_s = LONGEST_BREAK_S * header.time_scale.max(1.0);
+            (header.sim_time_s() - earlier.time_s).abs() <= longest_break_s
+                && earlier.run.config.to_toml() == config.to_toml()
+        };
+        let (chart, least, walking_speed) = match earlier.filter(goes_on) {
+            Some(earlier) => (earlier.chart, earlier.least, earlier.walking_speed),
+            None => (Arc::new(ClearanceChart::new(config.start_s(), config.end_s())), None, WalkingSpeed::default()),
         };
         Self {
             run: Arc::new(Run::new(header.run_id, config)),
             chart,
             least,
+            walking_speed,
+            time_s: header.sim_time_s(),
             clearances: ClearanceSearch::default(),
             boards: Vec::new(),
             forecaster,
@@ -47,18 +61,19 @@ impl WatchedRun {
         }
     }
 
-    /// The nearest pair of a frame; none where the frame is not of as many benches as were described.
+    /// Takes note of a frame, and finds its nearest pair; none where the frame is not of as many benches as were described.
     pub(super) fn measure(&mut self, header: &FrameHeader, handles: &[HandleState]) -> Option<PairClearance> {
+        self.time_s = header.sim_time_s();
+        self.walking_speed.note(header.head_speed_mps);
         let dragon = self.run.config.dragon();
         if handles.len() != dragon.dimensions().handles() {
             return None;
         }
         dragon.place_boards_at(handles, plan_view, &mut self.boards);
         let nearest = self.clearances.nearest(&self.boards)?;
-        let time_s = header.sim_time_s();
-        Arc::make_mut(&mut self.chart).note(time_s, nearest.clearance_m);
+        Arc::make_mut(&mut self.chart).note(self.time_s, nearest.clearance_m);
         if self.least.is_none_or(|(least_m, _)| nearest.clearance_m < least_m) {
-            self.least = Some((nearest.clearance_m, time_s));
+            self.least = Some((nearest.clearance_m, self.time_s));
         }
         Some(nearest)
     }
@@ -73,10 +88,90 @@ impl WatchedRun {
             self.asked_from_m = travel_m;
         }
         let config = &self.run.config;
-        Outlook::of(&forecast, header, config.head_speed_mps(), config.dragon().end_travel_m())
+        let resumed_speed_mps = self.walking_speed.steady_mps().unwrap_or(config.head_speed_mps());
+        Outlook::of(&forecast, header, resumed_speed_mps, config.dragon().end_travel_m())
     }
 }
 
 fn plan_view(handle: &HandleState) -> DVec2 {
     DVec2::new(handle.position_m[0], handle.position_m[1])
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, Instant};
+
+    use super::*;
+    use crate::config::Overrides;
+
+    fn paper() -> Config {
+        Config::load(None, Overrides::default()).expect("the paper's")
+    }
+
+    /// A frame of the paper's dragon, whose head walks a metre a show second.
+    fn frame(run_id: u64, time_s: f64) -> FrameHeader {
+        let sim_time_ns = (time_s * 1e9) as i64;
+        FrameHeader {
+            run_id,
+            sim_time_ns,
+            head_travel_m: time_s,
+            head_speed_mps: 1.0,
+            time_scale: 1.0,
+            ..FrameHeader::default()
+        }
+    }
+
+    fn handles(time_s: f64) -> Vec<HandleState> {
+        let config = paper();
+        let chain = config.dragon().chain(time_s).expect("within the run");
+        chain
+            .map(|at| HandleState { position_m: [at.position.x, at.position.y, 0.0], ..HandleState::default() })
+            .collect()
+    }
+
+    /// A run that has touched, seen up to this show time.
+    fn touched(time_s: f64) -> WatchedRun {
+        let mut run = WatchedRun::begin(paper(), &frame(1, time_s), None);
+        run.measure(&frame(1, 412.5), &handles(412.5)).expect("a nearest pair");
+        run.measure(&frame(1, time_s), &handles(time_s)).expect("a nearest pair");
+        assert!(run.least.is_some_and(|(least_m, _)| least_m < 0.0), "{:?}", run.least);
+        run
+    }
+
+    #[test]
+    fn a_run_that_goes_on_where_another_one_stood_keeps_its_chart_and_no_other_run_does() {
+        let keeps = |from_s: f64, time_scale: f64, config: Config| {
+            let header = FrameHeader { time_scale, ..frame(2, from_s) };
+            let run = WatchedRun::begin(config, &header, Some(touched(300.0)));
+            assert_eq!(run.least.is_some(), run.chart.revisions() > 0);
+            run.least.is_some()
+        };
+        assert!(keeps(300.0, 1.0, paper()) && keeps(300.9, 1.0, paper()) && keeps(299.1, 1.0, paper()));
+        assert!(keeps(315.0, 20.0, paper()), "as much of it passes in a second");
+        assert!(!keeps(0.0, 1.0, paper()), "a show after its rehearsal");
+        assert!(!keeps(298.0, 1.0, paper()) && !keeps(302.0, 1.0, paper()) && !keeps(302.0, 0.1, paper()));
+        assert!(!keeps(300.0, 1.0, paper().with_head_speed(0.5).expect("a speed")), "another configuration");
+    }
+
+    #[test]
+    fn a_pause_does_not_move_the_forecast() {
+        let slow = |time_s| FrameHeader { head_speed_mps: 0.5, ..frame(1, time_s) };
+        let mut run = WatchedRun::begin(paper(), &slow(411.0), None);
+        for time_s in [411.0, 411.1] {
+            // It walks half a metre a show second.
+            run.measure(&slow(time_s), &handles(411.0));
+        }
+        let walking = FrameHeader { head_travel_m: 411.0, ..slow(411.1) };
+        let patience = Instant::now() + Duration::from_secs(60);
+        let expected_s = loop {
+            if let Some(contact_s) = run.look_ahead(&walking, None).contact_s() {
+                break contact_s;
+            }
+            assert!(Instant::now() < patience, "the forecast finds the contact");
+        };
+        assert!((expected_s - (411.1 + 1.473_838 / 0.5)).abs() < 1e-5, "{expected_s}");
+        let paused = FrameHeader { head_speed_mps: 0.0, ..walking };
+        run.measure(&paused, &handles(411.0));
+        assert_eq!(run.look_ahead(&paused, None).contact_s(), Some(expected_s));
+    }
 }
