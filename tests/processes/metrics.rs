@@ -15,9 +15,9 @@ use crate::python;
 use crate::reader::Reader;
 use crate::stage::Stage;
 
-/// Benches that come near, touch and part within three seconds; a reader that does not read loses frames of that.
-const SHOW: [&str; 10] =
-    ["--rate", "200", "--start-at", "410", "--until", "413", "--readers", "4", "--time-scale", "1"];
+/// Benches that come near, touch and part within three seconds, once the show is resumed; a reader that does not read loses frames
+/// of that.
+const SHOW: [&str; 9] = ["--rate", "200", "--start-at", "410", "--until", "413", "--readers", "4", "--paused"];
 
 /// A running exporter.
 struct Exporter {
@@ -62,6 +62,7 @@ fn a_stock_client_reads_of_a_finished_show_what_its_processes_say() {
     slow.next();
     let during =
         exporter.scrape_with(&["forecast_contact_time", "clearance_meters", "reader_frames_total{reader=\"record"]);
+    stage.run(&["ctl", "resume"]).expect_clean();
     let served = server.summary();
     slow.read_unread();
     let lost_by_slow = slow.lost();

@@ -32,7 +32,8 @@ fn pages_get_what_they_are_promised_and_nobody_else_gets_anything() {
 #[test]
 fn of_two_hundred_pages_as_many_as_fit_are_served_and_the_servers_readers_miss_nothing() {
     let stage = Stage::new();
-    let server = stage.serve(&["--rate", "100"]);
+    // At this rate a reader that is kept waiting for ten seconds still loses nothing.
+    let server = stage.serve(&["--rate", "20"]);
     let mut reader = Reader::join(&stage);
     let mut crowd = python();
     crowd.arg("tests/python/crowd.py").envs(variables(&stage));

@@ -5,6 +5,7 @@ import json
 import os
 import socket
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 from view import next_frame, viewing
@@ -12,6 +13,7 @@ from websockets.exceptions import InvalidHandshake, InvalidStatus
 
 PAGES = 200
 FRAMES = 20
+PATIENCE_S = 60
 
 
 def knock(view, pages):
@@ -36,9 +38,9 @@ def main():
         idle = [socket.create_connection((address, int(port))) for _ in range(PAGES)]
         for connection in idle:
             connection.close()
-        again = knock(view, pages)
-        while isinstance(again, int):
-            again = knock(view, pages)
+        given_up = time.monotonic() + PATIENCE_S
+        while isinstance(again := knock(view, pages), int):
+            assert time.monotonic() < given_up, f"no place is free again after {PATIENCE_S} s: {again}"
         next_frame(again)
     refused = {status: knocked.count(status) for status in {page for page in knocked if isinstance(page, int)}}
     print(json.dumps({"let_in": len(streams), "refused": refused, "in_order": all(rising(ticks) for ticks in ticks)}))

@@ -76,6 +76,7 @@ def test_clearance_is_that_of_the_papers_contact(finished):
     assert told["least_clearance_meters",] <= told["clearance_meters",]
     during = samples((FOLDER / "during.prom").read_text())
     assert during["forecast_contact_time_seconds",] == pytest.approx(412.473838, abs=1e-6)
+    assert during["show_state", "paused"] == 1
     remaining = during["forecast_contact_time_seconds",] - during["show_time_seconds",]
     assert during["forecast_contact_remaining_seconds",] == pytest.approx(remaining, abs=1e-9)
 
