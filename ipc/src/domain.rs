@@ -9,6 +9,7 @@ use std::fs::{self, DirBuilder, Metadata, Permissions};
 use std::io::{self, ErrorKind};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use iceoryx2::config::Config;
 use iceoryx2::prelude::{FileName, FilePath, SemanticString};
@@ -132,9 +133,12 @@ impl Domain {
     /// Makes this domain's configuration the one that iceoryx2 falls back on in this process: it does so where the details
     /// of a node that was killed cannot be read, and would look for its remains in another domain.
     pub(crate) fn set_fallback_configuration(&self) -> io::Result<()> {
+        /// Threads of one process may join at once.
+        static DRAFTS: AtomicU64 = AtomicU64::new(0);
         let path = self.iceoryx2_toml_path();
         // By the prefix, so that one that a killed process leaves is swept away.
-        let draft = self.root.join(format!("{}{}.draft", self.prefix(), std::process::id()));
+        let number = DRAFTS.fetch_add(1, Ordering::Relaxed);
+        let draft = self.root.join(format!("{}{}-{number}.draft", self.prefix(), std::process::id()));
         fs::write(&draft, self.iceoryx2_toml())?;
         fs::rename(&draft, &path)?;
         let path = FilePath::new(path.as_os_str().as_encoded_bytes()).expect("the root path is of limited length");

@@ -30,11 +30,10 @@ pub(crate) fn hold_alone(path: &Path) -> Result<File, Refused> {
 
 /// Removes a lock file that nobody holds.
 pub(crate) fn clear_abandoned(path: &Path) -> io::Result<()> {
-    match File::open(path) {
-        Ok(file) if file.try_lock().is_ok() => fs::remove_file(path),
-        Ok(_) => Ok(()),
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
-        Err(error) => Err(error),
+    match if_there(File::open(path))? {
+        // Its holder may have removed it just now.
+        Some(file) if file.try_lock().is_ok() => if_there(fs::remove_file(path)).map(drop),
+        _ => Ok(()),
     }
 }
 
@@ -65,9 +64,16 @@ pub(crate) fn lock_at<E: From<io::Error>>(path: &Path, lock: impl Fn(&mut File) 
 }
 
 fn is_at(file: &File, path: &Path) -> io::Result<bool> {
-    match fs::metadata(path) {
-        Ok(at_path) => Ok(at_path.ino() == file.metadata()?.ino()),
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(false),
-        Err(error) => Err(error),
+    match if_there(fs::metadata(path))? {
+        Some(at_path) => Ok(at_path.ino() == file.metadata()?.ino()),
+        None => Ok(false),
+    }
+}
+
+/// `None` where what was asked for is not there.
+pub(crate) fn if_there<T>(outcome: io::Result<T>) -> io::Result<Option<T>> {
+    match outcome {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+        outcome => outcome.map(Some),
     }
 }

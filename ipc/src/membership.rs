@@ -14,7 +14,7 @@ use iceoryx2::prelude::{CallbackProgression, Node, NodeState};
 use crate::domain::Domain;
 use crate::domain_error::DomainError;
 use crate::guard_lock::GuardLock;
-use crate::lock_file::lock_at;
+use crate::lock_file::{if_there, lock_at};
 use crate::service::Service;
 use crate::source_lock::SourceLock;
 
@@ -88,15 +88,12 @@ fn sweep(domain: &Domain) -> io::Result<()> {
         for entry in fs::read_dir(folder)? {
             let entry = entry?;
             if entry.file_name().to_str().is_some_and(|name| name.starts_with(&prefix)) {
-                fs::remove_file(entry.path())?;
+                if_there(fs::remove_file(entry.path()))?;
             }
         }
     }
     for directory in DIRECTORIES {
-        match fs::remove_dir_all(domain.root().join(directory)) {
-            Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
-            _ => {}
-        }
+        if_there(fs::remove_dir_all(domain.root().join(directory)))?;
     }
     Ok(())
 }
@@ -106,11 +103,8 @@ fn dissolve(domain: &Domain) -> io::Result<()> {
     sweep(domain)?;
     SourceLock::clear_abandoned(domain)?;
     GuardLock::clear_abandoned(domain)?;
-    match fs::remove_file(domain.iceoryx2_toml_path()) {
-        // One that fails before it has a node leaves before the file is written.
-        Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
-        _ => {}
-    }
+    // One that fails before it has a node leaves before the file is written.
+    if_there(fs::remove_file(domain.iceoryx2_toml_path()))?;
     fs::remove_file(lock_path(domain))?;
     fs::remove_dir(domain.root())
 }

@@ -10,7 +10,7 @@ use std::time::Instant;
 use crate::domain::Domain;
 use crate::domain_error::DomainError;
 use crate::error::BusError;
-use crate::lock_file::{self, Refused, hold_alone};
+use crate::lock_file::{self, Refused, hold_alone, if_there};
 use crate::open_files::require_open_files;
 use crate::service::SOURCE_FILES;
 
@@ -130,12 +130,4 @@ pub(crate) fn half_made(domain: &Domain) -> io::Result<Vec<PathBuf>> {
 
 fn services(domain: &Domain) -> PathBuf {
     domain.root().join("services")
-}
-
-/// `None` where what was asked for is not there.
-fn if_there<T>(outcome: io::Result<T>) -> io::Result<Option<T>> {
-    match outcome {
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
-        outcome => outcome.map(Some),
-    }
 }
