@@ -7,6 +7,8 @@ use super::token::Token;
 
 /// How a page shows its token where it can set no header of its own, as it opens its stream.
 const TOKEN_PROTOCOL: &str = "bench-dragon.token.";
+/// How it shows it otherwise, so that `Authorization` is left to a proxy that asks for a password.
+const TOKEN_HEADER: &str = "x-bench-dragon-token";
 
 /// The rules of a view.
 #[derive(Clone, Debug)]
@@ -42,11 +44,21 @@ impl Access {
 
 /// The tokens that a request shows.
 fn shown(headers: &HeaderMap) -> impl Iterator<Item = &str> {
-    let bearers =
-        headers.get_all(AUTHORIZATION).iter().filter_map(|value| value.to_str().ok()?.strip_prefix("Bearer "));
-    let protocols = headers.get_all(SEC_WEBSOCKET_PROTOCOL).iter().filter_map(|value| value.to_str().ok());
-    let offered = protocols.flat_map(|protocols| protocols.split(',')).map(str::trim);
-    bearers.chain(offered.filter_map(|protocol| protocol.strip_prefix(TOKEN_PROTOCOL)))
+    let bearers = texts(headers, AUTHORIZATION.as_str()).filter_map(bearer);
+    let offered = texts(headers, SEC_WEBSOCKET_PROTOCOL.as_str()).flat_map(|text| text.split(',')).map(str::trim);
+    let protocols = offered.filter_map(|protocol| protocol.strip_prefix(TOKEN_PROTOCOL));
+    texts(headers, TOKEN_HEADER).chain(bearers).chain(protocols)
+}
+
+/// What a header holds, each time that it is there.
+fn texts<'a>(headers: &'a HeaderMap, name: &'static str) -> impl Iterator<Item = &'a str> {
+    headers.get_all(name).iter().filter_map(|value| value.to_str().ok())
+}
+
+/// The token of an `Authorization` header; the scheme's name is written in any case.
+fn bearer(authorization: &str) -> Option<&str> {
+    let (scheme, token) = authorization.split_once(' ')?;
+    scheme.eq_ignore_ascii_case("bearer").then(|| token.trim_start_matches(' '))
 }
 
 #[cfg(test)]
@@ -67,6 +79,7 @@ mod tests {
         for known in [
             headers("authorization", "Bearer 0123456789abcdef"),
             headers("authorization", "bearer 0123456789abcdef"),
+            headers("x-bench-dragon-token", "0123456789abcdef"),
             headers("sec-websocket-protocol", "bench-dragon.view.v1, bench-dragon.token.0123456789abcdef"),
         ] {
             assert_eq!(local.rights(&known), rights(true, true));
@@ -77,6 +90,8 @@ mod tests {
             HeaderMap::new(),
             headers("authorization", "Bearer 0123456789abcdeF"),
             headers("authorization", "0123456789abcdef"),
+            headers("authorization", "Basic 0123456789abcdef"),
+            headers("x-bench-dragon-token", "0123456789abcdeF"),
             headers("sec-websocket-protocol", "0123456789abcdef"),
         ] {
             assert_eq!(local.rights(&unknown), rights(true, false));
