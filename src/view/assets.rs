@@ -53,6 +53,7 @@ pub(super) const ASSETS: &[Asset] = &assets! {
     "/scale_bar.js", "scale_bar.js", SCRIPT;
     "/show.js", "show.js", SCRIPT;
     "/standing.js", "standing.js", SCRIPT;
+    "/storage.js", "storage.js", SCRIPT;
     "/strip.js", "strip.js", SCRIPT;
     "/style.css", "style.css", STYLE;
     "/theme.js", "theme.js", SCRIPT;

@@ -34,14 +34,15 @@ export async function withBrowser(scenario) {
   }
 }
 
-/** A page at an address, and what it has complained about. */
-export async function openPage(browser, address, options = {}) {
+/** A page at an address, and what it has complained about; before anything else of it, `init` is run in it. */
+export async function openPage(browser, address, { init, ...options } = {}) {
   const context = await browser.newContext({
     viewport: { width: 1280, height: 800 },
     colorScheme: 'light',
     ...options,
   });
   context.setDefaultTimeout(PATIENCE_MS);
+  if (init !== undefined) await context.addInitScript(init);
   const page = await context.newPage();
   const complaints = [];
   page.on('console', (message) => {

@@ -20,6 +20,9 @@ await withBrowser(async (browser) => {
 
   say({ type: 'kill the view' });
   await stands(page, 'view-lost');
+  const silence_s = await silenceSeconds(page, 0.1);
+  await page.evaluate(() => document.dispatchEvent(new Event('visibilitychange')));
+  await silenceSeconds(page, silence_s);
   say({ type: 'start a view', shown_after_ms: await shownAfterMs(page) });
   await stands(page, 'running');
   const refused = complaints.filter(
@@ -31,6 +34,15 @@ await withBrowser(async (browser) => {
   await stands(page, 'ended');
   say({ type: 'seen' });
 });
+
+/** For how long nothing has come, once that is longer than some time. Showing the tab does not begin it anew. */
+async function silenceSeconds(page, least_s) {
+  const longer = await page.waitForFunction((least) => {
+    const [, said] = /for (\d+\.\d) s/.exec(document.querySelector('#banner-text').textContent) ?? [];
+    return Number(said) > least && Number(said);
+  }, least_s);
+  return longer.jsonValue();
+}
 
 function shownAfterMs(page) {
   return page.evaluate(() => Number(document.body.dataset.shownAfterMs));

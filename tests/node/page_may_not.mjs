@@ -17,11 +17,22 @@ await withBrowser(async (browser) => {
   expect(enabled === 0, `${enabled} controls are enabled without a token`);
   await page.keyboard.press('h');
   await page.keyboard.press('Space');
+  await page.evaluate((hash) => {
+    location.hash = hash;
+  }, new URL(address).hash);
+  await page.waitForSelector('#hold:enabled');
+  expect(!page.url().includes('token'), `the token is still in the address: ${page.url()}`);
   expect(complaints.length === 0, complaints.join('\n'));
 
   const wrong = await openPage(browser, address.replace(/token=.*/, 'token=00000000000000000000000000000000'));
   await stands(wrong.page, 'running');
   expect(await wrong.page.isDisabled('#hold'), 'a wrong token steers');
+
+  const blocked = await openPage(browser, address, { init: blockStorage });
+  await stands(blocked.page, 'running');
+  expect(await blocked.page.isEnabled('#hold'), 'with site data blocked, the token in the address is lost');
+  await blocked.page.click('#theme');
+  expect(blocked.complaints.length === 0, blocked.complaints.join('\n'));
 
   const readOnly = await openPage(browser, readOnlyAddress);
   await stands(readOnly.page, 'running');
@@ -32,3 +43,14 @@ await withBrowser(async (browser) => {
   expect(readOnly.complaints.length === 0, readOnly.complaints.join('\n'));
   say({ type: 'passed' });
 });
+
+/** As browsers do whose site data somebody has blocked. */
+function blockStorage() {
+  for (const name of ['localStorage', 'sessionStorage']) {
+    Object.defineProperty(window, name, {
+      get() {
+        throw new DOMException('blocked', 'SecurityError');
+      },
+    });
+  }
+}

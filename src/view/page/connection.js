@@ -2,6 +2,7 @@
 // The stream from the view: opened, read, and opened again when it is lost.
 
 import { readFrame } from './frame.js';
+import { tokenHeaders } from './token.js';
 
 /** @typedef {import('./standing.js').Line} Line */
 /** @typedef {{version: string, instance: string, read_only: boolean, may_view: boolean, may_control: boolean,
@@ -39,10 +40,6 @@ export class Connection {
     this.#token = token;
     this.#listener = listener;
     setInterval(() => this.#lookWhetherSilent(), LOOK_PERIOD_MS);
-    // A hidden tab hears little, and that is no fault of the view's.
-    document.addEventListener('visibilitychange', () => {
-      this.line.heard_ms = performance.now();
-    });
   }
 
   /** Connects anew, with another token. @param {string} token */
@@ -73,7 +70,7 @@ export class Connection {
   async #askForAccess() {
     try {
       /** @type {HeadersInit} */
-      const headers = this.#token === null ? {} : { Authorization: `Bearer ${this.#token}` };
+      const headers = this.#token === null ? {} : tokenHeaders(this.#token);
       const response = await fetch('/access', {
         headers,
         cache: 'no-store',
@@ -136,6 +133,7 @@ export class Connection {
     this.#hasWarned = true;
   }
 
+  /** A hidden tab hears little, and that is no fault of the view's. Shown again, it must not pass off an old picture. */
   #lookWhetherSilent() {
     const isSilent = performance.now() - this.line.heard_ms > SILENT_AFTER_MS;
     if (this.line.state !== 'open' || !isSilent || document.visibilityState === 'hidden') return;

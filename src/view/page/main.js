@@ -22,7 +22,7 @@ import { standing } from './standing.js';
 import { writeStrip } from './strip.js';
 import { offerThemes } from './theme.js';
 import { Timeline } from './timeline.js';
-import { keepToken, takeToken, tokenIn } from './token.js';
+import { keepToken, listenToAddress, takeToken, tokenIn } from './token.js';
 
 const NUMBERS_PERIOD_MS = 100;
 const TEXT_PERIOD_MS = 2000;
@@ -82,6 +82,12 @@ function message(news) {
     heard.add(alertKey(value));
     announcer.alert(value);
   }
+}
+
+/** @param {string} token */
+function useToken(token) {
+  controls.useToken(token);
+  connection.useToken(token);
 }
 
 /** Has the plan drawn with the screen's next picture. */
@@ -182,9 +188,8 @@ listenToPointers(area, {
     }
   },
 });
-listenToKeys({
+listenToKeys(() => controls.hold(), {
   ' ': () => controls.pauseOrResume(),
-  H: () => controls.hold(),
   'Shift+R': () => controls.release(),
   F: follow,
   0: fit,
@@ -210,9 +215,9 @@ element('token-form', HTMLFormElement).addEventListener('submit', (event) => {
   const pasted = tokenIn(element('token-field', HTMLInputElement).value);
   if (pasted === null) return;
   keepToken(pasted);
-  controls.useToken(pasted);
-  connection.useToken(pasted);
+  useToken(pasted);
 });
+listenToAddress(useToken);
 
 setInterval(renew, NUMBERS_PERIOD_MS);
 setInterval(describe, TEXT_PERIOD_MS);

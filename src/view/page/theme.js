@@ -1,7 +1,8 @@
 // @ts-check
 import { element } from './element.js';
+import { ofBrowser } from './storage.js';
 
-const KEY = 'bench-dragon.theme';
+const kept = ofBrowser('bench-dragon.theme');
 
 /**
  * Light or dark as the system has it, until somebody chooses.
@@ -10,13 +11,13 @@ const KEY = 'bench-dragon.theme';
 export function offerThemes(changed) {
   const system = matchMedia('(prefers-color-scheme: dark)');
   const root = document.documentElement;
-  const chosen = localStorage.getItem(KEY);
+  const chosen = kept.read();
   if (chosen !== null) root.dataset.theme = chosen;
   system.addEventListener('change', changed);
   element('theme', HTMLButtonElement).addEventListener('click', () => {
     const isDark = (root.dataset.theme ?? (system.matches ? 'dark' : 'light')) === 'dark';
     root.dataset.theme = isDark ? 'light' : 'dark';
-    localStorage.setItem(KEY, root.dataset.theme);
+    kept.write(root.dataset.theme);
     changed();
   });
 }
