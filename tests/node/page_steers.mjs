@@ -4,6 +4,18 @@
 
 import { expect, openPage, reads, say, stands, withBrowser } from './browser.mjs';
 
+const WAYS_TO_HOLD = [
+  (page) => page.click('#hold'),
+  (page) => page.press('#seek-field', 'h'),
+  (page) => page.keyboard.press('Shift+H'),
+  async (page) => {
+    await page.keyboard.press('?');
+    await page.waitForSelector('#shortcuts[open]');
+    await page.keyboard.press('h');
+    await page.keyboard.press('Escape');
+  },
+];
+
 await withBrowser(async (browser) => {
   const { page, complaints } = await openPage(browser, process.argv[2]);
   await stands(page, 'running');
@@ -16,9 +28,7 @@ await withBrowser(async (browser) => {
   await page.click('h1');
   await page.keyboard.press('Space');
   await came(page, 'paused', /^paused from tick \d+$/);
-  await page.keyboard.press('Control+h');
-  await page.locator('#seek-field').press('h');
-  await page.click('h1');
+  await keysThatAreNotOurs(page);
   await page.keyboard.press('Space');
   await came(page, 'running', /^resumed from tick \d+$/);
 
@@ -30,23 +40,29 @@ await withBrowser(async (browser) => {
   await reads(page, '#release-word', /again/);
   await page.click('#release');
   await reads(page, '#reply', /^released from tick \d+$/);
-  await page.click('#hold');
-  await came(page, 'held', /^held from tick \d+$/);
-  await page.click('h1');
-  await page.keyboard.press('Shift+R');
-  await reads(page, '#reply', /^released from tick \d+$/);
+  for (const hold of WAYS_TO_HOLD) {
+    await hold(page);
+    await came(page, 'held', /^held from tick \d+$/);
+    await page.click('h1');
+    await page.keyboard.press('Shift+R');
+    await reads(page, '#reply', /^released from tick \d+$/);
+  }
   say({ type: 'released' });
 
   await seek(page);
+  if ((await page.getAttribute('body', 'data-status')) === 'paused') await page.click('#pause');
+  await stands(page, 'running');
   await page.fill('#speed-field', '0.5');
   await page.press('#speed-field', 'Enter');
   await reads(page, '#reply', /^new speed from tick \d+$/);
-  await reads(page, '#speed', /^0\.50$|^0\.00$/);
-  say({ type: 'speed' });
+  await reads(page, '#speed', /^0\.50$/);
+  say({ type: 'speed', head_speed_mps: 0.5 });
   await page.fill('#speed-field', '11');
   await page.click('#speed-form button');
   expect(await page.$eval('#speed-field', (field) => !field.checkValidity()), 'a head speed of 11 m/s is none');
   expect(complaints.length === 0, complaints.join('\n'));
+
+  await saysWhatBecameOfIt(page);
 });
 
 /** Waits for a state and a reply, and has the test look at the bus. */
@@ -55,17 +71,97 @@ async function came(page, status, reply) {
   say({ type: status, reply: await reads(page, '#reply', reply) });
 }
 
+/** A key that steers writes so at once: that nothing is written is known as soon as it has been pressed. */
+async function keysThatAreNotOurs(page) {
+  const reply = await page.textContent('#reply');
+  const pressed = async (where, key) => {
+    await page.locator(where).press(key);
+    expect((await page.textContent('#reply')) === reply, `${key} on ${where} steers`);
+  };
+  await pressed('body', 'Control+h');
+  const theme = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  await pressed('#theme', 'Space');
+  const other = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  expect(theme !== other, 'the button with the focus is not pressed');
+  await pressed('#theme', 'Space');
+
+  const isTaken = (id) =>
+    page.$eval(id, (target) => {
+      const arrow = new KeyboardEvent('keydown', { key: 'ArrowLeft', bubbles: true, cancelable: true });
+      return !target.dispatchEvent(arrow);
+    });
+  expect(await isTaken('#plan-area'), 'an arrow on the plan does not pan');
+  expect(!(await isTaken('#help')), 'an arrow pans though the plan has not the focus');
+
+  await page.click('#help');
+  await page.uncheck('#keys-are-on');
+  await page.keyboard.press('Escape');
+  await page.click('h1');
+  for (const key of ['h', 'Space', '?']) await pressed('body', key);
+  expect(await page.isHidden('#shortcuts'), 'a key that is off opens the list');
+  await page.reload();
+  await stands(page, 'paused');
+  await page.click('#help');
+  expect(!(await page.isChecked('#keys-are-on')), 'the choice is forgotten');
+  await page.check('#keys-are-on');
+  await page.keyboard.press('Escape');
+  await page.waitForSelector('#pause:enabled');
+  await page.click('h1');
+}
+
 /** The timeline proposes a time, by pointer and by keyboard; only the button seeks. */
 async function seek(page) {
+  const field = page.locator('#seek-field');
   const { x, y, width, height } = await page.locator('#timeline-area').boundingBox();
-  await page.mouse.click(x + width / 2, y + height / 2);
-  const proposed = Number(await page.inputValue('#seek-field'));
+  const choose = () => page.mouse.click(x + width / 2, y + height / 2);
+  await choose();
+  for (const end of ['End', 'Home']) {
+    await page.keyboard.press(end);
+    expect(await field.evaluate((one) => one.checkValidity()), `${end}: ${await field.inputValue()} s is out of range`);
+  }
+  await choose();
+  const proposed = Number(await field.inputValue());
   expect(proposed > 150 && proposed < 280, `half of the show is not at ${proposed} s`);
   await page.keyboard.press('ArrowRight');
-  const stepped = Number(await page.inputValue('#seek-field'));
+  const stepped = Number(await field.inputValue());
   expect(stepped === Math.round(proposed) + 1, `${stepped} s does not follow ${proposed} s`);
   say({ type: 'proposed', time_s: stepped });
   await page.click('#seek-form button');
   await reads(page, '#reply', /^put there from tick \d+$/);
   say({ type: 'sought', time_s: stepped });
+}
+
+/** Refused is what was refused, and no more; what became of a hold is not covered by what came after it. */
+async function saysWhatBecameOfIt(page) {
+  const answers = [
+    [200, { accepted: false, reason: 'it is over' }, /^hold refused: it is over$/],
+    [403, { error: 'not from there' }, /^hold refused: not from there$/],
+    [409, { error: 'a hold has come after it' }, /^hold: a hold has come after it$/],
+    [429, { error: 'too many' }, /^hold: too many$/],
+    [504, { error: 'it may have been taken' }, /^hold: no answer: it may have been taken$/],
+  ];
+  for (const [status, json, text] of answers) {
+    await page.route('**/command', (route) => route.fulfill({ status, json }), { times: 1 });
+    await page.click('#hold');
+    await reads(page, '#reply', text);
+  }
+  await page.route('**/command', (route) => route.abort(), { times: 1 });
+  await page.click('#hold');
+  await reads(page, '#reply', /^hold: no answer from the view; it may have been taken$/);
+
+  let failHold;
+  const isPauseAnswered = new Promise((resolve) => {
+    failHold = resolve;
+  });
+  await page.route('**/command', async (route) => {
+    const { command } = route.request().postDataJSON();
+    if (command === 'pause') return route.fulfill({ json: { accepted: true, tick: 7 } });
+    await isPauseAnswered;
+    return route.fulfill({ status: 504, json: { error: 'it may have been taken' } });
+  });
+  await page.click('#hold');
+  await page.click('#pause');
+  await reads(page, '#reply', /^paused from tick 7$/);
+  failHold();
+  await reads(page, '#reply', /^hold: no answer: it may have been taken · paused from tick 7$/);
 }

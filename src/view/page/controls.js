@@ -27,6 +27,9 @@ export class Controls {
   #mayControl = false;
   #isReadOnly = false;
   #sent = 0;
+  /** The number of the newest hold, and what became of it if it failed. */
+  #hold = { number: 0, failure: '' };
+  /** @type {number | undefined} */ #asking;
 
   /** @param {string | null} token */
   constructor(token) {
@@ -89,7 +92,9 @@ export class Controls {
   /** Puts a show time into the field; it is sought when somebody says so. @param {number} time_s */
   proposeSeek(time_s) {
     if (this.#isReadOnly) return;
-    fields.seek.value = time_s.toFixed(1);
+    // In tenths, and not beyond an end that lies between two.
+    const tenths = Math.min(Math.round(time_s * 10), Math.floor(Number(fields.seek.max) * 10));
+    fields.seek.value = (Math.max(tenths, Math.ceil(Number(fields.seek.min) * 10)) / 10).toFixed(1);
   }
 
   #enable() {
@@ -103,28 +108,42 @@ export class Controls {
     element(`${command}-form`, HTMLFormElement).addEventListener('submit', (event) => {
       event.preventDefault();
       void this.#send({ command, value: fields[command].valueAsNumber });
+      // So that the keys are at hand again.
+      fields[command].blur();
     });
   }
 
   #askToRelease() {
-    if (released.dataset.asks === 'true') return this.release();
+    if (released.dataset.asks === 'true') {
+      this.#stopAsking();
+      return this.release();
+    }
     released.dataset.asks = 'true';
     write(releaseWord, 'Press again to release');
-    setTimeout(() => this.#stopAsking(), ASKS_FOR_MS);
+    this.#asking = setTimeout(() => this.#stopAsking(), ASKS_FOR_MS);
   }
 
   #stopAsking() {
+    clearTimeout(this.#asking);
     delete released.dataset.asks;
     write(releaseWord, 'Release the hold');
   }
 
-  /** @param {Command} command */
+  /** The newest command's reply is shown, and that a hold has failed whatever came after it. @param {Command} command */
   async #send(command) {
     if (!this.#mayControl || this.#token === null) return;
     const number = (this.#sent += 1);
+    this.#hold.failure = '';
+    if (command.command === 'hold') this.#hold.number = number;
     say(`${command.command} …`, '');
     const { isAccepted, text } = await sendCommand(command, this.#token);
-    if (number === this.#sent) say(text, isAccepted ? 'good' : 'bad');
+    if (number === this.#hold.number && !isAccepted) {
+      this.#hold.failure = text;
+      say(number === this.#sent ? text : `${text} · ${reply.textContent}`, 'bad');
+    } else if (number === this.#sent) {
+      const { failure } = this.#hold;
+      say(failure === '' ? text : `${failure} · ${text}`, isAccepted && failure === '' ? 'good' : 'bad');
+    }
   }
 }
 
