@@ -6,6 +6,7 @@
 import { spawn } from 'node:child_process';
 import { once } from 'node:events';
 import readline from 'node:readline';
+import { examine } from './accessible.mjs';
 import { expect, openPage, reads, say, stands, withBrowser } from './browser.mjs';
 
 const [program, instance, listen] = process.argv.slice(2);
@@ -18,6 +19,10 @@ await withBrowser(async (browser) => {
   const { page, complaints } = await openPage(browser, url.replace(/#.*/, ''));
   await stands(page, 'refused');
   await reads(page, '#banner-text', /needs the address with the token/);
+  for (const colorScheme of ['light', 'dark']) {
+    await page.emulateMedia({ colorScheme });
+    await examine(page, `${colorScheme}, refused`);
+  }
   await page.fill('#token-field', 'nonsense');
   await page.press('#token-field', 'Enter');
   await page.fill('#token-field', url);

@@ -1,9 +1,12 @@
-// axe-core finds nothing: on a desk, in the dark, on a phone; running, paused, held, with the keys shown.
+// axe-core finds nothing: on a desk, in the dark, on a phone; running, paused, held, with the keys shown; and on pages
+// whose picture is not live. The test suspends the server and kills the view when it reads of it here.
 //
-//     node page_is_accessible.mjs URL
+//     node page_is_accessible.mjs URL URL-WITHOUT-SERVER
 
-import { axeSource, expect, openPage, say, stands, withBrowser } from './browser.mjs';
+import { examine } from './accessible.mjs';
+import { expect, openPage, say, stands, withBrowser } from './browser.mjs';
 
+const [address, emptyAddress] = process.argv.slice(2);
 const SCREENS = {
   wide: {},
   dark: { colorScheme: 'dark' },
@@ -12,8 +15,9 @@ const SCREENS = {
 
 await withBrowser(async (browser) => {
   const rules = [];
+  const pages = [];
   for (const [name, options] of Object.entries(SCREENS)) {
-    const { page } = await openPage(browser, process.argv[2], options);
+    const { page } = await openPage(browser, address, options);
     await stands(page, 'running');
     rules.push(await examine(page, `${name}, running`));
     await page.locator('#hold').focus();
@@ -29,19 +33,29 @@ await withBrowser(async (browser) => {
     await page.waitForFunction(() => document.body.dataset.status !== 'held');
     if (await page.evaluate(() => document.body.dataset.status === 'paused')) await page.click('#pause');
     await stands(page, 'running');
-    await page.context().close();
+    pages.push([name, page]);
+
+    const empty = await openPage(browser, emptyAddress, options);
+    await stands(empty.page, 'waiting');
+    await examine(empty.page, `${name}, waiting`);
+    await empty.page.context().close();
+    const idle = await openPage(browser, address.replace(/#.*/, ''), options);
+    await stands(idle.page, 'running');
+    await examine(idle.page, `${name}, without a token`);
+    await idle.page.context().close();
   }
+  say({ type: 'suspend the server' });
+  await examineAll(pages, 'silent');
+  say({ type: 'kill the view' });
+  await examineAll(pages, 'view-lost');
   say({ type: 'passed', rules });
 });
 
-/** Fails with what axe-core finds, and returns how many of its rules applied. */
-async function examine(page, where) {
-  // Through the protocol, as a debugger: the page's own policy lets no other script in.
-  await page.evaluate(axeSource);
-  const { violations, passes } = await page.evaluate(() => axe.run());
-  const found = violations.map(({ id, help, nodes }) => `${id}: ${help}\n${nodes.map((node) => node.html).join('\n')}`);
-  expect(found.length === 0, `${where}: ${found.join('\n')}`);
-  return passes.length;
+async function examineAll(pages, status) {
+  for (const [name, page] of pages) {
+    await stands(page, status);
+    await examine(page, `${name}, ${status}`);
+  }
 }
 
 function fits(page) {

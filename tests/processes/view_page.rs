@@ -10,6 +10,7 @@ use bench_dragon::config::Config;
 use bench_dragon::dragon::{ClearanceSearch, PairClearance};
 use bench_dragon_ipc::ShowState;
 use glam::DVec2;
+use rustix::process::Signal;
 use serde_json::{Value, json};
 
 use crate::process::Process;
@@ -123,7 +124,7 @@ fn every_control_works_by_button_and_by_key() {
     let mut reader = Reader::join(&stage);
     let view = View::of(&stage);
     let mut page = browser.play("page_steers.mjs", &[&view.url]);
-    for state in ["paused", "running", "paused", "running", "held", "held", "held"] {
+    for state in ["paused", "running", "paused", "running", "held", "held", "held", "held", "held", "held"] {
         let line = page.json();
         assert_eq!(line["type"], state, "{line}");
         reader.read_until(|header| header.show_state().is_some_and(|now| now.name() == state));
@@ -139,7 +140,8 @@ fn every_control_works_by_button_and_by_key() {
     );
     let sought_s = page.json()["time_s"].as_f64().expect("a time");
     reader.read_until(|header| (sought_s..sought_s + 60.0).contains(&header.sim_time_s()));
-    assert_eq!(page.json()["type"], "speed");
+    let speed_mps = page.json()["head_speed_mps"].as_f64().expect("a speed");
+    reader.read_until(|header| (header.head_speed_mps - speed_mps).abs() < 1e-6);
     page.end().expect_clean();
     view.process.terminate().expect_clean();
     server.stop();
@@ -180,10 +182,17 @@ fn the_page_is_accessible_on_a_desk_in_the_dark_and_on_a_phone() {
     let server = stage.serve(&SHOW);
     let monitor = stage.start(&["monitor"]);
     let view = View::of(&stage);
-    let mut page = browser.play("page_is_accessible.mjs", &[&view.url]);
+    let without_server = Stage::new();
+    let waiting = View::of(&without_server);
+    let mut page = browser.play("page_is_accessible.mjs", &[&view.url, &waiting.url]);
+    assert_eq!(page.json()["type"], "suspend the server");
+    server.process.signal(Signal::STOP);
+    assert_eq!(page.json()["type"], "kill the view");
+    server.process.signal(Signal::CONT);
+    view.process.kill();
     println!("axe-core: {}", page.json()["rules"]);
     page.end().expect_clean();
-    view.process.terminate().expect_clean();
+    waiting.process.terminate().expect_clean();
     monitor.terminate();
     server.stop();
 }

@@ -191,10 +191,9 @@ export class Plan {
     return run !== null && nearest.clearance_m <= run.near_m ? this.#palette.near : this.#palette.pair;
   }
 
-  /** Where the head is, while its board is too small to be seen. @param {Frame} frame @param {Run | null} run */
+  /** Where the head is, and where it goes. @param {Frame} frame @param {Run | null} run */
   #drawHeadMark(frame, run) {
-    const { ux, uy, halfWidth_m } = board(frame, run, 0);
-    if (halfWidth_m * 2 * this.#camera.scale >= 5) return;
+    const { ux, uy } = board(frame, run, 0);
     const { context } = this.#screen;
     const [x, y] = this.#camera.toScreen(frame.handles[0], frame.handles[1]);
     const tip = (/** @type {number} */ along, /** @type {number} */ across) =>
