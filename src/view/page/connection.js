@@ -59,7 +59,7 @@ export class Connection {
     this.#listener.access(access);
     if (!access.may_view) return this.#refuse('Seeing this show needs the address with the token.');
     if (access.viewers >= access.max_viewers)
-      return this.#refuse(`${access.viewers} pages look already, and more there may not be.`);
+      return this.#refuse(`${access.viewers} pages are open already, the most that there may be.`);
     this.#openSocket(attempt);
   }
 
