@@ -62,7 +62,7 @@ mod tests {
 
     /// Serves until the flag is set.
     fn wait_for(stop: &AtomicBool) -> anyhow::Result<()> {
-        let patience = Instant::now() + Duration::from_secs(60);
+        let patience = Instant::now() + Duration::from_mins(1);
         while !stop.load(Ordering::Relaxed) {
             ensure!(Instant::now() < patience, "nothing has ended the process");
             thread::yield_now();

@@ -116,7 +116,9 @@ mod tests {
     fn the_silent_are_those_that_have_neither_ended_nor_been_replaced() {
         let silent = |reports: &[ReaderReport]| {
             let mut log = ReaderLog::default();
-            reports.iter().for_each(|&report| log.push(report));
+            for &report in reports {
+                log.push(report);
+            }
             log.silent_since().next().map(|(_, sent_ns)| sent_ns)
         };
         let [of_one, of_other] = [1, 2].map(|reader| move |sent_ns| report("record", reader, 1, sent_ns));

@@ -31,7 +31,9 @@ mod tests {
 
     fn after(speeds_mps: &[f64]) -> Option<f64> {
         let mut speed = WalkingSpeed::default();
-        speeds_mps.iter().for_each(|&speed_mps| speed.note(speed_mps));
+        for &speed_mps in speeds_mps {
+            speed.note(speed_mps);
+        }
         speed.steady_mps()
     }
 

@@ -162,7 +162,7 @@ mod tests {
             run.measure(&slow(time_s), &handles(411.0));
         }
         let walking = FrameHeader { head_travel_m: 411.0, ..slow(411.1) };
-        let patience = Instant::now() + Duration::from_secs(60);
+        let patience = Instant::now() + Duration::from_mins(1);
         let expected_s = loop {
             if let Some(contact_s) = run.look_ahead(&walking, None).contact_s() {
                 break contact_s;
