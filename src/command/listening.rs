@@ -1,9 +1,9 @@
 //! Listening for browsers and scrapers, and telling where.
 
-use std::io;
+use std::io::{self, ErrorKind};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
 
-use anyhow::Context as _;
+use anyhow::anyhow;
 use bench_dragon::web::Site;
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +22,13 @@ pub(super) struct ListeningLine {
 pub(crate) fn open(listen: SocketAddr, args: &SiteArgs) -> anyhow::Result<Site> {
     let name = rustix::system::uname();
     let machine = name.nodename().to_str().ok();
-    Site::open(listen, machine, &args.allowed_hosts).with_context(|| format!("cannot listen on {listen}"))
+    Site::open(listen, machine, &args.allowed_hosts).map_err(|error| cannot_listen(listen, &error))
+}
+
+/// The error of an address that cannot be had.
+pub(super) fn cannot_listen(listen: SocketAddr, error: &io::Error) -> anyhow::Error {
+    let remedy = if error.kind() == ErrorKind::AddrInUse { "; port 0 takes a free one" } else { "" };
+    anyhow!("cannot listen on {listen}: {error}{remedy}")
 }
 
 /// The address of a page, by which others reach it too where it listens to them.

@@ -5,10 +5,12 @@ use glam::DVec2;
 use crate::config::Config;
 use crate::route::Route;
 
-/// Greatest distance between two points of the drawn route, in metres.
-const STEP_M: f64 = 0.1;
-/// Most points of a drawn route; a longer one gets them further apart.
-const MAX_POINTS: usize = 6_000;
+/// How far the drawn line may lie beside the route, in metres.
+const SAGITTA_M: f64 = 0.002;
+/// Greatest distance between two points of it, in metres.
+const LONGEST_STEP_M: f64 = 1.0;
+/// Most points of it; a longer route gets them further apart.
+const MAX_POINTS: usize = 20_000;
 
 /// A run's number, its configuration, and the curve that its head follows.
 #[derive(Clone, Debug)]
@@ -34,19 +36,25 @@ fn points(config: &Config) -> Vec<DVec2> {
     let dimensions = dragon.dimensions();
     let length_m: f64 = (0..dimensions.benches()).map(|bench| dimensions.link_m(bench)).sum();
     let route: &dyn Route = dragon.route();
-    let from_m = dragon.start_travel_m() - length_m;
     let to_m = route.end_travel_m();
-    let steps = (((to_m - from_m) / STEP_M).ceil() as usize).clamp(1, MAX_POINTS - 1);
-    (0..=steps)
-        .map(|step| {
-            let travel_m = from_m + (to_m - from_m) * step as f64 / steps as f64;
-            route.point(route.place(travel_m)).position
-        })
-        .collect()
+    let mut travel_m = dragon.start_travel_m() - length_m;
+    let least_step_m = (to_m - travel_m) / (MAX_POINTS - 1) as f64;
+    let mut points = Vec::new();
+    while travel_m < to_m {
+        let place = route.place(travel_m);
+        points.push(route.point(place).position);
+        // A chord of an arc with curvature k lies k s² / 8 beside it.
+        let step_m = (8.0 * SAGITTA_M / route.curvature_bound(place, place)).sqrt();
+        travel_m += step_m.min(LONGEST_STEP_M).max(least_step_m);
+    }
+    points.push(route.point(route.place(to_m)).position);
+    points
 }
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
     use crate::config::Overrides;
 
@@ -55,9 +63,14 @@ mod tests {
         let config = Config::load(None, Overrides::default()).expect("the paper's");
         let run = Run::new(7, config);
         let nearest_m = |point: DVec2| run.route.iter().map(|at| at.distance(point)).fold(f64::INFINITY, f64::min);
-        assert!(nearest_m(DVec2::new(8.8, 0.0)) < STEP_M, "the head starts on it");
+        assert!(nearest_m(DVec2::new(8.8, 0.0)) < 0.5, "the head starts on it");
         assert!(run.route.len() <= MAX_POINTS);
-        let steps = run.route.windows(2).map(|ends| ends[0].distance(ends[1]));
-        assert!(steps.fold(0.0, f64::max) < 2.0 * STEP_M, "points lie {STEP_M} m apart");
+        for ends in run.route.windows(2) {
+            let middle = (ends[0] + ends[1]) / 2.0;
+            // On the spiral r = b θ the turn is told by the angle, the radius by the turn.
+            let turns = (middle.length() / 0.55 - middle.to_angle() / TAU).round();
+            let beside_m = middle.length() - 0.55 * (turns + middle.to_angle() / TAU);
+            assert!(beside_m.abs() < 2.0 * SAGITTA_M, "{beside_m} m beside the route at {middle}");
+        }
     }
 }

@@ -110,7 +110,11 @@ impl PageStream {
                 Event::Message(message) => self.take(message)?,
                 Event::StatusDue => self.send_status().await?,
                 Event::Scene => self.send_frame().await?,
-                Event::Ended => return Err(ENDED),
+                Event::Ended => {
+                    // The last word of a show comes with its end.
+                    self.send_status().await?;
+                    return Err(ENDED);
+                }
             }
         }
     }
@@ -132,7 +136,7 @@ impl PageStream {
         Ok(())
     }
 
-    /// Sends the newest frame, unless the page has it already, and before it the run that it is of.
+    /// Sends the newest frame, unless the page has it already, before it the run that it is of, and behind it what it has set off.
     async fn send_frame(&mut self) -> Result<(), End> {
         let shown = Arc::clone(&self.scenes.borrow_and_update());
         let is_known = match (&self.told.still, &shown.scene.frame) {
@@ -149,7 +153,8 @@ impl PageStream {
             self.heard = Instant::now();
         }
         self.unacknowledged.push_back(shown.sequence);
-        self.send(Message::Binary(bytes)).await
+        self.send(Message::Binary(bytes)).await?;
+        self.send_alerts(&shown).await
     }
 
     /// Sends how it goes, and the alerts that are new.
@@ -161,6 +166,11 @@ impl PageStream {
         self.send_run(&shown).await?;
         self.send_json(&StatusMessage::of(&shown.scene, self.told.chart_revision, monotonic_ns())).await?;
         self.told.chart_revision = shown.scene.chart.as_ref().map_or(0, |chart| chart.revisions());
+        self.send_alerts(&shown).await
+    }
+
+    /// Sends the alerts that are new.
+    async fn send_alerts(&mut self, shown: &Shown) -> Result<(), End> {
         for alert in shown.scene.alerts.since(self.told.next_alert) {
             self.send_json(&AlertMessage::from(alert)).await?;
         }

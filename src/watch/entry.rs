@@ -26,7 +26,8 @@ impl Entry {
 
     /// Adds a character; one that no number has is left out.
     pub(super) fn push(&mut self, character: char) {
-        if self.text.len() < LONGEST && (character.is_ascii_digit() || ".-".contains(character)) {
+        // What is no number is seen as typed, and refused when it is entered.
+        if self.text.len() < LONGEST && character.is_ascii_graphic() {
             self.text.push(character);
         }
     }
@@ -47,7 +48,8 @@ impl Entry {
 
     /// The command, or why it is none.
     pub(super) fn request(&self) -> Result<Request, String> {
-        let value: f64 = self.text.parse().map_err(|_| format!("{:?} is not a number: nothing was sent", self.text))?;
+        let value = self.text.parse().ok().filter(|value: &f64| value.is_finite());
+        let value = value.ok_or_else(|| format!("{:?} is not a number: nothing was sent", self.text))?;
         Ok(match self.subject {
             Subject::Speed => Request::Speed { speed_mps: value },
             Subject::Seek => Request::Seek { sim_time_s: value },

@@ -169,17 +169,23 @@ mod tests {
     #[test]
     fn typed_numbers_are_sent_as_they_stand() {
         let (mut screen, scene) = (screen(false), scene(ShowState::Running, 1.0));
-        let actions = type_keys(&mut screen, "s-12.5\nv0.8x\n", &scene);
-        let expected = [Request::Seek { sim_time_s: -12.5 }, Request::Speed { speed_mps: 0.8 }];
+        let actions = type_keys(&mut screen, "s-12.5\nv0.8\ns1e2\n", &scene);
+        let expected = [
+            Request::Seek { sim_time_s: -12.5 },
+            Request::Speed { speed_mps: 0.8 },
+            Request::Seek { sim_time_s: 100.0 },
+        ];
         assert_eq!(actions, expected.map(Action::Command));
     }
 
     #[test]
     fn what_is_no_number_is_not_sent_but_told() {
         let (mut screen, scene) = (screen(false), scene(ShowState::Running, 1.0));
-        assert_eq!(type_keys(&mut screen, "s1-2\n", &scene), []);
-        let told = screen.reply.expect("a line about it").text;
-        assert_eq!(told, "\"1-2\" is not a number: nothing was sent");
+        for typed in ["1-2", "abc1", "inf"] {
+            assert_eq!(type_keys(&mut screen, &format!("s{typed}\n"), &scene), []);
+            let told = screen.reply.take().expect("a line about it").text;
+            assert_eq!(told, format!("{typed:?} is not a number: nothing was sent"));
+        }
     }
 
     #[test]

@@ -11,15 +11,14 @@ use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use tokio::net::TcpStream;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
+use tokio::sync::watch;
 use tokio::time::{sleep, timeout};
 
 use super::hosts::Hosts;
 use super::same_site::admit;
+use super::seats::{Seat, Seats};
 use crate::stop::StopFlag;
 
-/// Connections at a time; further ones are closed at once.
-pub const MAX_CONNECTIONS: usize = 128;
 /// How long a client may take for its first line and headers, and rest between two requests.
 const HEADER_PATIENCE: Duration = Duration::from_secs(10);
 /// Longest first line and headers in bytes.
@@ -91,12 +90,12 @@ async fn until(stop: &StopFlag) {
 }
 
 async fn accept(listener: &tokio::net::TcpListener, router: &Router, closing: &watch::Sender<bool>) {
-    let seats = Arc::new(Semaphore::new(MAX_CONNECTIONS));
+    let seats = Seats::default();
     loop {
         match listener.accept().await {
-            Ok((stream, _)) => {
-                // Whoever comes when all are taken is closed at once.
-                if let Ok(seat) = Arc::clone(&seats).try_acquire_owned() {
+            Ok((stream, peer)) => {
+                // One that there is no place for is closed at once.
+                if let Some(seat) = seats.take(peer.ip()) {
                     tokio::spawn(answer(stream, router.clone(), closing.subscribe(), seat));
                 }
             }
@@ -105,7 +104,7 @@ async fn accept(listener: &tokio::net::TcpListener, router: &Router, closing: &w
     }
 }
 
-async fn answer(stream: TcpStream, router: Router, mut closing: watch::Receiver<bool>, _seat: OwnedSemaphorePermit) {
+async fn answer(stream: TcpStream, router: Router, mut closing: watch::Receiver<bool>, _seat: Seat) {
     // Small messages go out at once; a socket that refuses sends them a little later.
     let _ = stream.set_nodelay(true);
     let connection = http1::Builder::new()

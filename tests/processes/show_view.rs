@@ -72,7 +72,7 @@ fn a_show_whose_page_finds_its_address_taken_does_not_begin() {
     let ended = stage.run(&["show", &format!("--view={address}"), "--until", "1"]);
     assert_eq!(ended.code(), Some(1), "{}", ended.stdout);
     let reason = "Address already in use (os error 98)";
-    assert_eq!(ended.stderr, format!("error: cannot listen on {address}: {reason}\n"));
+    assert_eq!(ended.stderr, format!("error: cannot listen on {address}: {reason}; port 0 takes a free one\n"));
     assert_eq!(ended.stdout, "");
     assert!(
         std::fs::read_dir(stage.path(".")).expect("the test's folder").next().is_none(),

@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::child::{Event, Role};
 use super::{LOOK_PERIOD, Show};
 use crate::cli::Format;
-use crate::command::listening::ListeningLine;
+use crate::command::listening::{ListeningLine, cannot_listen};
 use crate::command::output::{print_json, print_line};
 use crate::command::view::TOKEN_VARIABLE;
 
@@ -40,7 +40,7 @@ impl Show<'_> {
     pub(super) fn open_page(&mut self, stop: &StopFlag) -> anyhow::Result<()> {
         let Some(Page { listen, .. }) = self.page else { return Ok(()) };
         // Told here, a reason that is likely takes one line; the child would tell it, and the show that the child has ended.
-        drop(TcpListener::bind(listen).with_context(|| format!("cannot listen on {listen}"))?);
+        drop(TcpListener::bind(listen).map_err(|error| cannot_listen(listen, &error))?);
         self.start_page()?;
         while !stop.is_set() {
             match self.children.next_event(LOOK_PERIOD) {

@@ -65,7 +65,9 @@ function ofShow({ frame, status, status_ms }, now_ms) {
     case 'paused':
       return live('paused', 'PAUSED', 'The operator has paused the show.');
     case 'held':
-      return live('held', 'HELD', 'Safety stop: only a release lifts it.');
+      return live('held', 'HELD', status.server?.is_at_grants_end
+        ? 'At the end of what the guard has granted: it walks on when the way ahead is proved free.'
+        : 'Safety stop: only a release lifts it.');
   }
 }
 

@@ -4,7 +4,7 @@ use bench_dragon_ipc::{Status, TimeHistogram};
 use serde::Serialize;
 
 use crate::histogram::Percentiles;
-use crate::observe::{ClearanceChart, Link, Outlook, Scene, Traffic};
+use crate::observe::{ClearanceChart, Link, Outlook, Scene, Still, Traffic};
 
 /// The state of everything but the dragon.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -46,6 +46,8 @@ struct ServerReport {
     overruns: u64,
     lateness_us: Percentiles,
     tick_us: Percentiles,
+    /// Whether the head is where its guard lets it go no further.
+    is_at_grants_end: bool,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -69,7 +71,7 @@ impl StatusMessage {
         Self {
             link: LinkReport::of(scene.link_at(now_ns)),
             traffic: TrafficReport::of(&scene.traffic),
-            server: scene.status.as_deref().map(ServerReport::of),
+            server: scene.status.as_deref().map(|status| ServerReport::of(status, scene.frame.as_deref())),
             outlook: scene.outlook,
             least: scene.least.map(|(clearance_m, time_s)| LeastReport { clearance_m, time_s }),
             chart: scene.chart.as_deref().map(|chart| ChartReport::of(chart, chart_revision)),
@@ -93,13 +95,15 @@ impl TrafficReport {
 }
 
 impl ServerReport {
-    fn of(status: &Status) -> Self {
+    fn of(status: &Status, frame: Option<&Still>) -> Self {
         let percentiles = |histogram: &TimeHistogram| Percentiles::from(histogram);
         Self {
             rate_hz: status.rate_hz,
             overruns: status.overruns,
             lateness_us: percentiles(&status.lateness),
             tick_us: percentiles(&status.tick_time),
+            // Of a server that is not guarded it is not a number.
+            is_at_grants_end: frame.is_some_and(|frame| frame.header.head_travel_m >= status.granted_to_m),
         }
     }
 }
