@@ -65,8 +65,8 @@ struct Line {
     is_closed: AtomicBool,
     /// Locked while a command is on its way.
     on_its_way: Mutex<()>,
-    /// Holds that have not been answered.
-    unanswered: Mutex<usize>,
+    /// Holds that have been given, and whatever else has been sent, until they are answered.
+    under_way: Mutex<Vec<Request>>,
     answered: Condvar,
 }
 
@@ -99,7 +99,7 @@ impl Desk {
         let holds_before = self.line.holds.fetch_add(u64::from(is_hold), Ordering::SeqCst);
         let order = Order { request, holds_before, answer: Box::new(answer) };
         let lane = if is_hold {
-            *lock(&self.line.unanswered) += 1;
+            self.line.begin(request);
             &self.holds
         } else {
             &self.others
@@ -108,18 +108,19 @@ impl Desk {
         if let Err(TrySendError::Full(order) | TrySendError::Disconnected(order)) = lane.try_send(order) {
             (order.answer)(Err(DeskError::Crowded));
             if is_hold {
-                self.line.count_answered();
+                self.line.end(request);
             }
         }
     }
 
-    /// Gives up whatever has not been sent, but for holds: waits until every one of them is answered, at most so long, and says
-    /// whether they are. What is on its way is not waited for.
-    pub fn close(&self, patience: Duration) -> bool {
+    /// Gives up whatever has not been sent, but for holds. Then waits until of those commands that `is_waited_for` names none is
+    /// under way, at most so long, and says which still are.
+    pub fn close(&self, patience: Duration, is_waited_for: impl Fn(Request) -> bool) -> Vec<Request> {
         self.line.is_closed.store(true, Ordering::SeqCst);
-        let unanswered = lock(&self.line.unanswered);
-        let waited = self.line.answered.wait_timeout_while(unanswered, patience, |unanswered| *unanswered > 0);
-        *waited.unwrap_or_else(PoisonError::into_inner).0 == 0
+        let is_waiting = |under_way: &mut Vec<Request>| under_way.iter().any(|request| is_waited_for(*request));
+        let waited = self.line.answered.wait_timeout_while(lock(&self.line.under_way), patience, is_waiting);
+        let (left, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        left.iter().copied().filter(|request| is_waited_for(*request)).collect()
     }
 }
 
@@ -137,8 +138,15 @@ impl Line {
         is_overtaken.then_some(DeskError::Overtaken).or(is_closed.then_some(DeskError::Closed))
     }
 
-    fn count_answered(&self) {
-        *lock(&self.unanswered) -= 1;
+    fn begin(&self, request: Request) {
+        lock(&self.under_way).push(request);
+    }
+
+    fn end(&self, request: Request) {
+        let mut under_way = lock(&self.under_way);
+        if let Some(index) = under_way.iter().position(|other| *other == request) {
+            under_way.swap_remove(index);
+        }
         self.answered.notify_all();
     }
 }
@@ -146,12 +154,16 @@ impl Line {
 fn send_others(orders: &Receiver<Order>, send: &Courier, line: &Line) {
     for Order { request, holds_before, answer } in orders {
         let on_its_way = lock(&line.on_its_way);
-        let outcome = match line.gives_up(holds_before) {
-            Some(error) => Err(error),
-            None => send(request, &|| line.gives_up(holds_before).is_some()).map_err(DeskError::Bus),
-        };
+        if let Some(error) = line.gives_up(holds_before) {
+            drop(on_its_way);
+            answer(Err(error));
+            continue;
+        }
+        line.begin(request);
+        let outcome = send(request, &|| line.gives_up(holds_before).is_some());
         drop(on_its_way);
-        answer(outcome);
+        answer(outcome.map_err(DeskError::Bus));
+        line.end(request);
     }
 }
 
@@ -168,8 +180,8 @@ fn send_holds(orders: &Receiver<Order>, send: &Courier, line: &Line) {
                 send(request, &|| false).or(first)
             }
         };
-        line.count_answered();
         answer(outcome.map_err(DeskError::Bus));
+        line.end(request);
     }
 }
 
@@ -239,7 +251,7 @@ mod tests {
         assert!(matches!(resume.recv(), Ok(Err(DeskError::Overtaken))));
         assert_eq!(sent.recv(), Ok(Request::Hold));
         assert!(matches!(hold.recv(), Ok(Ok(_))));
-        assert!(desk.close(Duration::ZERO));
+        assert_eq!(desk.close(Duration::from_mins(1), |_| true), []);
         assert!(sent.try_recv().is_err());
     }
 
@@ -273,9 +285,11 @@ mod tests {
         assert_eq!(sent.recv(), Ok(Request::Pause));
         let hold = give(&desk, Request::Hold);
         let release = give(&desk, Request::Release);
-        assert!(!desk.close(Duration::ZERO), "the hold has no answer before that of the pause");
+        let is_hold = |request| request == Request::Hold;
+        assert_eq!(desk.close(Duration::ZERO, is_hold), [Request::Hold], "it has no answer before that of the pause");
+        assert_eq!(desk.close(Duration::ZERO, |_| true), [Request::Pause, Request::Hold]);
         go_on.send(()).expect("the pause waits");
-        assert!(desk.close(Duration::from_mins(1)));
+        assert_eq!(desk.close(Duration::from_mins(1), |_| true), []);
         assert!(pause.recv().expect("an answer").is_ok() && hold.recv().expect("an answer").is_ok());
         assert!(matches!(release.recv(), Ok(Err(DeskError::Closed))));
     }

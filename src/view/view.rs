@@ -8,12 +8,12 @@ use std::time::Duration;
 use axum::Router;
 use axum::body::to_bytes;
 use axum::extract::ws::WebSocketUpgrade;
-use axum::extract::{FromRequestParts as _, Request, State};
+use axum::extract::{FromRequestParts as _, Request as HttpRequest, State};
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::Response;
 use axum::routing::{any, get, post};
-use bench_dragon_ipc::{BusError, Domain};
+use bench_dragon_ipc::{BusError, Domain, Request};
 use serde::Serialize;
 use tokio::sync::{oneshot, watch};
 use tokio::time::timeout;
@@ -102,7 +102,7 @@ impl View {
 
     /// Takes no more commands, and waits until every hold that was asked for is answered.
     pub fn close(&self) {
-        self.0.desk.close(HOLD_PATIENCE);
+        self.0.desk.close(HOLD_PATIENCE, |request| request == Request::Hold);
     }
 
     /// Shows a scene to all pages. Never waits for any of them.
@@ -191,7 +191,7 @@ async fn tell_metrics(State(view): State<View>, headers: HeaderMap) -> Response 
     metrics::reply(&shown.scene)
 }
 
-async fn open_stream(State(view): State<View>, request: Request) -> Response {
+async fn open_stream(State(view): State<View>, request: HttpRequest) -> Response {
     if !view.rights(request.headers()).may_view {
         return refuse_look();
     }
@@ -211,7 +211,7 @@ async fn open_stream(State(view): State<View>, request: Request) -> Response {
         .on_upgrade(move |socket| PageStream::new(socket, scenes, closing, seat).run())
 }
 
-async fn take_command(State(view): State<View>, request: Request) -> Response {
+async fn take_command(State(view): State<View>, request: HttpRequest) -> Response {
     let (parts, body) = request.into_parts();
     // Whoever may not steer is not even listened to.
     if let Err(refusal) = view.check_command(&parts.headers) {

@@ -33,12 +33,12 @@ impl Clerk {
         self.desk.give(request, move |outcome| mailbox.answer(Reply::to(request, outcome)));
     }
 
-    /// Waits until a hold that was asked for is answered, though its screen is gone; other commands that have not been sent are
-    /// given up. Who waits longer than a moment is told for what.
+    /// Waits until what is under way has been answered, and a hold that was asked for is, though their screen is gone; other
+    /// commands that have not been sent are given up. Who waits longer than a moment is told for what.
     pub(super) fn finish(self) {
-        if !self.desk.close(MOMENT) {
-            complain("hold: sent, waiting for the server's answer");
-            self.desk.close(HOLD_PATIENCE);
+        for request in self.desk.close(MOMENT, |_| true) {
+            complain(&format!("{}, waiting for the server's answer", Reply::sent(request).text()));
         }
+        self.desk.close(HOLD_PATIENCE, |_| true);
     }
 }
