@@ -65,8 +65,9 @@ mod tests {
         let nearest_m = |point: DVec2| run.route.iter().map(|at| at.distance(point)).fold(f64::INFINITY, f64::min);
         assert!(nearest_m(DVec2::new(8.8, 0.0)) < 0.5, "the head starts on it");
         assert!(run.route.len() <= MAX_POINTS);
-        for ends in run.route.windows(2) {
-            let middle = (ends[0] + ends[1]) / 2.0;
+        let middles = run.route.windows(2).map(|ends| (ends[0] + ends[1]) / 2.0);
+        // In the innermost turn a difference of radii is no distance from the curve.
+        for middle in middles.filter(|middle| middle.length() > 0.55) {
             // On the spiral r = b θ the turn is told by the angle, the radius by the turn.
             let turns = (middle.length() / 0.55 - middle.to_angle() / TAU).round();
             let beside_m = middle.length() - 0.55 * (turns + middle.to_angle() / TAU);
