@@ -28,8 +28,8 @@ pub fn call(
     let client = CommandClient::open(domain, name)?;
     let began = Instant::now();
     loop {
-        let reply = client.call(request, PATIENCE.saturating_sub(began.elapsed()))?;
-        if reply.outcome() != Err(Refusal::NotProved) || began.elapsed() + PROOF_PERIOD >= PATIENCE || is_given_up() {
+        let reply = client.call(request, PATIENCE)?;
+        if reply.outcome() != Err(Refusal::NotProved) || began.elapsed() >= PATIENCE || is_given_up() {
             return Ok(reply);
         }
         thread::sleep(PROOF_PERIOD);

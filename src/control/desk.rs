@@ -29,7 +29,7 @@ pub enum DeskError {
     #[error("a hold has come after it")]
     Overtaken,
     /// It had not been sent yet when the desk closed.
-    #[error("whoever gave it has left")]
+    #[error("nobody waits for it any more")]
     Closed,
     /// As many commands wait as there is room for.
     #[error("{ROOM} commands wait for the server already")]
@@ -49,11 +49,20 @@ pub struct Desk {
     line: Arc<Line>,
 }
 
-/// A command, and how many holds were given before it.
+/// A command, its number, and how many holds were given before it.
 struct Order {
     request: Request,
+    number: u64,
     holds_before: u64,
     answer: Answer,
+}
+
+/// A command that has not been answered.
+#[derive(Clone, Copy, Debug)]
+struct Unanswered {
+    request: Request,
+    number: u64,
+    is_sent: bool,
 }
 
 /// What the two lanes have in common.
@@ -65,8 +74,9 @@ struct Line {
     is_closed: AtomicBool,
     /// Locked while a command is on its way.
     on_its_way: Mutex<()>,
-    /// Holds that have been given, and whatever else has been sent, until they are answered.
-    under_way: Mutex<Vec<Request>>,
+    /// Commands given so far.
+    given: AtomicU64,
+    unanswered: Mutex<Vec<Unanswered>>,
     answered: Condvar,
 }
 
@@ -97,30 +107,24 @@ impl Desk {
     pub fn give(&self, request: Request, answer: impl FnOnce(Result<CommandReply, DeskError>) + Send + 'static) {
         let is_hold = request == Request::Hold;
         let holds_before = self.line.holds.fetch_add(u64::from(is_hold), Ordering::SeqCst);
-        let order = Order { request, holds_before, answer: Box::new(answer) };
-        let lane = if is_hold {
-            self.line.begin(request);
-            &self.holds
-        } else {
-            &self.others
-        };
+        let number = self.line.begin(request);
+        let order = Order { request, number, holds_before, answer: Box::new(answer) };
+        let lane = if is_hold { &self.holds } else { &self.others };
         // The lanes last as long as their senders.
         if let Err(TrySendError::Full(order) | TrySendError::Disconnected(order)) = lane.try_send(order) {
             (order.answer)(Err(DeskError::Crowded));
-            if is_hold {
-                self.line.end(request);
-            }
+            self.line.end(number);
         }
     }
 
-    /// Gives up whatever has not been sent, but for holds. Then waits until of those commands that `is_waited_for` names none is
-    /// under way, at most so long, and says which still are.
+    /// Gives up whatever has not been sent, but for holds. Then waits until of those commands that `is_waited_for` names all are
+    /// answered, at most so long, and says which have been sent and are not.
     pub fn close(&self, patience: Duration, is_waited_for: impl Fn(Request) -> bool) -> Vec<Request> {
         self.line.is_closed.store(true, Ordering::SeqCst);
-        let is_waiting = |under_way: &mut Vec<Request>| under_way.iter().any(|request| is_waited_for(*request));
-        let waited = self.line.answered.wait_timeout_while(lock(&self.line.under_way), patience, is_waiting);
+        let is_waiting = |unanswered: &mut Vec<Unanswered>| unanswered.iter().any(|one| is_waited_for(one.request));
+        let waited = self.line.answered.wait_timeout_while(lock(&self.line.unanswered), patience, is_waiting);
         let (left, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        left.iter().copied().filter(|request| is_waited_for(*request)).collect()
+        left.iter().filter(|one| one.is_sent && is_waited_for(one.request)).map(|one| one.request).collect()
     }
 }
 
@@ -138,37 +142,40 @@ impl Line {
         is_overtaken.then_some(DeskError::Overtaken).or(is_closed.then_some(DeskError::Closed))
     }
 
-    fn begin(&self, request: Request) {
-        lock(&self.under_way).push(request);
+    fn begin(&self, request: Request) -> u64 {
+        let number = self.given.fetch_add(1, Ordering::Relaxed);
+        lock(&self.unanswered).push(Unanswered { request, number, is_sent: false });
+        number
     }
 
-    fn end(&self, request: Request) {
-        let mut under_way = lock(&self.under_way);
-        if let Some(index) = under_way.iter().position(|other| *other == request) {
-            under_way.swap_remove(index);
-        }
+    fn note_sent(&self, number: u64) {
+        lock(&self.unanswered).iter_mut().filter(|one| one.number == number).for_each(|one| one.is_sent = true);
+    }
+
+    fn end(&self, number: u64) {
+        lock(&self.unanswered).retain(|one| one.number != number);
         self.answered.notify_all();
     }
 }
 
 fn send_others(orders: &Receiver<Order>, send: &Courier, line: &Line) {
-    for Order { request, holds_before, answer } in orders {
+    for Order { request, number, holds_before, answer } in orders {
         let on_its_way = lock(&line.on_its_way);
-        if let Some(error) = line.gives_up(holds_before) {
-            drop(on_its_way);
-            answer(Err(error));
-            continue;
-        }
-        line.begin(request);
-        let outcome = send(request, &|| line.gives_up(holds_before).is_some());
+        let outcome = if let Some(error) = line.gives_up(holds_before) {
+            Err(error)
+        } else {
+            line.note_sent(number);
+            send(request, &|| line.gives_up(holds_before).is_some()).map_err(DeskError::Bus)
+        };
         drop(on_its_way);
-        answer(outcome.map_err(DeskError::Bus));
-        line.end(request);
+        answer(outcome);
+        line.end(number);
     }
 }
 
 fn send_holds(orders: &Receiver<Order>, send: &Courier, line: &Line) {
-    for Order { request, answer, .. } in orders {
+    for Order { request, number, answer, .. } in orders {
+        line.note_sent(number);
         let outcome = match line.on_its_way.try_lock() {
             Ok(_alone) => send(request, &|| false),
             Err(TryLockError::Poisoned(_)) => send(request, &|| false),
@@ -181,7 +188,7 @@ fn send_holds(orders: &Receiver<Order>, send: &Courier, line: &Line) {
             }
         };
         answer(outcome.map_err(DeskError::Bus));
-        line.end(request);
+        line.end(number);
     }
 }
 
@@ -286,6 +293,7 @@ mod tests {
         let hold = give(&desk, Request::Hold);
         let release = give(&desk, Request::Release);
         let is_hold = |request| request == Request::Hold;
+        assert_eq!(sent.recv(), Ok(Request::Hold));
         assert_eq!(desk.close(Duration::ZERO, is_hold), [Request::Hold], "it has no answer before that of the pause");
         assert_eq!(desk.close(Duration::ZERO, |_| true), [Request::Pause, Request::Hold]);
         go_on.send(()).expect("the pause waits");

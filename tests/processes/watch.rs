@@ -297,7 +297,7 @@ fn who_leaves_waits_for_the_command_under_way_alone_and_is_told_so() {
     terminal.until_shown("pause: sent, waiting for the server's answer");
     server.process.signal(Signal::CONT);
     let text = terminal.await_prompt();
-    assert_eq!(text.matches("pause: not sent: the watch is over").count(), 3, "{text}");
+    assert_eq!(text.matches("pause: not sent: nobody waits for it any more").count(), 3, "{text}");
     drop(terminal);
     server.stop();
 }
