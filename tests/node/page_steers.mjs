@@ -46,6 +46,8 @@ await withBrowser(async (browser) => {
     await page.click('h1');
     await page.keyboard.press('Shift+R');
     await reads(page, '#reply', /^released from tick \d+$/);
+    // The next hold is seen by what it changes.
+    await page.waitForFunction(() => document.body.dataset.status !== 'held');
   }
   say({ type: 'released' });
 

@@ -9,7 +9,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 from view import next_frame, viewing
-from websockets.exceptions import InvalidHandshake, InvalidStatus
+from websockets.exceptions import InvalidStatus, WebSocketException
 
 PAGES = 200
 FRAMES = 20
@@ -22,7 +22,7 @@ def knock(view, pages):
         return pages.enter_context(view.stream(open_timeout=60))
     except InvalidStatus as refused:
         return refused.response.status_code
-    except (InvalidHandshake, OSError):
+    except (WebSocketException, EOFError, OSError):
         return 0
 
 
