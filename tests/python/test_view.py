@@ -63,7 +63,7 @@ def test_a_page_is_told_the_run_and_gets_frames_that_are_those_of_the_bus(view):
     assert (run["benches"], run["run_id"], run["head_length_m"]) == (223, on_bus.run_id, 3.41)
     route = numpy.array(run["route"]).reshape(-1, 2)
     steps = numpy.hypot(*numpy.diff(route, axis=0).T)
-    assert steps.max() < 1.1, "the route is a line"
+    assert steps.max() < 0.5, "the route is a line"
     assert frame.clearance_m > 0 and 0 <= frame.pair[0] < frame.pair[1] - 1 < 222
     assert command(view, {"command": "resume"})["accepted"]
 
