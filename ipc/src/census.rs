@@ -12,10 +12,11 @@ use iceoryx2::prelude::{CallbackProgression, Node};
 use crate::domain::Domain;
 use crate::domain_error::DomainError;
 use crate::error::BusError;
-use crate::membership::{Membership, SHARED_MEMORY};
+use crate::membership::Membership;
 use crate::service::Service;
 use crate::service_layout::{ServiceLayout, service_layouts};
 use crate::source_lock::{self, SourceLock};
+use crate::sweep::SHARED_MEMORY;
 
 /// What a look at a domain has found. The domain may have changed since.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -103,6 +103,11 @@ impl Domain {
         format!("bd_{}_{}_", self.uid, self.instance)
     }
 
+    /// The user whose domain this is.
+    pub(crate) fn uid(&self) -> u32 {
+        self.uid
+    }
+
     /// The configuration of every iceoryx2 node of this domain.
     ///
     /// # Panics

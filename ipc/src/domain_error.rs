@@ -5,8 +5,8 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use crate::domain::{Instance, MAX_ROOT_PATH_LEN};
-use crate::membership::SHARED_MEMORY;
 use crate::open_files::is_out_of_files;
+use crate::sweep::SHARED_MEMORY;
 
 /// Why an instance has no usable domain.
 #[derive(Debug)]
@@ -59,6 +59,13 @@ pub enum DomainError {
     PermissionDenied {
         /// The path.
         path: PathBuf,
+    },
+    /// Another process holds the lock of the bus directory, and does not go on.
+    Held {
+        /// The lock file.
+        path: PathBuf,
+        /// The process's id, where it can be seen.
+        pid: Option<u32>,
     },
     /// The operating system refused.
     Io {
@@ -128,6 +135,15 @@ impl fmt::Display for DomainError {
                 "permission denied on the bus directory {}: run as the user who runs the server",
                 path.display()
             ),
+            Self::Held { path, pid } => {
+                let pid =
+                    pid.map_or_else(|| "a process that is not listed here".to_owned(), |pid| format!("pid {pid}"));
+                write!(
+                    formatter,
+                    "{} is held by {pid}, which clears the bus and does not go on: continue or kill it",
+                    path.display()
+                )
+            }
             Self::Io { path, error } => write!(formatter, "{}: {error}{}", path.display(), remedy(path, error)),
         }
     }

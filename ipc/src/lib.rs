@@ -54,6 +54,7 @@ mod error;
 mod frame;
 mod guard_lock;
 mod lock_file;
+mod lock_holders;
 mod member;
 mod membership;
 mod open_files;
@@ -65,6 +66,7 @@ mod source_lock;
 mod space;
 mod status;
 mod subscriber;
+mod sweep;
 mod time_histogram;
 mod trouble;
 

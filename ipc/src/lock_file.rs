@@ -4,6 +4,14 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::lock_holders::Holders;
+
+/// How long a lock file waits for a holder that is ending: far longer than that takes.
+const PATIENCE: Duration = Duration::from_secs(10);
+const TRY_PERIOD: Duration = Duration::from_millis(1);
 
 /// Why an exclusive lock is not to be had.
 pub(crate) enum Refused {
@@ -13,27 +21,32 @@ pub(crate) enum Refused {
     Io(io::Error),
 }
 
-impl From<io::Error> for Refused {
-    fn from(error: io::Error) -> Self {
-        Self::Io(error)
-    }
-}
-
 /// Takes the exclusive lock on the file at a path without waiting, and writes this process's id into it.
 pub(crate) fn hold_alone(path: &Path) -> Result<File, Refused> {
-    let mut file = lock_at(path, lock_exclusively)?;
-    file.set_len(0)?;
-    file.seek(SeekFrom::Start(0))?;
-    writeln!(file, "{}", std::process::id())?;
+    let mut file = lock_at(path, Refused::Io, lock_exclusively)?;
+    write_pid(&mut file).map_err(Refused::Io)?;
     Ok(file)
 }
 
-/// Removes a lock file that nobody holds.
+fn write_pid(file: &mut File) -> io::Result<()> {
+    file.set_len(0)?;
+    file.seek(SeekFrom::Start(0))?;
+    writeln!(file, "{}", std::process::id())
+}
+
+/// Removes a lock file that nobody holds. Waits for a holder that is ending, until the kernel has dropped its lock.
 pub(crate) fn clear_abandoned(path: &Path) -> io::Result<()> {
-    match if_there(File::open(path))? {
-        // Its holder may have removed it just now.
-        Some(file) if file.try_lock().is_ok() => if_there(fs::remove_file(path)).map(drop),
-        _ => Ok(()),
+    let Some(file) = if_there(File::open(path))? else { return Ok(()) };
+    let begun = Instant::now();
+    loop {
+        if file.try_lock().is_ok() {
+            // Its holder may have removed it just now.
+            return if_there(fs::remove_file(path)).map(drop);
+        }
+        if Holders::of(&file) == Holders::Living || begun.elapsed() > PATIENCE {
+            return Ok(());
+        }
+        thread::sleep(TRY_PERIOD);
     }
 }
 
@@ -42,7 +55,7 @@ fn lock_exclusively(file: &mut File) -> Result<(), Refused> {
         Ok(()) => Ok(()),
         Err(TryLockError::WouldBlock) => {
             let mut pid = String::new();
-            file.read_to_string(&mut pid)?;
+            file.read_to_string(&mut pid).map_err(Refused::Io)?;
             Err(Refused::Taken { pid: pid.trim().to_owned() })
         }
         Err(TryLockError::Error(error)) => Err(Refused::Io(error)),
@@ -53,17 +66,24 @@ fn lock_exclusively(file: &mut File) -> Result<(), Refused> {
 ///
 /// The holder of a lock may remove the file before it lets go, so after locking this makes sure that the file is still
 /// the one at the path, and starts again where it is not.
-pub(crate) fn lock_at<E: From<io::Error>>(path: &Path, lock: impl Fn(&mut File) -> Result<(), E>) -> Result<File, E> {
+pub(crate) fn lock_at<E>(
+    path: &Path,
+    failed: impl Fn(io::Error) -> E,
+    lock: impl Fn(&mut File) -> Result<(), E>,
+) -> Result<File, E> {
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create(true).truncate(false).mode(0o600);
     loop {
-        let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).mode(0o600).open(path)?;
+        let mut file = options.open(path).map_err(&failed)?;
         lock(&mut file)?;
-        if is_at(&file, path)? {
+        if is_at(&file, path).map_err(&failed)? {
             return Ok(file);
         }
     }
 }
 
-fn is_at(file: &File, path: &Path) -> io::Result<bool> {
+/// Whether an open file is still the one at a path.
+pub(crate) fn is_at(file: &File, path: &Path) -> io::Result<bool> {
     match if_there(fs::metadata(path))? {
         Some(at_path) => Ok(at_path.ino() == file.metadata()?.ino()),
         None => Ok(false),

@@ -2,6 +2,7 @@
 
 use core::fmt::Debug;
 use core::time::Duration;
+use std::sync::Arc;
 use std::{fs, thread};
 
 use iceoryx2::node::NodeCreationFailure;
@@ -69,7 +70,7 @@ pub struct Member {
     instance: String,
     role: Role,
     // Given up last, after the node is gone.
-    _membership: Membership,
+    membership: Arc<Membership>,
 }
 
 impl Member {
@@ -105,7 +106,12 @@ impl Member {
                 NodeCreationFailure::InsufficientPermissions => BusError::PermissionDenied { service: "the domain" },
                 error => BusError::failed("the domain", error),
             })?;
-        Ok(Self { node, instance, role, _membership: membership })
+        Ok(Self { node, instance, role, membership: Arc::new(membership) })
+    }
+
+    /// A share of the membership, for whatever keeps the node beyond this.
+    pub(crate) fn membership(&self) -> Arc<Membership> {
+        Arc::clone(&self.membership)
     }
 
     /// The frames: slices of [`HandleState`] under a [`FrameHeader`]. A slow reader loses its own oldest frames.

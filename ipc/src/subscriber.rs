@@ -1,6 +1,7 @@
 //! Reading frames.
 
 use core::time::Duration;
+use std::sync::Arc;
 use std::thread;
 
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
@@ -12,6 +13,7 @@ use crate::continuity::{Continuity, ContinuityTracker};
 use crate::domain::Domain;
 use crate::error::BusError;
 use crate::frame::{FrameHeader, HandleState};
+use crate::membership::Membership;
 use crate::report_publisher::ReportPublisher;
 use crate::service::{FRAMES, Member, Role, Service};
 
@@ -82,7 +84,7 @@ impl FrameSubscriber {
         self.report(OVERDUE_PERIODS);
         let continuity = self.tracker.track(sample.user_header());
         self.reports.count(sample.user_header(), self.tracker.lost());
-        Ok(Some(Frame { sample, continuity }))
+        Ok(Some(Frame { sample, _membership: self.member.membership(), continuity }))
     }
 
     /// Reports what has been read before, where the last report is so many periods old.
@@ -163,7 +165,9 @@ impl FrameSubscriber {
 /// A reader may hold [`MAX_BORROWED_FRAMES`](crate::service::MAX_BORROWED_FRAMES) at a time.
 #[derive(Debug)]
 pub struct Frame {
+    // Dropped in this order: a sample keeps its node, and a node must not outlast the membership.
     sample: Sample<Service, [HandleState], FrameHeader>,
+    _membership: Arc<Membership>,
     continuity: Continuity,
 }
 

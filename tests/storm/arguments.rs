@@ -1,27 +1,35 @@
-//! What the storm is called with: its own arguments, and those that `cargo test` gives to every target.
+//! The arguments of this target: its own, and those that `cargo test` gives to every target.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Kills where none are asked for.
+/// Kills where no number is given.
 const KILLS: u32 = 200;
+/// Rounds of endings where no number is given.
+const ENDS: u32 = 20;
 /// The storm's name among the tests.
-pub(crate) const NAME: &str = "anything_killed_at_any_time_starts_again_at_first_try";
+pub(crate) const STORM: &str = "anything_killed_at_any_time_starts_again_at_first_try";
+/// The name of the endings among the tests.
+pub(crate) const ENDINGS: &str = "a_clean_end_leaves_nothing";
 
 /// What is to be done.
 #[derive(Clone, Debug)]
 pub(crate) enum Task {
-    /// Print the name of the one test.
-    List,
-    /// Nothing: the filters leave it out.
-    Skip,
-    /// Kill so often, as this seed has it.
-    Storm { kills: u32, seed: u64 },
+    /// Print the names of these tests.
+    List(Vec<&'static str>),
+    /// Run tests with this seed.
+    Run {
+        /// Kills of the storm, unless it is left out.
+        kills: Option<u32>,
+        /// Rounds of endings, unless they are left out.
+        ends: Option<u32>,
+        seed: u64,
+    },
 }
 
 impl Task {
-    /// Reads the arguments; an error is one line.
+    /// Reads the arguments; an error is one line. Where only one of `--kills` and `--ends` is given, the other test is left out.
     pub(crate) fn of(arguments: impl Iterator<Item = String>) -> Result<Self, String> {
-        let (mut kills, mut seed) = (KILLS, None);
+        let (mut kills, mut ends, mut seed) = (None, None, None);
         let (mut filters, mut skipped, mut list, mut ignored, mut exact) = (vec![], vec![], false, false, false);
         let mut arguments = arguments.flat_map(|argument| match argument.split_once('=') {
             Some((name, value)) if name.starts_with("--") => vec![name.to_owned(), value.to_owned()],
@@ -30,24 +38,31 @@ impl Task {
         while let Some(argument) = arguments.next() {
             let mut value = || arguments.next().ok_or_else(|| format!("{argument} has no value, must have one"));
             match argument.as_str() {
-                "--kills" => kills = number(&argument, &value()?)?,
+                "--kills" => kills = Some(number(&argument, &value()?)?),
+                "--ends" => ends = Some(number(&argument, &value()?)?),
                 "--seed" => seed = Some(number(&argument, &value()?)?),
                 "--skip" => skipped.push(value()?),
                 "--test-threads" | "--color" | "--format" | "--logfile" | "-Z" => drop(value()?),
                 "--list" => list = true,
                 "--ignored" => ignored = true,
                 "--exact" => exact = true,
-                // How libtest is to print and run: there is one test, and it prints what there is.
+                // How libtest is to print and run: these tests run one after another and print as they always do.
                 flag if flag.starts_with('-') => {}
                 _ => filters.push(argument),
             }
         }
-        let is_meant = |filter: &String| if exact { filter == NAME } else { NAME.contains(filter.as_str()) };
-        let meant = (filters.is_empty() || filters.iter().any(is_meant)) && !skipped.iter().any(is_meant) && !ignored;
-        Ok(match (meant, list) {
-            (false, _) => Self::Skip,
-            (true, true) => Self::List,
-            (true, false) => Self::Storm { kills, seed: seed.unwrap_or_else(seed_of_now) },
+        let is_meant = |name: &str| {
+            let matches = |filter: &String| if exact { filter == name } else { name.contains(filter.as_str()) };
+            (filters.is_empty() || filters.iter().any(matches)) && !skipped.iter().any(matches) && !ignored
+        };
+        if list {
+            return Ok(Self::List([STORM, ENDINGS].into_iter().filter(|name| is_meant(name)).collect()));
+        }
+        let default = |number| (kills.is_none() && ends.is_none()).then_some(number);
+        Ok(Self::Run {
+            kills: kills.or(default(KILLS)).filter(|_| is_meant(STORM)),
+            ends: ends.or(default(ENDS)).filter(|_| is_meant(ENDINGS)),
+            seed: seed.unwrap_or_else(seed_of_now),
         })
     }
 }

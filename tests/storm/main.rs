@@ -4,6 +4,10 @@
 //!
 //!     cargo test --release --test storm -- --kills 2000 --seed 7
 //!
+//! The endings: any set of processes ends together and leaves nothing.
+//!
+//!     cargo test --release --test storm -- --ends 500 --seed 7
+//!
 //! The seed that is printed tells whom the storm kills and when; what the processes are doing at that instant is the
 //! machine's affair.
 
@@ -21,6 +25,7 @@ mod stage;
 
 mod arguments;
 mod books;
+mod endings;
 mod player;
 mod random;
 mod role;
@@ -31,8 +36,9 @@ use std::io::{IsTerminal as _, Write as _};
 use std::process::ExitCode;
 use std::thread;
 
-use arguments::{NAME, Task};
+use arguments::{ENDINGS, STORM, Task};
 use books::Books;
+use endings::end_sets;
 use random::Random;
 use stage::Stage;
 use supervised::play_shows;
@@ -43,14 +49,13 @@ const SHOWS_PERCENT: u32 = 25;
 
 #[allow(clippy::print_stdout, clippy::print_stderr, reason = "a test target of its own prints")]
 fn main() -> ExitCode {
-    let (kills, seed) = match Task::of(std::env::args().skip(1)) {
-        Ok(Task::Storm { kills, seed }) => (kills, seed),
-        Ok(Task::List) => {
-            println!("{NAME}: test\n\n1 test, 0 benchmarks");
-            return ExitCode::SUCCESS;
-        }
-        Ok(Task::Skip) => {
-            println!("\ntest result: ok. 0 passed; 0 failed; 0 ignored; 0 measured; 1 filtered out");
+    let (kills, ends, seed) = match Task::of(std::env::args().skip(1)) {
+        Ok(Task::Run { kills, ends, seed }) => (kills, ends, seed),
+        Ok(Task::List(names)) => {
+            for name in &names {
+                println!("{name}: test");
+            }
+            println!("\n{} tests, 0 benchmarks", names.len());
             return ExitCode::SUCCESS;
         }
         Err(error) => {
@@ -58,13 +63,37 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    println!("\nrunning 1 test\nstorm of {kills} kills, seed {seed}");
+    let mut outcomes = vec![];
+    if let Some(rounds) = ends {
+        println!("\n{rounds} endings, seed {seed}");
+        outcomes.push(run(ENDINGS, move || endings(rounds, seed)));
+    }
+    if let Some(kills) = kills {
+        println!("\nstorm of {kills} kills, seed {seed}");
+        outcomes.push(run(STORM, move || storm(kills, seed)));
+    }
+    let passed = outcomes.iter().filter(|&&is_well| is_well).count();
+    let (failed, left_out) = (outcomes.len() - passed, 2 - outcomes.len());
+    let word = if failed == 0 { "ok" } else { "FAILED" };
+    println!("\ntest result: {word}. {passed} passed; {failed} failed; 0 ignored; 0 measured; {left_out} filtered out");
+    if failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// Runs a test on a thread of its own. Whether it passed.
+#[allow(clippy::print_stdout, reason = "a test target of its own prints")]
+fn run(name: &str, test: impl FnOnce() + Send + 'static) -> bool {
     // What is left on the stage is a failure of its own, but not after another one.
-    let is_well = thread::spawn(move || storm(kills, seed)).join().is_ok();
-    let (word, passed) = if is_well { ("ok", 1) } else { ("FAILED", 0) };
-    println!("test {NAME} ... {word}");
-    println!("\ntest result: {word}. {passed} passed; {} failed; 0 ignored; 0 measured; 0 filtered out", 1 - passed);
-    if is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    let is_well = thread::spawn(test).join().is_ok();
+    println!("test {name} ... {}", if is_well { "ok" } else { "FAILED" });
+    is_well
+}
+
+/// Ends this many sets of processes, and panics where one leaves anything.
+fn endings(rounds: u32, seed: u64) {
+    let stage = Stage::new();
+    if let Err(failure) = end_sets(&stage, &mut Random::new(seed), rounds) {
+        panic!("seed {seed}, {failure}");
+    }
 }
 
 /// Kills so often, and panics where that is more than the affair of whoever was killed.

@@ -194,5 +194,5 @@ def _create_node(domain: Domain, name: str) -> Any:
 
 def _leave(nodes: list[Any], membership: Membership) -> None:
     # Where a frame is held at the end of the process, the node outlives this.
-    own = nodes.pop().id.value
-    membership.leave(own)
+    nodes.clear()
+    membership.leave()

@@ -1,0 +1,72 @@
+//! Removing what nobody owns any more. Whoever calls this holds the exclusive lock of the domain's members.
+
+use std::fs::{self, DirEntry};
+use std::io;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+
+use crate::domain::Domain;
+use crate::domain_error::DomainError;
+use crate::guard_lock::GuardLock;
+use crate::lock_file::if_there;
+use crate::source_lock::SourceLock;
+
+/// Where shared memory lives in the file system.
+pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
+/// The directories that iceoryx2 makes in a domain's root path.
+const DIRECTORIES: [&str; 2] = ["nodes", "services"];
+
+/// Removes everything of iceoryx2's from a domain in which nobody is.
+///
+/// Files of other users in shared memory stay, whatever their names: they are in nobody's way, since iceoryx2's names there
+/// are random. So does a file that cannot be removed. In the domain's own directory all has to go.
+pub(crate) fn sweep(domain: &Domain) -> Result<(), DomainError> {
+    for entry in named_as_ours(Path::new(SHARED_MEMORY), domain)? {
+        if is_foreign(&entry.path(), domain) {
+            continue;
+        }
+        let _ = remove(&entry);
+    }
+    for entry in named_as_ours(domain.root(), domain)? {
+        remove(&entry).map_err(|error| DomainError::Io { path: entry.path(), error })?;
+    }
+    for directory in DIRECTORIES {
+        let path = domain.root().join(directory);
+        if_there(fs::remove_dir_all(&path)).map_err(|error| DomainError::Io { path, error })?;
+    }
+    Ok(())
+}
+
+/// Removes the whole domain, the members' lock file after all that it protects.
+pub(crate) fn dissolve(domain: &Domain, members_lock: &Path) -> Result<(), DomainError> {
+    sweep(domain)?;
+    let failed = |path: PathBuf| |error| DomainError::Io { path, error };
+    let root = domain.root().to_owned();
+    SourceLock::clear_abandoned(domain).map_err(failed(root.clone()))?;
+    GuardLock::clear_abandoned(domain).map_err(failed(root.clone()))?;
+    // A process that fails before it has a node leaves before the file is written.
+    if_there(fs::remove_file(domain.iceoryx2_toml_path())).map_err(failed(domain.iceoryx2_toml_path()))?;
+    fs::remove_file(members_lock).map_err(failed(members_lock.to_owned()))?;
+    fs::remove_dir(&root).map_err(failed(root))
+}
+
+/// Whether a path belongs to another user.
+pub(crate) fn is_foreign(path: &Path, domain: &Domain) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|metadata| metadata.uid() != domain.uid())
+}
+
+/// Entries of a folder that bear the domain's prefix.
+fn named_as_ours(folder: &Path, domain: &Domain) -> Result<Vec<DirEntry>, DomainError> {
+    let prefix = domain.prefix();
+    let entries: io::Result<Vec<DirEntry>> = fs::read_dir(folder).and_then(Iterator::collect);
+    let mut entries = entries.map_err(|error| DomainError::Io { path: folder.to_owned(), error })?;
+    entries.retain(|entry| entry.file_name().to_str().is_some_and(|name| name.starts_with(&prefix)));
+    Ok(entries)
+}
+
+/// Removes a file, a link or a directory, if it is there; never what a link leads to.
+fn remove(entry: &DirEntry) -> io::Result<()> {
+    let is_directory = entry.file_type().is_ok_and(|kind| kind.is_dir());
+    let path = entry.path();
+    if_there(if is_directory { fs::remove_dir_all(path) } else { fs::remove_file(path) }).map(drop)
+}
