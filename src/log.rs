@@ -1,38 +1,29 @@
 //! The program's log on stderr: warnings and worse, or what `RUST_LOG` says.
 //!
-//! iceoryx2's own are among them, without the dump of the object that each comes with, and without its housekeeping: whoever
-//! leaves or joins a bus clears away what the others have left, and each process notes what another has cleared before it.
-//! That is as it should be; with `RUST_LOG` it is told all the same. So are zenoh's warnings, which tell of what was not asked
-//! for: what matters to a show the bridge says itself.
+//! Of iceoryx2 and zenoh only errors are shown; `RUST_LOG` shows the rest. iceoryx2 warns of its housekeeping: each process
+//! clears away what killed ones have left, and notes what another has cleared before it. What matters of that to people comes
+//! back as an error of the call, and the program reports it itself. zenoh warns of what was not asked for. The lines are told
+//! apart by their target, the module that logged them, and not by their text; those of iceoryx2 come without the dump of the
+//! object that each has.
 
-use std::fmt;
 use std::io;
 
 use iceoryx2::prelude::{LogLevel, set_log_level};
-use tracing::field::{Field, Visit};
-use tracing::{Event, Level, Metadata, Subscriber};
+use tracing::Level;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::fmt::format;
-use tracing_subscriber::layer::{Context, Filter};
 use tracing_subscriber::prelude::*;
 
 use crate::command::colour::is_coloured;
 use crate::held_stderr::HeldStderr;
 
-/// How iceoryx2's notes on its housekeeping begin.
-const HOUSEKEEPING: [&str; 6] = [
-    "Detected dead node ",
-    "Failed to check if the service ",
-    "Found corrupted service ",
-    "The static storage was already removed.",
-    "Trying to remove node ",
-    "Unable to remove node resources.",
-];
+/// What the targets of libraries begin with whose warnings are not shown. All of iceoryx2's lines have that of its logger.
+const ERRORS_ONLY: [&str; 2] = ["iceoryx2", "zenoh"];
 
 /// Begins to log.
 pub(crate) fn to_stderr() {
     let asked: Option<Targets> = std::env::var("RUST_LOG").ok().and_then(|filter| filter.parse().ok());
-    set_log_level(if asked.is_some() { LogLevel::Trace } else { LogLevel::Warn });
+    set_log_level(if asked.is_some() { LogLevel::Trace } else { LogLevel::Error });
     let fields = format::debug_fn(|writer, field, value| match field.name() {
         "message" => write!(writer, "{value:?}"),
         "origin" => Ok(()),
@@ -44,38 +35,13 @@ pub(crate) fn to_stderr() {
         .with_ansi(is_coloured(&io::stderr()))
         .with_writer(|| HeldStderr)
         .without_time();
-    let registry = tracing_subscriber::registry();
-    match asked {
-        Some(asked) => registry.with(lines.with_filter(asked)).init(),
-        None => registry.with(lines.with_filter(WithoutHousekeeping)).init(),
-    }
+    tracing_subscriber::registry().with(lines.with_filter(asked.unwrap_or_else(usual))).init();
 }
 
-/// Warnings and worse, but no housekeeping.
-struct WithoutHousekeeping;
-
-impl<S: Subscriber> Filter<S> for WithoutHousekeeping {
-    fn enabled(&self, metadata: &Metadata<'_>, _: &Context<'_, S>) -> bool {
-        let most = if metadata.target().starts_with("zenoh") { Level::ERROR } else { Level::WARN };
-        *metadata.level() <= most
-    }
-
-    fn event_enabled(&self, event: &Event<'_>, _: &Context<'_, S>) -> bool {
-        let mut message = Message(String::new());
-        event.record(&mut message);
-        !HOUSEKEEPING.iter().any(|beginning| message.0.starts_with(beginning))
-    }
-}
-
-/// The message of an event.
-struct Message(String);
-
-impl Visit for Message {
-    fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
-        if field.name() == "message" {
-            self.0 = format!("{value:?}");
-        }
-    }
+/// Warnings and worse, of some libraries errors alone.
+fn usual() -> Targets {
+    let errors_only = ERRORS_ONLY.map(|target| (target, Level::ERROR));
+    Targets::new().with_default(Level::WARN).with_targets(errors_only)
 }
 
 #[cfg(test)]
@@ -98,25 +64,24 @@ mod tests {
     }
 
     #[test]
-    fn what_another_process_has_cleared_away_is_not_told_but_other_warnings_are() {
-        let told = Lines::default();
-        let writer = told.clone();
+    fn of_libraries_errors_are_shown_and_of_the_program_warnings_too() {
+        let shown = Lines::default();
+        let writer = shown.clone();
         let lines =
             tracing_subscriber::fmt::layer().without_time().with_ansi(false).with_writer(move || writer.clone());
-        let log = tracing_subscriber::registry().with(lines.with_filter(WithoutHousekeeping));
+        let log = tracing_subscriber::registry().with(lines.with_filter(usual()));
         tracing::subscriber::with_default(log, || {
             let origin = "Storage { .. }";
-            tracing::warn!(origin, "{}", format_args!("Detected dead node 17 in service 4. Trying to cleanup."));
-            tracing::warn!(
-                origin,
-                "The static storage was already removed. This could be caused by a corrupted system."
-            );
-            tracing::warn!("starting with 1 of 2 readers");
+            tracing::warn!(target: "iceoryx2_bb_loggers::tracing", origin, "any text");
+            tracing::error!(target: "iceoryx2_bb_loggers::tracing", origin, "a corrupted system");
             tracing::warn!(target: "zenoh::net::runtime", "Gossip is disabled");
+            tracing::warn!("Detected dead node 17: a warning of the program, whatever it begins with");
             tracing::info!("all is well");
         });
-        let told = String::from_utf8(told.0.lock().expect("no writer panics").clone()).expect("UTF-8");
-        assert_eq!(told.lines().count(), 1, "{told}");
-        assert!(told.ends_with("starting with 1 of 2 readers\n"), "{told}");
+        let shown = String::from_utf8(shown.0.lock().expect("no writer panics").clone()).expect("UTF-8");
+        let shown: Vec<&str> = shown.lines().collect();
+        let [error, warning] = shown[..] else { panic!("{shown:#?}") };
+        assert!(error.starts_with("ERROR") && error.contains("a corrupted system"), "{error}");
+        assert!(warning.trim_start().starts_with("WARN") && warning.contains("whatever it begins with"), "{warning}");
     }
 }

@@ -6,7 +6,6 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread;
-use std::time::Duration;
 
 use allocation_counter::AllocationInfo;
 use bench_dragon::config::Config;
@@ -14,9 +13,13 @@ use bench_dragon::server::{Following, Server, ServerSettings};
 use bench_dragon::timecode::{FollowerSettings, FrameRate, Receiver};
 use bench_dragon_ipc::{Domain, FrameSubscriber, Instance, StatusReader};
 
+#[path = "processes/eventually.rs"]
+#[allow(dead_code, reason = "these tests use a part of it")]
+mod eventually;
 #[path = "processes/steady_desk.rs"]
 mod steady_desk;
 
+use eventually::eventually;
 use steady_desk::send_timecode;
 
 /// Ticks of the shorter run: its reader has fallen behind by then, and loses a frame with each tick.
@@ -74,12 +77,8 @@ fn a_reader_allocates_once_a_second_for_its_report_and_for_nothing_else() {
 /// Reads frames up to a tick. Returns what that allocates from the second frame on, and what time lies between that and the last.
 fn read_to(last_tick: u64, domain: &Domain) -> (AllocationInfo, u64) {
     let mut reader = FrameSubscriber::open(domain, "test").expect("the server has made the services");
-    let mut next = || loop {
-        match reader.receive().expect("the bus is readable") {
-            Some(frame) => return *frame.header(),
-            None => thread::sleep(Duration::from_micros(100)),
-        }
-    };
+    let mut next =
+        || eventually("the next frame", || reader.receive().expect("the bus is readable").map(|frame| *frame.header()));
     let (first, mut last) = (next(), next());
     let allocations = allocation_counter::measure(|| {
         while last.tick < last_tick {
@@ -174,7 +173,5 @@ fn measure(domain: &Domain, server: Server) -> (AllocationInfo, u64) {
 /// Returns when the reporting thread has waited once: what that took, the loop's thread frees at the end of every run.
 fn await_status(domain: &Domain) {
     let status = StatusReader::open(domain, "test").expect("the server has made the services");
-    while status.poll().expect("the bus is readable").is_none() {
-        thread::sleep(Duration::from_millis(1));
-    }
+    eventually("the first status", || status.poll().expect("the bus is readable"));
 }

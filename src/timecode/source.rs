@@ -51,6 +51,15 @@ impl TimecodeSource {
         }
     }
 
+    /// The same source, listened for elsewhere.
+    #[must_use]
+    pub fn at(self, listen: SocketAddr) -> Self {
+        match self {
+            Self::Osc { address, .. } => Self::Osc { listen, address },
+            Self::ArtNet { .. } => Self::ArtNet { listen },
+        }
+    }
+
     /// The position in a packet; `None` where it is about something else. Frames whose number a second a
     /// packet does not tell are of `rate`.
     ///

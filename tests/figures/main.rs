@@ -2,15 +2,21 @@
 //!
 //! The figures stay in the folder that cargo gives to tests, so that somebody can look at them.
 
+#[path = "../processes/eventually.rs"]
+#[allow(dead_code, reason = "these tests use a part of it")]
+mod eventually;
 mod paper;
+#[path = "../processes/process.rs"]
+#[allow(dead_code, reason = "these tests use a part of it")]
+mod process;
+#[path = "../processes/pytest.rs"]
+#[allow(dead_code, reason = "these tests use a part of it")]
+mod pytest;
 
+use std::fs;
 use std::path::Path;
-use std::process::Command;
-use std::{env, fs};
 
 use bench_dragon::figure::{Drawing, FigureFormat};
-
-const PYTHON: &str = "BENCH_DRAGON_PYTHON";
 
 fn drawings() -> [(&'static str, Drawing); 6] {
     [
@@ -25,9 +31,6 @@ fn drawings() -> [(&'static str, Drawing); 6] {
 
 #[test]
 fn a_stock_reader_finds_what_print_needs() {
-    let python = env::var_os(PYTHON).unwrap_or_else(|| {
-        panic!("{PYTHON} is not set: run the tests with tests/run, which installs tests/requirements.txt and sets it")
-    });
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("figures");
     fs::create_dir_all(&folder).expect("a folder");
     for (name, drawing) in drawings() {
@@ -35,14 +38,7 @@ fn a_stock_reader_finds_what_print_needs() {
             fs::write(folder.join(name).with_extension(suffix), drawing.encode(format)).expect("a file");
         }
     }
-    let status = Command::new(python)
-        .args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/python/test_figures.py"])
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .env("PYTHONDONTWRITEBYTECODE", "1")
-        .env("FIGURES", &folder)
-        .status()
-        .expect("a Python interpreter");
-    assert!(status.success(), "the Python reader found something else");
+    pytest::run("test_figures.py", &[("FIGURES", folder.as_os_str())]);
 }
 
 #[test]

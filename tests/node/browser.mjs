@@ -2,6 +2,7 @@
 // on stdout in JSON what it has come to, a line each, and ends with 0 if all went well. What the test has to do meanwhile
 // (kill a server, say) it does when it reads the line; nobody waits for a time.
 
+import { once } from 'node:events';
 import { createRequire } from 'node:module';
 import path from 'node:path';
 
@@ -55,13 +56,14 @@ export async function openPage(browser, address, { init, ...options } = {}) {
 
 /** Waits until the page says how things stand, in the style sheet's word. */
 export async function stands(page, status) {
-  await page.waitForFunction((wanted) => document.body.dataset.status === wanted, status);
+  const wait = page.waitForFunction((wanted) => document.body.dataset.status === wanted, status);
+  await named(page, `the page says ${status}`, wait);
 }
 
 /** Waits until an element's text matches. */
 export async function reads(page, selector, pattern) {
   const isRead = ([where, source]) => new RegExp(source).test(document.querySelector(where)?.textContent ?? '');
-  await page.waitForFunction(isRead, [selector, pattern.source]);
+  await named(page, `${selector} reads ${pattern}`, page.waitForFunction(isRead, [selector, pattern.source]));
   return page.textContent(selector);
 }
 
@@ -81,6 +83,25 @@ export async function shown(page) {
     camera: camera.split(' ').map(Number),
     read: await page.textContent('#clearance'),
   };
+}
+
+/** A wait whose failure says what was waited for, and what the page shows. */
+async function named(page, what, wait) {
+  try {
+    return await wait;
+  } catch (error) {
+    const shows = await page.innerText('body').catch(() => 'nothing');
+    throw new Error(`waited until ${what}; the page shows:\n${shows}`, { cause: error });
+  }
+}
+
+/** Waits for an event of a process or a stream. */
+export async function occurs(emitter, event, what) {
+  try {
+    return await once(emitter, event, { signal: AbortSignal.timeout(PATIENCE_MS) });
+  } catch (error) {
+    throw new Error(`waited ${PATIENCE_MS / 1000} s until ${what}`, { cause: error });
+  }
 }
 
 export function say(value) {

@@ -4,15 +4,14 @@
 //     node page_asks_for_token.mjs PROGRAM INSTANCE ADDRESS
 
 import { spawn } from 'node:child_process';
-import { once } from 'node:events';
 import readline from 'node:readline';
 import { examine } from './accessible.mjs';
-import { expect, openPage, reads, say, stands, withBrowser } from './browser.mjs';
+import { expect, occurs, openPage, reads, say, stands, withBrowser } from './browser.mjs';
 
 const [program, instance, listen] = process.argv.slice(2);
 const args = ['view', '--format', 'json', '--instance', instance, '--listen', listen];
 const view = spawn(program, args, { stdio: ['ignore', 'pipe', 'ignore'] });
-const [line] = await once(readline.createInterface({ input: view.stdout }), 'line');
+const [line] = await occurs(readline.createInterface({ input: view.stdout }), 'line', 'the view says where it listens');
 const { url } = JSON.parse(line);
 
 await withBrowser(async (browser) => {
@@ -38,6 +37,6 @@ await withBrowser(async (browser) => {
   expect(ours.length === 0, ours.join('\n'));
 });
 view.kill('SIGTERM');
-const [status] = await once(view, 'exit');
+const [status] = await occurs(view, 'exit', 'the view ends');
 expect(status === 0, `the view ended with status ${status}`);
 say({ type: 'passed' });

@@ -6,7 +6,7 @@ use bench_dragon_ipc::BenchState;
 use serde_json::Value;
 
 use crate::process::Process;
-use crate::python::python;
+use crate::pytest::python;
 use crate::reader::{Reader, Shot};
 use crate::stage::Stage;
 

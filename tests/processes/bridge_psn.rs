@@ -9,10 +9,10 @@ use std::thread;
 use bench_dragon_ipc::BenchState;
 use serde_json::Value;
 
-use crate::ports::free_port;
 use crate::process::Process;
-use crate::python::python;
+use crate::pytest::python;
 use crate::reader::{Reader, Shot};
+use crate::skip::skip;
 use crate::stage::Stage;
 
 const BENCHES: usize = 223;
@@ -51,8 +51,7 @@ impl Received {
 #[test]
 fn two_receivers_get_every_tracker_of_every_frame_for_ten_seconds() {
     let stage = Stage::new();
-    let port = free_port();
-    let mut receivers = start_receivers(&stage, port);
+    let (mut receivers, port) = start_receivers(&stage);
     let target = format!("236.10.10.10:{port}");
     let rate = RATE_HZ.to_string();
     let args = ["bridge", "psn", "--interface", "127.0.0.1", "--to", &target, "--rate", &rate, "--format", "json"];
@@ -96,18 +95,17 @@ fn decoded(stage: &Stage) -> Vec<PathBuf> {
     [stage.path("pypsn.jsonl")].into_iter().chain(by_npm).collect()
 }
 
-/// Both receivers, once they have joined the group.
-fn start_receivers(stage: &Stage, port: u16) -> Process {
+/// Both receivers, once they have joined the group, and their port.
+fn start_receivers(stage: &Stage) -> (Process, String) {
     let mut command = python();
-    command.args(["tests/python/psn_receivers.py", &port.to_string(), &FRAMES.to_string()]).arg(stage.path(""));
-    if let Some(script) = node_script() {
-        command.arg(script);
-    } else {
-        println!("without npm's receiver: there is no node, or tests/run has not installed its packages");
+    command.args(["tests/python/psn_receivers.py", &FRAMES.to_string()]).arg(stage.path(""));
+    match node_script() {
+        Some(script) => drop(command.arg(script)),
+        None => skip("tests/run has not installed the packages of tests/node"),
     }
     let mut receivers = Process::start(command);
-    assert_eq!(receivers.next_line().as_deref(), Some("ready"));
-    receivers
+    let port = receivers.next_line().expect("the port");
+    (receivers, port)
 }
 
 fn node_script() -> Option<&'static str> {
@@ -115,7 +113,6 @@ fn node_script() -> Option<&'static str> {
     folder.join("node_modules").exists().then_some("tests/node/psn_receiver.cjs")
 }
 
-/// A port that nobody had a moment ago; the receivers bind it on the group's address.
 /// Every frame of a server.
 fn read_until(stage: &Stage, is_over: &AtomicBool) -> Vec<Shot> {
     let mut reader = Reader::join(stage);

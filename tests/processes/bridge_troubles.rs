@@ -1,20 +1,18 @@
 //! Bridges where something is missing: the server, the receiver, the interface.
 
 use std::io::Read as _;
-use std::net::{TcpListener, UdpSocket};
+use std::net::{TcpListener, TcpStream, UdpSocket};
 use std::process::Command;
-use std::time::Duration;
 
 use rustix::net::sockopt::set_socket_recv_buffer_size;
 use rustix::process::Signal;
 
+use crate::eventually::{DEADLINE, eventually};
 use crate::process::Process;
 use crate::reader::Reader;
-use crate::skip::skip;
+use crate::skip::is_possible;
 use crate::stage::{Stage, program};
 
-/// A minute: longer than anything here takes on any machine.
-const PATIENCE: Duration = Duration::from_mins(1);
 /// Packets among which the wanted one is: of the paper's dragon at fifty frames a second, those of a minute.
 const MAX_PACKETS: usize = 40_000;
 /// Where the first tracker's status lies in a DATA packet.
@@ -30,9 +28,19 @@ const RECEIVER: &str = "127.34.56.78:0";
 
 fn receiver() -> (UdpSocket, String) {
     let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
-    socket.set_read_timeout(Some(PATIENCE)).expect("a timeout");
+    socket.set_read_timeout(Some(DEADLINE)).expect("a timeout");
     let address = socket.local_addr().expect("a bound socket has an address").to_string();
     (socket, address)
+}
+
+/// The connection of a bridge, whose reads have a deadline.
+#[track_caller]
+fn accept(listener: &TcpListener) -> TcpStream {
+    listener.set_nonblocking(true).expect("a listener");
+    let (stream, _) = eventually("the bridge connects", || listener.accept().ok());
+    stream.set_nonblocking(false).expect("a connection");
+    stream.set_read_timeout(Some(DEADLINE)).expect("a timeout");
+    stream
 }
 
 /// The first tracker of a frame.
@@ -76,7 +84,7 @@ fn wait_for_status(socket: &UdpSocket, status: f32) -> [f32; 3] {
 
 /// The next notice; other lines are passed over.
 fn notice(bridge: &mut Process) -> String {
-    let lines = bridge.json_until(|line| line["type"] == "notice");
+    let lines = bridge.json_until("a notice", |line| line["type"] == "notice");
     lines.last().expect("a line")["message"].as_str().expect("a text").to_owned()
 }
 
@@ -90,11 +98,14 @@ fn trackers_of_a_dead_server_turn_invalid_and_stand_until_another_one_is_there()
     assert_ne!(wait_for_status(&socket, 1.0), [0.0; 3]);
     server.process.kill();
     assert_eq!(wait_for_status(&socket, 0.0), [0.0; 3]);
-    let silent = bridge.json_until(|line| line["type"] == "silent").pop().expect("the line");
+    let silent = bridge
+        .json_until("the bridge reports that the server is silent", |line| line["type"] == "silent")
+        .pop()
+        .expect("the line");
     assert!(silent["age_s"].as_f64() > Some(1.5), "{silent}");
     let server = stage.serve(&["--rate", "50"]);
     assert_ne!(wait_for_status(&socket, 1.0), [0.0; 3]);
-    bridge.json_until(|line| line["type"] == "resumed");
+    bridge.json_until("the bridge reports frames again", |line| line["type"] == "resumed");
     let summary = bridge.terminate().expect_clean().last_json();
     assert!(summary["stale"].as_u64() > Some(0), "{summary}");
     server.stop();
@@ -132,7 +143,7 @@ fn a_receiver_that_is_not_there_is_told_and_one_that_comes_gets_the_poses() {
     let told = notice(&mut bridge);
     assert!(told.starts_with(&format!("cannot send to {address}, still trying: Connection refused")), "{told}");
     let socket = UdpSocket::bind(address).expect("nobody else binds here");
-    socket.set_read_timeout(Some(PATIENCE)).expect("a timeout");
+    socket.set_read_timeout(Some(DEADLINE)).expect("a timeout");
     wait_for_status(&socket, 1.0);
     let told = notice(&mut bridge);
     assert!(told.starts_with(&format!("sending to {address} works again, after ")), "{told}");
@@ -171,7 +182,7 @@ fn a_tcp_receiver_that_does_not_read_loses_whole_frames_but_for_a_few_and_is_tol
     let server = stage.serve(&["--rate", "50"]);
     let args = ["bridge", "osc", "--tcp", "--to", &target, "--rate", "250", "--format", "json"];
     let mut bridge = stage.start(&args);
-    let (mut stream, _) = listener.accept().expect("the bridge connects");
+    let mut stream = accept(&listener);
     let told = notice(&mut bridge);
     assert_eq!(
         told,
@@ -203,7 +214,7 @@ fn a_tcp_receiver_that_comes_late_or_again_is_found() {
     assert!(told.starts_with(&format!("cannot send to {address}, still trying: Connection refused")), "{told}");
     let listener = TcpListener::bind(address).expect("nobody else binds here");
     for _ in 0..2 {
-        let (mut stream, _) = listener.accept().expect("the bridge connects");
+        let mut stream = accept(&listener);
         let mut beginning = [0; 13];
         stream.read_exact(&mut beginning).expect("the bridge sends");
         assert_eq!(&beginning, b"\xC0/dragon/show");
@@ -216,9 +227,8 @@ fn a_tcp_receiver_that_comes_late_or_again_is_found() {
 fn a_network_that_comes_is_used_and_one_that_goes_is_told() {
     let stage = Stage::new();
     let pair = "link add stage type veth peer name desk";
-    let trial = Command::new("unshare").args(["--net", "ip"]).args(pair.split(' ')).output();
-    if !trial.is_ok_and(|ended| ended.status.success()) {
-        skip("no network can be made here in a namespace of its own");
+    let trial = format!("ip {pair} && exec \"$@\"");
+    if !is_possible(&["unshare", "--net", "sh", "-c", &trial, "sh"]) {
         return;
     }
     let server = stage.serve(&["--rate", "50"]);
@@ -230,8 +240,9 @@ fn a_network_that_comes_is_used_and_one_that_goes_is_told() {
     assert!(told.starts_with("cannot send to 236.10.10.10:56565, still trying: Network is unreachable"), "{told}");
     let namespace = format!("--net=/proc/{}/ns/net", bridge.pid());
     let ip = |args: &str| {
-        let ended = Command::new("nsenter").arg(&namespace).arg("ip").args(args.split(' ')).output().expect("nsenter");
-        assert!(ended.status.success(), "ip {args}: {}", String::from_utf8_lossy(&ended.stderr));
+        let mut within = Command::new("nsenter");
+        within.arg(&namespace).arg("ip").args(args.split(' '));
+        Process::start(within).end().expect_clean();
     };
     ip(pair);
     ip("link set desk up");

@@ -3,10 +3,10 @@
 use std::env;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 use std::sync::OnceLock;
 
-use crate::skip::skip;
+use crate::process::{Ended, Process};
 use crate::stage::Stage;
 
 const SOURCES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/ipc/c");
@@ -36,20 +36,10 @@ pub(crate) fn prefix() -> &'static Path {
         let libraries = program.parent().expect("a program is in a folder");
         let prefix = Path::new(env!("CARGO_TARGET_TMPDIR")).join("c-library");
         let mut install = Command::new(format!("{SOURCES}/install.sh"));
-        succeed(install.arg("--libraries").arg(libraries).arg(&prefix));
+        install.arg("--libraries").arg(libraries).arg(&prefix);
+        succeed(install);
         prefix
     })
-}
-
-/// Whether the machine has all of these tools; says which one is missing.
-pub(crate) fn has_tools(tools: &[&str]) -> bool {
-    let is_there =
-        |tool: &&str| Command::new(tool).arg("--version").output().is_ok_and(|output| output.status.success());
-    let missing = tools.iter().find(|tool| !is_there(tool));
-    if let Some(tool) = missing {
-        skip(&format!("{tool} is not installed (tests/run installs it on Debian as root)"));
-    }
-    missing.is_none()
 }
 
 /// Compiles a client of `ipc/c/tests` into a test's folder.
@@ -72,16 +62,16 @@ pub(crate) fn compile_at(source: &Path, program: PathBuf, language: Language, li
         }
         Linkage::Static => compiler.args(pkg_config(&["--variable=static_library"])).args(private_libraries()),
     };
-    succeed(&mut compiler);
+    succeed(compiler);
     program
 }
 
 /// Runs a tool that has to succeed, and returns what it prints.
-pub(crate) fn succeed(command: &mut Command) -> String {
-    let Output { status, stdout, stderr } = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
-    let (stdout, stderr) = (String::from_utf8_lossy(&stdout), String::from_utf8_lossy(&stderr));
-    assert!(status.success(), "{command:?}\n{stdout}{stderr}");
-    stdout.into_owned()
+pub(crate) fn succeed(command: Command) -> String {
+    let line = format!("{command:?}");
+    let Ended { status, stdout, stderr } = Process::start(command).end();
+    assert!(status.success(), "{line}\n{stdout}{stderr}");
+    stdout
 }
 
 fn with(mut command: Command, args: &[&str]) -> Command {
@@ -96,8 +86,9 @@ fn library_folder() -> PathBuf {
 /// What pkg-config says of the installed library.
 fn pkg_config(args: &[&str]) -> Vec<String> {
     let path = library_folder().join("pkgconfig");
-    let told = succeed(Command::new("pkg-config").args(args).arg("bench-dragon").env("PKG_CONFIG_PATH", path));
-    told.split_whitespace().map(str::to_owned).collect()
+    let mut pkg_config = Command::new("pkg-config");
+    pkg_config.args(args).arg("bench-dragon").env("PKG_CONFIG_PATH", path);
+    succeed(pkg_config).split_whitespace().map(str::to_owned).collect()
 }
 
 /// The system's libraries that the static library needs.

@@ -4,7 +4,6 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::Duration;
 
 use bench_dragon_ipc::service::frame_buffer;
 use bench_dragon_ipc::{
@@ -13,23 +12,23 @@ use bench_dragon_ipc::{
 
 use crate::c_compiler::Language::{C99, Cpp17};
 use crate::c_compiler::Linkage::{Shared, Static};
-use crate::c_compiler::{Language, Linkage, compile, has_tools, prefix, succeed, under_valgrind};
-use crate::eventually::eventually;
+use crate::c_compiler::{Language, Linkage, compile, prefix, succeed, under_valgrind};
+use crate::eventually::{DEADLINE, eventually};
 use crate::process::Process;
 use crate::reader::{Reader, Shot};
+use crate::skip::has_programs;
 use crate::stage::Stage;
 
 const COMPILERS: [&str; 3] = ["gcc", "g++", "pkg-config"];
 /// Benches of the paper's dragon.
 const BENCHES: usize = 223;
-const PATIENCE: Duration = Duration::from_mins(1);
 
 /// Every way to compile and link a client.
 const WAYS: [(Language, Linkage); 4] = [(C99, Shared), (C99, Static), (Cpp17, Shared), (Cpp17, Static)];
 
 /// A client's program, under valgrind where the machine has it.
 fn watched(program: &Path) -> Command {
-    if has_tools(&["valgrind"]) { under_valgrind(program) } else { Command::new(program) }
+    if has_programs(&["valgrind"]) { under_valgrind(program) } else { Command::new(program) }
 }
 
 /// Starts a client on a stage's instance.
@@ -51,7 +50,7 @@ fn language_of(source: &str) -> Language {
 
 #[test]
 fn every_value_that_c_and_cpp_read_is_what_rust_reads() {
-    if !has_tools(&COMPILERS) {
+    if !has_programs(&COMPILERS) {
         return;
     }
     let stage = Stage::new();
@@ -72,7 +71,7 @@ fn every_value_that_c_and_cpp_read_is_what_rust_reads() {
     let mut reader = Reader::join(&stage);
     let mut shots = vec![reader.next()];
     let commands = CommandClient::open(stage.domain(), "test").expect("a server has made the services");
-    commands.call(Request::Release, PATIENCE).expect("the server answers").outcome().expect("the show is held");
+    commands.call(Request::Release, DEADLINE).expect("the server answers").outcome().expect("the show is held");
     shots.extend(reader.read_to_end());
     assert_eq!(reader.lost(), 0);
     // To its reader, the first one follows on nothing.
@@ -93,7 +92,7 @@ fn every_value_that_c_and_cpp_read_is_what_rust_reads() {
 
 #[test]
 fn a_c_client_is_told_of_every_argument_that_is_missing_or_out_of_range() {
-    if !has_tools(&COMPILERS) {
+    if !has_programs(&COMPILERS) {
         return;
     }
     let stage = Stage::new();
@@ -102,7 +101,7 @@ fn a_c_client_is_told_of_every_argument_that_is_missing_or_out_of_range() {
 
 #[test]
 fn a_c_client_commands_the_server_and_is_told_why_it_refuses() {
-    if !has_tools(&COMPILERS) {
+    if !has_programs(&COMPILERS) {
         return;
     }
     let stage = Stage::new();
@@ -113,13 +112,13 @@ fn a_c_client_commands_the_server_and_is_told_why_it_refuses() {
 
 #[test]
 fn what_a_c_client_holds_stays_as_it_was_after_server_and_dragon_are_gone() {
-    if !has_tools(&COMPILERS) {
+    if !has_programs(&COMPILERS) {
         return;
     }
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "20"]);
     let reader = DescriptionReader::open(stage.domain(), "test").expect("a server has made the services");
-    let description = eventually(|| reader.poll().expect("the bus is readable"));
+    let description = eventually("the description is there", || reader.poll().expect("the bus is readable"));
     let expected = format!("{}\n20\n{}", server.process.pid(), description.toml);
     assert_eq!(run(&stage, "lifetimes.c", &[]), expected);
     server.summary();
@@ -127,7 +126,7 @@ fn what_a_c_client_holds_stays_as_it_was_after_server_and_dragon_are_gone() {
 
 #[test]
 fn a_c_client_reads_on_from_one_server_to_the_next() {
-    if !has_tools(&COMPILERS) {
+    if !has_programs(&COMPILERS) {
         return;
     }
     let stage = Stage::new();
@@ -143,7 +142,7 @@ fn a_c_client_reads_on_from_one_server_to_the_next() {
 
 #[test]
 fn a_c_client_that_stops_reading_counts_what_it_lost() {
-    if !has_tools(&COMPILERS) {
+    if !has_programs(&COMPILERS) {
         return;
     }
     let beyond = 100;
@@ -157,7 +156,7 @@ fn a_c_client_that_stops_reading_counts_what_it_lost() {
 
 #[test]
 fn a_c_client_hears_the_alerts_that_rust_hears() {
-    if !has_tools(&COMPILERS) {
+    if !has_programs(&COMPILERS) {
         return;
     }
     let stage = Stage::new();
@@ -165,7 +164,7 @@ fn a_c_client_hears_the_alerts_that_rust_hears() {
     let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has made the services");
     let mut monitor = stage.start(&["monitor", "--format", "json"]);
     // It is held, and says so: the monitor reads.
-    monitor.json_until(|line| line["kind"] == "held");
+    monitor.json_until("the monitor reports that the show is held", |line| line["kind"] == "held");
 
     let printed = run(&stage, "alerts.c", &["410"]);
     let printed: Vec<&str> = printed.lines().collect();
@@ -183,7 +182,7 @@ fn a_c_client_hears_the_alerts_that_rust_hears() {
 
 #[test]
 fn threads_share_a_dragon_and_each_has_its_own_last_error() {
-    if !has_tools(&COMPILERS) {
+    if !has_programs(&COMPILERS) {
         return;
     }
     let stage = Stage::new();
@@ -194,21 +193,20 @@ fn threads_share_a_dragon_and_each_has_its_own_last_error() {
 
 #[test]
 fn the_examples_are_built_by_cmake_and_tell_where_the_dragon_is() {
-    if !has_tools(&["cmake", "gcc", "g++"]) {
+    if !has_programs(&["cmake", "gcc", "g++"]) {
         return;
     }
     let stage = Stage::new();
     let build = stage.path("build");
     let example = concat!(env!("CARGO_MANIFEST_DIR"), "/ipc/c/example");
     let installed = format!("-DCMAKE_PREFIX_PATH={}", prefix().display());
-    succeed(
-        Command::new("cmake")
-            .args(["-S", example, "-B"])
-            .arg(&build)
-            .arg(installed)
-            .args(["-DCMAKE_C_FLAGS=-Wall -Wextra -Werror", "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Werror"]),
-    );
-    succeed(Command::new("cmake").arg("--build").arg(&build));
+    let mut configure = Command::new("cmake");
+    configure.args(["-S", example, "-B"]).arg(&build).arg(installed);
+    configure.args(["-DCMAKE_C_FLAGS=-Wall -Wextra -Werror", "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Werror"]);
+    succeed(configure);
+    let mut make = Command::new("cmake");
+    make.arg("--build").arg(&build);
+    succeed(make);
 
     let server = stage.serve(&["--rate", "20", "--until", "1", "--readers", "2"]);
     let heads = start(&stage, Command::new(build.join("head")), &[]);

@@ -8,7 +8,10 @@ use crate::eventually::eventually;
 
 /// Waits for the show's child that runs a command, and which is not the one before. Returns its process id.
 pub(crate) fn await_child(show: u32, command: &str, before: Option<u32>) -> u32 {
-    eventually(|| children(show).into_iter().find(|(pid, name)| name == command && Some(*pid) != before)).0
+    eventually(&format!("the show has a {command} other than {before:?}"), || {
+        children(show).into_iter().find(|(pid, name)| name == command && Some(*pid) != before)
+    })
+    .0
 }
 
 /// The show's running children and the commands that they run.

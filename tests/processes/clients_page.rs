@@ -7,11 +7,10 @@ use std::process::Command;
 
 use crate::c_compiler::Language::C99;
 use crate::c_compiler::Linkage::Shared;
-use crate::c_compiler::{compile_at, has_tools};
-use crate::ports::free_port;
+use crate::c_compiler::compile_at;
 use crate::process::Process;
-use crate::python::python;
-use crate::skip::skip;
+use crate::pytest::python;
+use crate::skip::{has_programs, skip};
 use crate::stage::Stage;
 
 /// Lines that a program prints before it is believed.
@@ -72,7 +71,7 @@ fn the_rust_program_is_the_one_that_is_compiled_with_the_crate() {
 
 #[test]
 fn the_c_program_prints_where_the_head_is() {
-    if !has_tools(&["gcc", "pkg-config"]) {
+    if !has_programs(&["gcc", "pkg-config"]) {
         return;
     }
     let stage = Stage::new();
@@ -116,7 +115,7 @@ fn the_posistagenet_programs_print_trackers() {
             client.args(["--eval", &code]).current_dir(folder);
             assert_goes_on(Process::start(client));
         }
-        None => skip("the npm packages are not installed (tests/run installs them where there is npm)"),
+        None => skip("tests/run has not installed the packages of tests/node"),
     }
     bridge.terminate().expect_clean();
     server.stop();
@@ -125,10 +124,16 @@ fn the_posistagenet_programs_print_trackers() {
 #[test]
 fn the_osc_program_prints_where_the_head_is() {
     let stage = Stage::new();
-    let port = free_port().to_string();
     let server = stage.serve(&["--rate", "20"]);
+    // On any port of this machine, which it prints.
+    let serving = "BlockingOSCUDPServer((\"0.0.0.0\", 9000), dispatcher).serve_forever()";
+    let on_any_port = "server = BlockingOSCUDPServer((\"127.0.0.1\", 0), dispatcher)
+print(server.server_address[1])
+server.serve_forever()";
+    let mut client = start_python("Open Sound Control", &[(serving, on_any_port)]);
+    let port = client.next_line().expect("its port");
     let bridge = stage.start(&["bridge", "osc", "--to", &format!("127.0.0.1:{port}"), "--format", "json"]);
-    assert_goes_on(start_python("Open Sound Control", &[("0.0.0.0", "127.0.0.1"), ("9000", &port)]));
+    assert_goes_on(client);
     bridge.terminate().expect_clean();
     server.stop();
 }
@@ -152,12 +157,15 @@ fn the_zenoh_program_prints_where_the_head_is() {
 fn the_timecode_program_is_followed() {
     let stage = Stage::new();
     let mut server = stage.start(&["serve", "--rate", "20", "--timecode", "osc:0", "--format", "json"]);
-    let port = server.json_until(|line| line["type"] == "listening").pop().expect("the line")["listen"]
+    let port = server
+        .json_until("the server listens for timecode", |line| line["type"] == "listening")
+        .pop()
+        .expect("the line")["listen"]
         .as_str()
         .and_then(|listen| Some(listen.rsplit_once(':')?.1.to_owned()))
         .expect("an address with a port");
     let client = start_python("Timecode, the other way", &[("7000", &port)]);
-    server.json_until(|line| line["event"] == "follows");
+    server.json_until("the show follows the timecode", |line| line["event"] == "follows");
     client.kill();
     server.terminate().expect_clean();
 }

@@ -80,10 +80,10 @@ fn hz_tells_of_a_restart_and_in_text_too() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100", "--readers", "1"]);
     let mut hz = stage.start(&["hz", "--format", "json"]);
-    hz.json_until(|line| line["frames"].as_u64() > Some(0));
+    hz.json_until("frames are counted", |line| line["frames"].as_u64() > Some(0));
     server.stop();
     let server = stage.serve(&["--rate", "100"]);
-    let lines = hz.json_until(|line| line["restarts"] != 0);
+    let lines = hz.json_until("a restart is counted", |line| line["restarts"] != 0);
     assert_eq!(lines.last().map(|line| &line["restarts"]), Some(&Value::from(1)));
     hz.terminate().expect_clean();
     let text = stage.run(&["hz", "--seconds", "1"]).expect_clean().stdout;

@@ -114,7 +114,7 @@ fn a_loop_without_a_number_goes_on_until_it_is_stopped() {
     for _ in 0..12 {
         reader.read_to_tick(3);
     }
-    process.json_until(|line| line["type"] == "pass");
+    process.json_until("a pass begins", |line| line["type"] == "pass");
     let summary = process.terminate().expect_clean().last_json();
     assert!(summary["passes"].as_u64() >= Some(12), "{summary}");
 }

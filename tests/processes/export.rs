@@ -9,7 +9,7 @@ use bench_dragon_ipc::{FrameHeader, HandleState};
 use serde_json::json;
 
 use crate::process::Ended;
-use crate::python;
+use crate::pytest;
 use crate::stage::{Stage, program};
 
 /// Runs `export` in the stage's folder.
@@ -61,7 +61,7 @@ fn python_finds_the_recording_in_its_tables() {
     ] {
         export(&stage, &[&["a.mcap", out], args].concat()).expect_clean();
     }
-    python::run("test_export.py", &[("EXPORT_FOLDER", stage.path("").as_os_str())]);
+    pytest::run("test_export.py", &[("EXPORT_FOLDER", stage.path("").as_os_str())]);
 }
 
 #[test]

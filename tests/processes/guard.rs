@@ -29,7 +29,10 @@ fn start_guard(stage: &Stage) -> Process {
 
 /// Waits until a guard says that the head rests for good.
 fn await_rest(guard: &mut Process) -> Value {
-    guard.json_until(|line| line["type"] == "guard").pop().expect("the line that was waited for")
+    guard
+        .json_until("the guard reports its hold", |line| line["type"] == "guard")
+        .pop()
+        .expect("the line that was waited for")
 }
 
 /// Fails unless every frame's head is where the one before it could walk to, and before the rest.
@@ -76,7 +79,7 @@ fn a_guarded_server_stands_held_until_there_is_a_guard_and_walks_with_it() {
         assert_eq!((refused.code(), refused.stderr.as_str()), (Some(1), reason));
     }
     let guard = start_guard(&stage);
-    reader.read_until(|header| header.head_travel_m > 0.1);
+    reader.read_until("the head is past 0.1 m", |header| header.head_travel_m > 0.1);
     guard.terminate().expect_clean();
     server.stop();
 }
@@ -89,12 +92,13 @@ fn a_dead_guard_leaves_the_head_at_rest_within_its_grant_and_the_next_one_moves_
     let mut travel_m = 0.0;
     for _ in 0..3 {
         let guard = start_guard(&stage);
-        let mut walking = reader.read_until(|header| header.head_travel_m > travel_m + 0.1);
+        let mut walking =
+            reader.read_until("the head goes on by 0.1 m", |header| header.head_travel_m > travel_m + 0.1);
         guard.kill();
         // What the guard saw last is no newer than the newest frame there is now.
         walking.extend(reader.read_unread());
         let seen_m = walking.last().expect("the frame that was waited for").header.head_travel_m;
-        let braking = reader.read_until(|header| header.show_state() == Some(ShowState::Held));
+        let braking = reader.read_until("the show is held", |header| header.show_state() == Some(ShowState::Held));
         let rest = braking.last().expect("the frame that was waited for").header;
         assert!(rest.head_travel_m < seen_m + 1.0, "a horizon and a half of half a second each: {rest:?}");
         travel_m = rest.head_travel_m;
@@ -118,7 +122,7 @@ fn a_guard_that_is_killed_at_random_instants_lets_no_bench_touch() {
         guard.kill();
     }
     let mut guard = start_guard(&stage);
-    shots.extend(reader.read_until(|header| header.head_travel_m > REST_S - 1e-6));
+    shots.extend(reader.read_until("the head rests", |header| header.head_travel_m > REST_S - 1e-6));
     assert_is_the_rest(&await_rest(&mut guard));
     guard.terminate().expect_clean();
     server.stop();
@@ -135,12 +139,12 @@ fn a_seek_is_accepted_once_the_guard_has_proved_its_target_and_refused_where_it_
     let unguarded = stage.run(&["ctl", "seek", "300", "--format", "json"]);
     assert_eq!(unguarded.last_json()["reason"], "no guard has proved that the benches are apart there");
     let guard = start_guard(&stage);
-    reader.read_until(|header| header.head_travel_m > 0.0);
+    reader.read_until("the head walks", |header| header.head_travel_m > 0.0);
     stage.run(&["ctl", "seek", "300"]).expect_clean();
-    reader.read_until(|header| header.head_travel_m > 300.1);
+    reader.read_until("the head is past 300.1 m", |header| header.head_travel_m > 300.1);
     let overlapping = stage.run(&["ctl", "seek", "412.6"]);
     assert_eq!(overlapping.code(), Some(1));
-    let last = reader.read_until(|header| header.head_travel_m > 300.5);
+    let last = reader.read_until("the head is past 300.5 m", |header| header.head_travel_m > 300.5);
     assert!(last.iter().all(|shot| shot.header.head_travel_m < 400.0));
     guard.terminate().expect_clean();
     server.stop();
@@ -152,11 +156,14 @@ fn a_restarted_server_has_no_grant_and_the_guard_begins_anew() {
     let server = stage.serve(&["--guarded", "--rate", "100"]);
     let mut reader = Reader::join(&stage);
     let mut guard = start_guard(&stage);
-    reader.read_until(|header| header.head_travel_m > 0.1);
+    reader.read_until("the head is past 0.1 m", |header| header.head_travel_m > 0.1);
     server.process.kill();
     let server = stage.serve(&["--guarded", "--rate", "100", "--start-at", "412", "--readers", "2"]);
     let run_id = server.run_id;
-    let first = reader.read_until(|header| header.run_id == run_id).pop().expect("the frame that was waited for");
+    let first = reader
+        .read_until("a frame of the new run", |header| header.run_id == run_id)
+        .pop()
+        .expect("the frame that was waited for");
     assert_eq!((first.state(), first.header.head_travel_m), (ShowState::Held, 412.0));
     assert_is_the_rest(&await_rest(&mut guard));
     guard.terminate().expect_clean();
@@ -169,7 +176,7 @@ fn there_is_one_guard_at_a_time() {
     let server = stage.serve(&["--guarded", "--rate", "100"]);
     let mut reader = Reader::join(&stage);
     let first = start_guard(&stage);
-    reader.read_until(|header| header.head_travel_m > 0.0);
+    reader.read_until("the head walks", |header| header.head_travel_m > 0.0);
     let second = start_guard(&stage).end();
     let expected = format!(
         "error: a guard already runs on instance \"{}\", pid {}: there can be only one\n",
@@ -210,7 +217,7 @@ fn a_frame_that_is_not_as_published_is_a_fault_and_ends_the_grants() {
     while !requests.contains(&Request::Hold) {
         requests.extend(source.publish(1.0 + 1e-6));
     }
-    let lines = guard.json_until(|line| line["kind"] == "fault");
+    let lines = guard.json_until("an alert of kind fault", |line| line["kind"] == "fault");
     assert!(lines.iter().all(|line| line["kind"] != "contact"));
     // Told once the hold has been answered, which may be long after the fault.
     let told = guard.complaint();

@@ -3,6 +3,8 @@
 use std::io::{Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream};
 
+use crate::eventually::DEADLINE;
+
 /// What was answered.
 #[derive(Debug)]
 pub(crate) struct Reply {
@@ -19,10 +21,12 @@ pub(crate) fn get(address: SocketAddr, path: &str) -> Reply {
 
 /// Sends a request with these headers, each with its end of line.
 pub(crate) fn ask(address: SocketAddr, method: &str, path: &str, headers: &str) -> Reply {
-    let mut stream = TcpStream::connect(address).expect("the program listens");
+    let mut stream = TcpStream::connect_timeout(&address, DEADLINE).expect("the program listens");
+    stream.set_read_timeout(Some(DEADLINE)).expect("a timeout");
     write!(stream, "{method} {path} HTTP/1.1\r\n{headers}Connection: close\r\n\r\n").expect("a request");
     let mut text = String::new();
-    stream.read_to_string(&mut text).expect("a reply of text");
+    let read = stream.read_to_string(&mut text);
+    read.unwrap_or_else(|error| panic!("{method} {path}: {error} after {text:?}"));
     let (head, body) = text.split_once("\r\n\r\n").unwrap_or_else(|| panic!("a whole reply: {text}"));
     let status = head.split(' ').nth(1).and_then(|status| status.parse().ok());
     Reply { status: status.expect("a status"), head: head.to_lowercase(), body: body.to_owned() }

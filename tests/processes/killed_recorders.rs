@@ -13,7 +13,7 @@ use std::time::Duration;
 use bench_dragon::clock::monotonic_ns;
 use bench_dragon::record::{FrameReader, RecordedFrame, repair};
 
-use crate::python;
+use crate::pytest;
 use crate::record::await_frames;
 use crate::seed::Seed;
 use crate::stage::Stage;
@@ -163,7 +163,7 @@ fn open_in_python(stage: &Stage, all: &[Killed]) {
         let first = killed.frames.first().map_or(0, |frame| frame.header.tick);
         writeln!(list, "{} {first} {}", killed.number, killed.frames.len()).expect("a line");
     }
-    python::run("test_killed_recorders.py", &[("RECORDING_FOLDER", stage.path("").as_os_str())]);
+    pytest::run("test_killed_recorders.py", &[("RECORDING_FOLDER", stage.path("").as_os_str())]);
 }
 
 impl Killed {

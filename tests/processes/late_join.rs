@@ -34,7 +34,7 @@ fn a_late_subscriber_is_given_the_description_of_the_run() {
     Reader::join(&stage).read_to_tick(5);
 
     let reader = DescriptionReader::open(stage.domain(), "test").expect("a server has made the services");
-    let description = eventually(|| reader.poll().expect("the bus is readable"));
+    let description = eventually("the description is there", || reader.poll().expect("the bus is readable"));
     assert_eq!(description.run_id, server.run_id);
     let config = Config::from_toml(&description.toml).expect("the description is a whole configuration");
     assert_eq!((config.rate_hz(), config.time_scale()), (250, 0.5));
@@ -50,9 +50,11 @@ fn a_late_subscriber_is_given_the_status_of_the_run() {
     Reader::join(&stage).read_to_tick(5);
 
     let reader = StatusReader::open(stage.domain(), "test").expect("a server has made the services");
-    let status = eventually(|| reader.poll().expect("the bus is readable"));
+    let status = eventually("the status is there", || reader.poll().expect("the bus is readable"));
     assert_eq!((status.run_id, status.rate_hz, status.pid), (server.run_id, 250, server.process.pid()));
-    let later = eventually(|| reader.poll().expect("the bus is readable").filter(|later| later.tick > status.tick));
+    let later = eventually("a later status is there", || {
+        reader.poll().expect("the bus is readable").filter(|later| later.tick > status.tick)
+    });
     assert_eq!((later.show_state(), later.sim_time_ns), (Some(ShowState::Held), 0));
     assert!(later.overruns >= status.overruns && later.lateness_max_ns >= status.lateness_max_ns);
     drop(reader);
@@ -69,7 +71,8 @@ fn a_reader_that_comes_after_the_server_waits_for_the_next_one() {
     let mut woken = FrameSubscriber::open(stage.domain(), "woken").expect("the other reader keeps the frames");
     assert!(woken.wait(Duration::from_millis(1)).expect("the bus is readable").is_none());
     let server = stage.serve(&["--rate", "100"]);
-    let frame = eventually(|| woken.wait(Duration::from_millis(100)).expect("the bus is readable"));
+    let frame =
+        eventually("a frame wakes the reader", || woken.wait(Duration::from_millis(100)).expect("the bus is readable"));
     assert_eq!(frame.header().run_id, server.run_id);
     drop((frame, woken, polling));
     server.stop();

@@ -4,7 +4,7 @@
 //! No test knows how long anything takes. It waits for what it is about (a line, a frame, an end), and where frames are
 //! counted one by one the show is short enough for a reader's buffer to hold all of it.
 
-#![allow(clippy::print_stdout, reason = "a test tells its seed, and why it is skipped")]
+#![allow(clippy::print_stdout, reason = "a test prints its seed and its figures")]
 
 mod bad_input;
 mod bridge_osc;
@@ -22,21 +22,23 @@ mod eventually;
 mod excerpts;
 mod export;
 mod figures;
+mod gate;
 mod guard;
 mod http;
 mod killed_recorders;
 mod late_join;
 mod latency;
+mod log;
 mod lying_source;
 mod metrics;
 mod monitor;
 mod other_versions;
 mod overflow;
 mod planner;
-mod ports;
 mod poses;
 mod poses_files;
 mod process;
+mod pytest;
 mod python;
 mod reader;
 mod reader_reports;

@@ -8,10 +8,10 @@ use std::net::SocketAddr;
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
-use crate::eventually::eventually;
+use crate::eventually::{eventually, eventually_from};
 use crate::http::{Reply, ask, get};
 use crate::process::{Ended, Process};
-use crate::python;
+use crate::pytest;
 use crate::reader::Reader;
 use crate::stage::Stage;
 
@@ -42,7 +42,10 @@ impl Exporter {
     /// The first scrape that has samples of all these metrics.
     fn scrape_with(&self, names: &[&str]) -> String {
         let has = |text: &str, name: &str| text.lines().any(|line| line.starts_with(&format!("bench_dragon_{name}")));
-        eventually(|| Some(self.scrape()).filter(|text| names.iter().all(|name| has(text, name))))
+        eventually_from(&format!("there are samples of {names:?}"), || {
+            let text = self.scrape();
+            if names.iter().all(|name| has(&text, name)) { Ok(text) } else { Err(text) }
+        })
     }
 }
 
@@ -88,7 +91,7 @@ fn a_stock_client_reads_of_a_finished_show_what_its_processes_say() {
     let variables =
         [("BENCH_DRAGON_METRICS", OsStr::new(&url)), ("BENCH_DRAGON_METRICS_FOLDER", stage.path(".").as_os_str())]
             .map(|(name, value)| (name, value.to_owned()));
-    python::run("test_metrics.py", &variables.each_ref().map(|(name, value)| (*name, value.as_os_str())));
+    pytest::run("test_metrics.py", &variables.each_ref().map(|(name, value)| (*name, value.as_os_str())));
     exporter.process.terminate().expect_clean();
 }
 
@@ -122,9 +125,14 @@ fn alerts_by_kind(monitored: &Ended) -> BTreeMap<String, u64> {
 fn a_server_that_ends_and_comes_back_is_seen_by_scrapers_that_stay() {
     let stage = Stage::new();
     let exporter = Exporter::start(&stage);
-    let holds = |line: &str| exporter.scrape().lines().any(|told| told == line);
-    let until = |line: &str| eventually(|| holds(line).then_some(()));
-    assert!(holds("bench_dragon_up 0"), "there is no server yet");
+    let holds = |scrape: &str, line: &str| scrape.lines().any(|told| told == line);
+    let until = |line: &str| {
+        eventually_from(&format!("a scrape has {line:?}"), || {
+            let scrape = exporter.scrape();
+            if holds(&scrape, line) { Ok(()) } else { Err(scrape) }
+        });
+    };
+    assert!(holds(&exporter.scrape(), "bench_dragon_up 0"), "there is no server yet");
     let first = stage.serve(&["--rate", "50"]);
     until("bench_dragon_up 1");
     first.stop();
@@ -177,14 +185,18 @@ fn a_view_tells_the_same_metrics() {
     let mut view = stage.start(&["view", "--listen", "127.0.0.1:0", "--format", "json"]);
     let listening: Value = view.json();
     let address = listening["address"].as_str().and_then(|address| address.parse().ok()).expect("an address");
-    eventually(|| get(address, "/metrics").body.contains("\nbench_dragon_up 1\n").then_some(()));
+    eventually("the view reports that the source is up", || {
+        get(address, "/metrics").body.contains("\nbench_dragon_up 1\n").then_some(())
+    });
     let names = |text: &str| -> Vec<String> {
         text.lines().filter_map(|line| Some(line.strip_prefix("# TYPE ")?.to_owned())).collect()
     };
     let exporter = Exporter::start(&stage);
     let settled = ["forecast_contact_time", "tick_lateness", "reader_frames_total{reader=\"metrics"];
     let wanted = names(&exporter.scrape_with(&settled));
-    eventually(|| (names(&get(address, "/metrics").body) == wanted).then_some(()));
+    eventually("the view has the metrics of the exporter", || {
+        (names(&get(address, "/metrics").body) == wanted).then_some(())
+    });
     for process in [exporter.process, view] {
         process.terminate().expect_clean();
     }

@@ -5,6 +5,7 @@ use std::time::Duration;
 use bench_dragon_ipc::{Alert, AlertKind, AlertSubscriber};
 use serde_json::{Value, json};
 
+use crate::eventually::eventually;
 use crate::process::Process;
 use crate::reader::Reader;
 use crate::stage::{Server, Stage};
@@ -55,7 +56,7 @@ fn all_of(alerts: &AlertSubscriber) -> Vec<Value> {
 /// Waits until a monitor has told of a kind of alert, then ends it. Returns its lines, and the alerts among them, which
 /// are those on the bus.
 fn hear(mut monitor: Process, alerts: &AlertSubscriber, kind: &str) -> (Vec<Value>, Vec<Value>) {
-    let mut lines = monitor.json_until(|line| line["kind"] == kind);
+    let mut lines = monitor.json_until(&format!("an alert of kind {kind}"), |line| line["kind"] == kind);
     // A subscriber finds a publisher when it reads, so it has to read once while the monitor is there.
     let mut heard = all_of(alerts);
     lines.extend(monitor.terminate().expect_clean().json_lines());
@@ -153,7 +154,7 @@ fn nothing_is_swept_across_a_seek() {
 fn a_seek_back_over_a_stretch_with_near_benches_tells_of_none_of_them() {
     let stage = Stage::new();
     let (server, alerts, mut monitor) = watch(&stage, &["--start-at", "411", "--rate", "50", "--held"]);
-    monitor.json_until(|line| line["kind"] == "near");
+    monitor.json_until("an alert of kind near", |line| line["kind"] == "near");
     all_of(&alerts);
     stage.run(&["ctl", "seek", "300"]).expect_clean();
     stage.run(&["ctl", "release"]).expect_clean();
@@ -167,18 +168,16 @@ fn a_seek_back_over_a_stretch_with_near_benches_tells_of_none_of_them() {
 fn a_restart_of_the_server_is_told_with_the_new_runs_number() {
     let stage = Stage::new();
     let (server, alerts, mut monitor) = watch(&stage, &["--start-at", "411", "--rate", "50"]);
-    monitor.json_until(|line| line["kind"] == "near");
+    monitor.json_until("an alert of kind near", |line| line["kind"] == "near");
     server.process.kill();
     let server = stage.serve(&["--rate", "50"]);
-    let told = monitor.json_until(|line| line["kind"] == "restarted");
+    let told = monitor.json_until("an alert of kind restarted", |line| line["kind"] == "restarted");
     let restarted = told.last().expect("the line that was waited for");
     assert_eq!((&restarted["run_id"], &restarted["benches"]), (&json!(server.run_id), &Value::Null));
-    let heard = loop {
-        let alert = alerts.wait(Duration::from_secs(1)).expect("the bus is readable");
-        if let Some(alert) = alert.filter(|alert| alert.alert_kind() == Some(AlertKind::Restarted)) {
-            break line_of(&alert);
-        }
-    };
+    let heard = eventually("an alert of the restart", || {
+        let alert = alerts.wait(Duration::from_millis(100)).expect("the bus is readable");
+        alert.filter(|alert| alert.alert_kind() == Some(AlertKind::Restarted)).map(|alert| line_of(&alert))
+    });
     assert_eq!(heard, *restarted);
     monitor.terminate().expect_clean();
     drop(alerts);

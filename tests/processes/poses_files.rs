@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::process::{Ended, Process};
-use crate::python;
+use crate::pytest;
 use crate::stage::program;
 
 fn solve_poses(args: &[&str], folder: &Path) -> Ended {
@@ -21,7 +21,7 @@ fn openpyxl_reads_the_workbook_back() {
     let ended = solve_poses(&paper, folder.path()).expect_clean();
     let (xlsx, json) = (folder.path().join("poses.xlsx"), folder.path().join("poses.json"));
     fs::write(&json, ended.stdout).expect("a file");
-    python::run("test_poses.py", &[("POSES_XLSX", xlsx.as_os_str()), ("POSES_JSON", json.as_os_str())]);
+    pytest::run("test_poses.py", &[("POSES_XLSX", xlsx.as_os_str()), ("POSES_JSON", json.as_os_str())]);
 }
 
 #[test]

@@ -1,20 +1,32 @@
 //! A process of the program: started, read line by line, signalled, waited for. One that a failing test leaves is killed.
+//!
+//! Each wait has a deadline. Past it, the test fails with the command line, what was waited for, and what the process has
+//! written to stderr so far.
 
-use std::io::{BufRead, BufReader, Read};
-use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
-use std::sync::mpsc::{self, Receiver};
+use std::io::{BufRead as _, BufReader, ErrorKind, Read as _};
+use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
+use std::time::Instant;
 
+use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
+
+use crate::eventually::{DEADLINE, before_deadline};
 
 /// A running process.
 #[derive(Debug)]
 pub(crate) struct Process {
+    /// The command line.
+    name: String,
     child: Child,
     stdout: Option<BufReader<ChildStdout>>,
-    /// The program's own lines of stderr, taken off it as they come, so that the process never waits for us.
+    /// The lines of stderr, taken off it as they come, so that the process never waits for us.
     complaints: Receiver<String>,
+    /// All of stderr so far.
+    stderr: Arc<Mutex<String>>,
 }
 
 /// What a process has left when it has ended.
@@ -28,24 +40,26 @@ pub(crate) struct Ended {
 
 impl Process {
     pub(crate) fn start(mut command: Command) -> Self {
-        let mut child = command
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("the program is there: cargo has built it for this test");
-        let stdout = child.stdout.take().map(BufReader::new);
-        let mut stderr = BufReader::new(child.stderr.take().expect("stderr is piped"));
+        Self::spawn(command.stdin(Stdio::null()))
+    }
+
+    /// Starts a process that reads from us.
+    pub(crate) fn start_with_stdin(mut command: Command) -> (Self, ChildStdin) {
+        let mut process = Self::spawn(command.stdin(Stdio::piped()));
+        let stdin = process.child.stdin.take().expect("stdin is piped");
+        (process, stdin)
+    }
+
+    fn spawn(command: &mut Command) -> Self {
+        let name = format!("{command:?}");
+        let spawned = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+        let mut child = spawned.unwrap_or_else(|error| panic!("{name}: {error}"));
+        let stdout = child.stdout.take().map(without_blocking);
         let (sender, complaints) = mpsc::channel();
-        thread::spawn(move || {
-            while let Some(line) = read_line(&mut stderr) {
-                if !is_of_iceoryx2(&line) {
-                    // Where the test is over, nobody listens any more.
-                    let _ = sender.send(line);
-                }
-            }
-        });
-        Self { child, stdout, complaints }
+        let stderr = Arc::new(Mutex::new(String::new()));
+        let (source, log) = (child.stderr.take().expect("stderr is piped"), Arc::clone(&stderr));
+        thread::spawn(move || listen(source, &log, &sender));
+        Self { name, child, stdout, complaints, stderr }
     }
 
     pub(crate) fn pid(&self) -> u32 {
@@ -53,25 +67,58 @@ impl Process {
     }
 
     /// The next line of stdout, without its end; `None` where the process has closed it.
+    #[track_caller]
     pub(crate) fn next_line(&mut self) -> Option<String> {
-        read_line(self.stdout.as_mut().expect("stdout is open until it is closed by the test"))
+        let mut line = Vec::new();
+        self.read("the next line of stdout", |stdout| stdout.read_until(b'\n', &mut line));
+        let line = String::from_utf8(line).expect("a pipe of text");
+        (!line.is_empty()).then(|| line.trim_end_matches('\n').to_owned())
     }
 
     /// The next line of stderr, without its end.
+    #[track_caller]
     pub(crate) fn complaint(&self) -> String {
-        self.complaints.recv().expect("the process has something to say before it ends")
+        match self.complaints.recv_timeout(DEADLINE) {
+            Ok(line) => line,
+            Err(RecvTimeoutError::Timeout) => self.fail_waiting("the next line of stderr"),
+            Err(RecvTimeoutError::Disconnected) => {
+                panic!("{} ended before it wrote another line to stderr, which was: {}", self.name, self.stderr())
+            }
+        }
+    }
+
+    /// The next line of stderr with this in it.
+    #[track_caller]
+    pub(crate) fn complaint_with(&self, wanted: &str) -> String {
+        let begun = Instant::now();
+        loop {
+            let line = self.complaint();
+            if line.contains(wanted) {
+                return line;
+            }
+            if begun.elapsed() > DEADLINE {
+                self.fail_waiting(&format!("a line of stderr with {wanted:?}"));
+            }
+        }
     }
 
     /// The next line of stdout as JSON.
+    #[track_caller]
     pub(crate) fn json(&mut self) -> Value {
-        let line = self.next_line().unwrap_or_else(|| panic!("it has ended: {}", self.remaining_complaints()));
+        let line =
+            self.next_line().unwrap_or_else(|| panic!("{} has ended: {}", self.name, self.remaining_complaints()));
         serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error} in {line}"))
     }
 
-    /// Lines of JSON up to the first one that is wanted, which comes last.
-    pub(crate) fn json_until(&mut self, is_wanted: impl Fn(&Value) -> bool) -> Vec<Value> {
+    /// Lines of JSON up to the first one that is wanted, which comes last. `what` completes "waited until …".
+    #[track_caller]
+    pub(crate) fn json_until(&mut self, what: &str, is_wanted: impl Fn(&Value) -> bool) -> Vec<Value> {
+        let begun = Instant::now();
         let mut lines = vec![self.json()];
-        while !lines.last().is_some_and(&is_wanted) {
+        while let Some(last) = lines.last().filter(|line| !is_wanted(line)) {
+            if begun.elapsed() > DEADLINE {
+                self.fail_waiting(&format!("until {what}, last read {last},"));
+            }
             lines.push(self.json());
         }
         lines
@@ -87,34 +134,68 @@ impl Process {
     }
 
     /// Ends it as a crash does, and waits until it is gone.
+    #[track_caller]
     pub(crate) fn kill(self) {
         self.signal(Signal::KILL);
         self.end();
     }
 
     /// Asks it to end, and waits.
+    #[track_caller]
     pub(crate) fn terminate(self) -> Ended {
         self.signal(Signal::TERM);
         self.end()
     }
 
     /// Waits for its end.
+    #[track_caller]
     pub(crate) fn end(mut self) -> Ended {
-        let stdout = self.stdout.take().map(read_all).unwrap_or_default();
+        let mut stdout = Vec::new();
+        if self.stdout.is_some() {
+            self.read("the end of stdout", |source| source.read_to_end(&mut stdout));
+        }
         let stderr = self.remaining_complaints();
-        Ended { status: self.child.wait().expect("a child can be waited for"), stdout, stderr }
+        let child = &mut self.child;
+        let ended = before_deadline(|| child.try_wait().expect("a child can be waited for").ok_or(()));
+        let status = ended.unwrap_or_else(|()| self.fail_waiting("the end"));
+        Ended { status, stdout: String::from_utf8_lossy(&stdout).into_owned(), stderr }
+    }
+
+    /// Reads from stdout until `read` has what it wants.
+    #[track_caller]
+    fn read(&mut self, what: &str, mut read: impl FnMut(&mut BufReader<ChildStdout>) -> std::io::Result<usize>) {
+        let stdout = self.stdout.as_mut().expect("stdout is open until it is closed by the test");
+        let done = before_deadline(|| match read(stdout) {
+            Err(error) if error.kind() == ErrorKind::WouldBlock => Err(()),
+            done => Ok(done.expect("a pipe can be read")),
+        });
+        if done.is_err() {
+            self.fail_waiting(what);
+        }
     }
 
     /// The rest of stderr, which ends with the process.
+    #[track_caller]
     fn remaining_complaints(&self) -> String {
-        self.complaints.iter().map(|line| line + "\n").collect()
+        let begun = Instant::now();
+        let mut rest = String::new();
+        loop {
+            match self.complaints.recv_timeout(DEADLINE.saturating_sub(begun.elapsed())) {
+                Ok(line) => rest += &(line + "\n"),
+                Err(RecvTimeoutError::Disconnected) => return rest,
+                Err(RecvTimeoutError::Timeout) => self.fail_waiting("the end of stderr"),
+            }
+        }
     }
-}
 
-/// Whether a line of stderr is a warning of iceoryx2's, which begins with a capital: ours do not. Of a peer that was killed
-/// while it joined it says, rightly, that it could not be connected to; whether it does is chance.
-fn is_of_iceoryx2(line: &str) -> bool {
-    line.strip_prefix(" WARN ").is_some_and(|message| message.starts_with(char::is_uppercase))
+    #[track_caller]
+    fn fail_waiting(&self, what: &str) -> ! {
+        panic!("waited {DEADLINE:?} for {what} of {}; its stderr so far: {}", self.name, self.stderr())
+    }
+
+    fn stderr(&self) -> String {
+        self.stderr.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
 }
 
 impl Drop for Process {
@@ -147,15 +228,20 @@ impl Ended {
     }
 }
 
-/// The next line, without its end; `None` at the end of all.
-fn read_line(source: &mut impl BufRead) -> Option<String> {
-    let mut line = String::new();
-    let length = source.read_line(&mut line).expect("a pipe of text");
-    (length > 0).then(|| line.trim_end_matches('\n').to_owned())
+/// Reads from a pipe fail where there is nothing to read: so a wait for more can have a deadline. The process's end of the pipe
+/// stays as it is.
+fn without_blocking(stdout: ChildStdout) -> BufReader<ChildStdout> {
+    let flags = fcntl_getfl(&stdout).expect("it is open");
+    fcntl_setfl(&stdout, flags | OFlags::NONBLOCK).expect("it is open");
+    BufReader::new(stdout)
 }
 
-fn read_all(mut source: impl Read) -> String {
-    let mut text = Vec::new();
-    source.read_to_end(&mut text).expect("a pipe can be read to its end");
-    String::from_utf8_lossy(&text).into_owned()
+/// Takes stderr off the process line by line, to its end.
+fn listen(source: ChildStderr, log: &Mutex<String>, sender: &Sender<String>) {
+    for line in BufReader::new(source).lines() {
+        let line = line.expect("a pipe of text");
+        log.lock().unwrap_or_else(PoisonError::into_inner).extend([line.as_str(), "\n"]);
+        // Where the test is over, nobody listens any more.
+        let _ = sender.send(line);
+    }
 }

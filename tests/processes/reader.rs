@@ -1,14 +1,11 @@
 //! A reader of frames inside the test, which copies what it reads.
 
-use std::time::Duration;
+use std::time::Instant;
 
 use bench_dragon_ipc::{Continuity, Frame, FrameHeader, FrameSubscriber, HandleState, ShowState};
 
-use crate::eventually::eventually;
+use crate::eventually::{DEADLINE, eventually_from};
 use crate::stage::Stage;
-
-/// How long one wait lasts; another one follows.
-const WAIT: Duration = Duration::from_secs(1);
 
 /// A frame, copied out of shared memory.
 #[derive(Clone, Debug)]
@@ -18,57 +15,80 @@ pub(crate) struct Shot {
     pub(crate) continuity: Continuity,
 }
 
-/// A subscriber that waits for as long as it takes.
+/// A subscriber whose waits have a deadline; past it, the test fails with what was waited for and the last frame.
 #[derive(Debug)]
-pub(crate) struct Reader(FrameSubscriber);
+pub(crate) struct Reader {
+    frames: FrameSubscriber,
+    last: Option<FrameHeader>,
+}
 
 impl Reader {
     /// Joins a stage on which a server is.
     pub(crate) fn join(stage: &Stage) -> Self {
-        Self(FrameSubscriber::open(stage.domain(), "test").expect("a server has made the services"))
+        Self::new(FrameSubscriber::open(stage.domain(), "test").expect("a server has made the services"))
     }
 
     /// Joins as soon as there is a server.
+    #[track_caller]
     pub(crate) fn await_server(stage: &Stage) -> Self {
-        Self(eventually(|| FrameSubscriber::open(stage.domain(), "test").ok()))
+        let open = || FrameSubscriber::open(stage.domain(), "test").map_err(|error| error.to_string());
+        Self::new(eventually_from("a server has made the services", open))
+    }
+
+    fn new(frames: FrameSubscriber) -> Self {
+        Self { frames, last: None }
     }
 
     /// The next frame.
+    #[track_caller]
     pub(crate) fn next(&mut self) -> Shot {
+        let begun = Instant::now();
         loop {
-            if let Some(frame) = self.0.wait(WAIT).expect("the bus is readable") {
+            // It may return without a frame before its time is over.
+            if let Some(frame) = self.frames.wait(DEADLINE).expect("the bus is readable") {
+                self.last = Some(*frame.header());
                 return Shot::of(&frame);
             }
+            assert!(
+                begun.elapsed() < DEADLINE,
+                "waited {DEADLINE:?} for the next frame; the last one: {:?}",
+                self.last
+            );
         }
     }
 
     /// The frames that are there already: all that follow, where the server has ended.
     pub(crate) fn read_unread(&mut self) -> Vec<Shot> {
-        let mut receive = || self.0.receive().expect("the bus is readable").map(|frame| Shot::of(&frame));
+        let mut receive = || self.frames.receive().expect("the bus is readable").map(|frame| Shot::of(&frame));
         std::iter::from_fn(&mut receive).collect()
     }
 
-    /// Frames up to the first one that is wanted, which comes last.
-    pub(crate) fn read_until(&mut self, is_wanted: impl Fn(&FrameHeader) -> bool) -> Vec<Shot> {
+    /// Frames up to the first one that is wanted, which comes last. `what` completes "waited until …".
+    #[track_caller]
+    pub(crate) fn read_until(&mut self, what: &str, is_wanted: impl Fn(&FrameHeader) -> bool) -> Vec<Shot> {
+        let begun = Instant::now();
         let mut shots = vec![self.next()];
         while !shots.last().is_some_and(|shot| is_wanted(&shot.header)) {
+            assert!(begun.elapsed() < DEADLINE, "waited {DEADLINE:?} until {what}; the last frame: {:?}", self.last);
             shots.push(self.next());
         }
         shots
     }
 
     /// Frames up to a tick, which comes last unless it was lost.
+    #[track_caller]
     pub(crate) fn read_to_tick(&mut self, tick: u64) -> Vec<Shot> {
-        self.read_until(|header| header.tick >= tick)
+        self.read_until(&format!("tick {tick}"), |header| header.tick >= tick)
     }
 
     /// Frames up to the one that ends the show.
+    #[track_caller]
     pub(crate) fn read_to_end(&mut self) -> Vec<Shot> {
-        self.read_until(|header| header.show_state() == Some(ShowState::Finished))
+        self.read_until("the show ends", |header| header.show_state() == Some(ShowState::Finished))
     }
 
     pub(crate) fn lost(&self) -> u64 {
-        self.0.lost()
+        self.frames.lost()
     }
 }
 

@@ -14,7 +14,9 @@ fn open(stage: &Stage) -> ReaderReports {
 
 /// The next report of a reader of this name.
 fn next_of(reports: &ReaderReports, name: &str) -> ReaderReport {
-    eventually(|| reports.receive().expect("reports are readable").filter(|report| report.name() == name))
+    eventually(&format!("{name} reports"), || {
+        reports.receive().expect("reports are readable").filter(|report| report.name() == name)
+    })
 }
 
 /// Connects with the readers that are there: what one sends that is gone by then, nobody gets.
@@ -41,13 +43,10 @@ fn a_reader_reports_by_itself_while_it_reads_and_once_more_when_it_ends() {
     assert!((1..=frames).contains(&report.frames), "{report:?}");
     assert_eq!((report.run_id, report.pid, report.lost), (server.run_id, std::process::id(), 0));
     assert_eq!((report.bytes_written, report.ended), (0, 0));
-    let again = loop {
+    let again = eventually("the reader reports again", || {
         frames += reader.read_to_tick(first.header.tick + frames).len() as u64 + reader.read_unread().len() as u64;
-        match reports.receive().expect("reports are readable") {
-            Some(report) if report.name() == "test" => break report,
-            _ => {}
-        }
-    };
+        reports.receive().expect("reports are readable").filter(|report| report.name() == "test")
+    });
     assert_eq!(again.reader, report.reader, "it is the same one");
     assert!(again.frames > report.frames && again.sent_ns >= report.sent_ns + 1_000_000_000, "{report:?} {again:?}");
     frames += reader.read_to_tick(first.header.tick + frames + 3).len() as u64;

@@ -53,7 +53,7 @@ fn a_reader_that_is_slower_than_the_server_ends_at_a_signal() {
     let config = config.to_str().expect("a folder with a name in UTF-8");
     let server = stage.serve(&["--rate", "10000", "--config", config]);
     let mut monitor = stage.start(&["monitor", "--format", "json", "--progress", "0.01"]);
-    monitor.json_until(|line| line["lost"].as_u64() > Some(0));
+    monitor.json_until("the monitor loses a frame", |line| line["lost"].as_u64() > Some(0));
     monitor.terminate().expect_clean();
     server.stop();
 }

@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::thread;
 
 use bench_dragon::config::Config;
@@ -15,6 +15,7 @@ use thread_priority::{
 
 use crate::process::Process;
 use crate::reader::{Reader, assert_whole};
+use crate::skip::{is_possible, skip};
 use crate::stage::Stage;
 
 /// The kernel's numbers of its scheduling policies.
@@ -38,7 +39,7 @@ struct Thread {
 #[test]
 fn the_loop_has_its_processor_and_priority_and_the_other_threads_have_neither() {
     if !may_take_priority() {
-        println!("not tested: real-time priorities are not granted here");
+        skip("real-time priorities are not granted here");
         return;
     }
     let (cpu, all) = (last_cpu(), processors().to_string());
@@ -95,7 +96,7 @@ fn without_the_privilege_one_line_says_what_to_grant_and_the_server_runs() {
 fn a_processor_that_is_not_there_is_told_with_those_that_are() {
     let stage = Stage::new();
     if processors().contains(1023) {
-        println!("not tested: this machine has every processor that there can be");
+        skip("this machine has every processor that there can be");
         return;
     }
     fs::write(stage.path("stage.toml"), "[serve]\ncpu = 1023\n").expect("a file");
@@ -127,16 +128,13 @@ fn a_show_hands_what_it_is_asked_for_to_its_server() {
     assert!(text.contains("priority = \"other\""), "{text}");
 }
 
-/// The command with no right to a priority or to locked memory, or `None`, which is told, where that cannot be had.
+/// The command with no right to a priority or to locked memory, or `None` where that cannot be had.
 fn unprivileged(command: &Command) -> Option<Command> {
     let mut with: Vec<&str> = vec!["prlimit", "--rtprio=0", "--memlock=65536"];
     if geteuid().is_root() {
         with.splice(0..0, ["setpriv", "--bounding-set=-sys_nice,-ipc_lock"]);
     }
-    let mut probe = Command::new(with[0]);
-    let probed = probe.args(&with[1..]).arg("true").stderr(Stdio::null()).status();
-    if !probed.is_ok_and(|status| status.success()) {
-        println!("not tested: {} cannot take privileges away here", with[0]);
+    if !is_possible(&with) {
         return None;
     }
     let mut without = Command::new(with[0]);

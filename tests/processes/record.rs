@@ -8,7 +8,7 @@ use bench_dragon_ipc::{DescriptionReader, FrameHeader};
 use serde_json::{Value, json};
 
 use crate::eventually::eventually;
-use crate::python;
+use crate::pytest;
 use crate::reader::{Reader, Shot, assert_whole};
 use crate::stage::Stage;
 
@@ -21,7 +21,7 @@ pub(crate) fn read(path: &Path) -> (Vec<FrameHeader>, bool) {
 
 /// Waits until a recording that is being written has frames that would survive its recorder.
 pub(crate) fn await_frames(path: &Path) {
-    eventually(|| FrameReader::open(path).ok()?.next()?.ok().map(drop));
+    eventually("the recording has a frame", || FrameReader::open(path).ok()?.next()?.ok().map(drop));
 }
 
 #[test]
@@ -35,7 +35,7 @@ fn stock_readers_find_every_frame_the_contact_and_the_configuration() {
     // The recorder opens its alerts before its frames, so it hears the monitor from the first one on.
     let monitor = stage.start(&["monitor", "--format", "json"]);
     let mut reader = Reader::join(&stage);
-    let description = eventually(|| descriptions.poll().expect("the bus is readable"));
+    let description = eventually("the description is there", || descriptions.poll().expect("the bus is readable"));
 
     let run_id = server.run_id;
     server.summary();
@@ -52,7 +52,7 @@ fn stock_readers_find_every_frame_the_contact_and_the_configuration() {
     let received: Vec<u8> = shots.iter().flat_map(Shot::wire_bytes).collect();
     fs::write(stage.path("frames.bin"), received).expect("a file");
     fs::write(stage.path("description.toml"), description.toml).expect("a file");
-    python::run("test_live_recording.py", &[("RECORDING_FOLDER", stage.path("").as_os_str())]);
+    pytest::run("test_live_recording.py", &[("RECORDING_FOLDER", stage.path("").as_os_str())]);
 }
 
 #[test]

@@ -147,7 +147,8 @@ fn each_recorded_run_is_a_pass_with_its_own_description() {
     let recorder = stage.start(&["record", "b.mcap"]);
     let mut reader = Reader::join(&stage);
     let (one, other) = (reader.read_to_end(), reader.read_to_end());
-    let second = process.json_until(|line| line["type"] == "started").pop().expect("a line");
+    let second =
+        process.json_until("the second replay starts", |line| line["type"] == "started").pop().expect("a line");
     let summary = process.end().expect_clean().last_json();
     recorder.terminate().expect_clean();
     for (shots, started, benches) in [(&one, first, 5), (&other, second, 9)] {
@@ -243,8 +244,8 @@ fn a_replay_publishes_its_status_and_the_recorded_description() {
     let descriptions = DescriptionReader::open(stage.domain(), "test").expect("a replay has made the services");
     let statuses = StatusReader::open(stage.domain(), "test").expect("a replay has made the services");
     Reader::join(&stage).read_to_tick(0);
-    let description = eventually(|| descriptions.poll().expect("the bus is readable"));
-    let status = eventually(|| statuses.poll().expect("the bus is readable"));
+    let description = eventually("the description is there", || descriptions.poll().expect("the bus is readable"));
+    let status = eventually("the status is there", || statuses.poll().expect("the bus is readable"));
     assert_eq!(started["run_id"], description.run_id);
     assert_eq!(description.toml, "[dragon]\nbenches = 1\n[serve]\nrate_hz = 50\n");
     assert_eq!((started["run_id"].as_u64(), status.pid), (Some(status.run_id), process.pid()));

@@ -3,10 +3,10 @@
 use std::ffi::OsStr;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use crate::process::{Ended, Process};
-use crate::skip::skip;
+use crate::skip::{can_start, is_possible};
 use crate::stage::Stage;
 
 const NOBODY: &str = "65534";
@@ -29,22 +29,6 @@ fn behind(launcher: &[&str], command: &Command) -> Process {
     launched.args(args).arg(command.get_program()).args(command.get_args());
     launched.env_remove("RUST_LOG").current_dir(command.get_current_dir().expect("the stage has a folder"));
     Process::start(launched)
-}
-
-/// Whether a launcher works on this system; tells where it does not.
-fn is_possible(launcher: &[&str]) -> bool {
-    let possible = can_start(launcher);
-    if !possible {
-        skip(&format!("`{}` is not possible here", launcher.join(" ")));
-    }
-    possible
-}
-
-/// Whether a launcher starts a program that does nothing.
-fn can_start(launcher: &[&str]) -> bool {
-    let [program, args @ ..] = launcher else { panic!("a launcher has a name") };
-    let tried = Command::new(program).args(args).arg("true").stdout(Stdio::null()).stderr(Stdio::null()).status();
-    tried.is_ok_and(|status| status.success())
 }
 
 /// Gives a process a /dev/shm of its own.
@@ -145,11 +129,6 @@ fn the_largest_size_of_a_file_is_an_error_and_no_signal() {
 
 #[test]
 fn a_full_stdout_is_named() {
-    let full = Path::new("/dev/full");
-    if !full.exists() {
-        skip("this system has no /dev/full");
-        return;
-    }
     let stage = Stage::new();
     let ended = behind(&["sh", "-c", r#"exec "$@" > /dev/full"#, "sh"], &stage.command(&["iox2-config"])).end();
     assert_told(&ended, "cannot write to stdout: No space left on device");

@@ -12,7 +12,7 @@ const SHORT_RUN: [&str; 6] = ["--rate", "25", "--until", "4", "--readers", "1"];
 fn read_next_run(stage: &Stage, reader: &mut Reader, first_run_id: u64) -> Vec<Shot> {
     let server = stage.serve(&SHORT_RUN);
     assert_ne!(server.run_id, first_run_id);
-    let mut shots = reader.read_until(|header| header.run_id != first_run_id);
+    let mut shots = reader.read_until("a frame of the second run", |header| header.run_id != first_run_id);
     let first_of_run = shots.pop().expect("the frame that ended the reading");
     assert_eq!(first_of_run.continuity, Continuity::Restarted);
     assert_eq!((first_of_run.header.run_id, first_of_run.header.tick), (server.run_id, 0));

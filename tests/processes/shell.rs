@@ -1,13 +1,13 @@
 //! What shells, terminals and readers of manuals get: completions, pages, colours, bars.
 
 use std::fs;
-use std::io::ErrorKind;
 use std::path::Path;
 use std::process::Command;
 
 use tempfile::TempDir;
 
-use crate::skip::skip;
+use crate::process::Process;
+use crate::skip::has_programs;
 use crate::stage::program;
 use crate::terminal::in_terminal;
 
@@ -18,9 +18,9 @@ const LONG_DRAGON: &str =
     "[dragon]\nbenches = 1500\n[route]\nkind = \"turnaround\"\npitch_m = 1.7\nstart_s = -3000\nend_s = 3000\n";
 
 fn stdout(args: &[&str]) -> String {
-    let output = program(args).output().expect("the program is there");
-    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).expect("UTF-8")
+    let ended = Process::start(program(args)).end();
+    assert!(ended.status.success(), "{args:?}: {}", ended.stderr);
+    ended.stdout
 }
 
 /// Writes the completions of a shell into a folder.
@@ -50,9 +50,10 @@ fn bash_completes_commands_their_options_values_and_files() {
         ("completions fi", "fish"),
     ] {
         let words = ["-c", complete, &script, "bench-dragon"].into_iter().chain(typed.split(' '));
-        let output = Command::new("bash").args(words).current_dir(folder.path()).output().expect("bash is there");
-        assert_eq!(String::from_utf8_lossy(&output.stderr), "", "{typed}");
-        assert_eq!(String::from_utf8_lossy(&output.stdout).trim_end(), completed, "{typed}");
+        let mut bash = Command::new("bash");
+        bash.args(words).current_dir(folder.path());
+        let ended = Process::start(bash).end();
+        assert_eq!((ended.stderr.as_str(), ended.stdout.trim_end()), ("", completed), "{typed}");
     }
 }
 
@@ -60,9 +61,10 @@ fn bash_completes_commands_their_options_values_and_files() {
 fn zsh_and_fish_take_their_completions() {
     let folder = TempDir::new().expect("a folder");
     for shell in ["zsh", "fish"] {
-        match Command::new(shell).args(["-n", &completions(folder.path(), shell)]).output() {
-            Ok(output) => assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr)),
-            Err(_) => skip(&format!("{shell} is not installed")),
+        if has_programs(&[shell]) {
+            let mut check = Command::new(shell);
+            check.args(["-n", &completions(folder.path(), shell)]);
+            Process::start(check).end().expect_clean();
         }
     }
 }
@@ -85,15 +87,16 @@ fn the_manual_has_a_page_for_every_command_that_is_set_without_a_warning() {
         stdout(&["man", "solve", "contact"]),
         fs::read_to_string(out.join("bench-dragon-solve-contact.1")).expect("text")
     );
+    let has_groff = has_programs(&["groff"]);
     for page in pages {
         let text = fs::read_to_string(&page).expect("text");
         for section in [".SH NAME", ".SH SYNOPSIS", ".SH EXAMPLES", ".SH \"EXIT STATUS\""] {
             assert!(text.contains(section), "{section} in {}", page.display());
         }
-        match Command::new("groff").args(["-ww", "-man", "-Tutf8"]).arg(&page).output() {
-            Ok(output) => assert_eq!(String::from_utf8_lossy(&output.stderr), "", "{}", page.display()),
-            Err(error) if error.kind() == ErrorKind::NotFound => return skip("groff is not installed"),
-            Err(error) => panic!("{error}"),
+        if has_groff {
+            let mut groff = Command::new("groff");
+            groff.args(["-ww", "-man", "-Tutf8"]).arg(&page);
+            assert_eq!(Process::start(groff).end().stderr, "", "{}", page.display());
         }
     }
 }
@@ -107,8 +110,8 @@ fn colours_are_on_a_terminal_alone_and_not_under_no_color() {
         let plain = in_terminal(&line, &without).expect("it was there before");
         assert!(coloured.contains('\u{1b}'), "{args}: {coloured}");
         assert!(!plain.contains('\u{1b}'), "{args}: {plain}");
-        let output = program(&args.split(' ').collect::<Vec<_>>()).output().expect("the program is there");
-        assert!(![output.stdout, output.stderr].concat().contains(&0x1b), "{args}");
+        let piped = Process::start(program(&args.split(' ').collect::<Vec<_>>())).end();
+        assert!(![piped.stdout, piped.stderr].concat().contains('\u{1b}'), "{args}");
     }
 }
 
@@ -120,7 +123,6 @@ fn a_long_answer_shows_how_far_it_is_on_a_terminal_and_nothing_in_a_pipe() {
     let config = config.to_str().expect("a path in UTF-8");
     let Some(shown) = in_terminal(&format!("{BINARY} solve turn --config {config}"), &[]) else { return };
     assert!(shown.contains(" %  passage"), "{shown}");
-    let piped = program(&["solve", "turn", "--config", config]).output().expect("the program is there");
-    assert_eq!(String::from_utf8_lossy(&piped.stderr), "");
-    assert!(String::from_utf8_lossy(&piped.stdout).contains("least clearance"));
+    let piped = Process::start(program(&["solve", "turn", "--config", config])).end().expect_clean();
+    assert!(piped.stdout.contains("least clearance"));
 }

@@ -33,8 +33,9 @@ impl Playing {
 
     /// Waits for a state of the server, first of all for the server.
     fn await_status(&self, is_wanted: impl Fn(&Status) -> bool) -> Status {
-        let status = eventually(|| StatusReader::open(self.stage.domain(), "test").ok());
-        eventually(|| status.poll().expect("the bus is readable").filter(&is_wanted))
+        let status =
+            eventually("a server has made the services", || StatusReader::open(self.stage.domain(), "test").ok());
+        eventually("the status is as wanted", || status.poll().expect("the bus is readable").filter(&is_wanted))
     }
 
     /// Interrupts the show, as Ctrl-C does, and returns its summary.
@@ -181,7 +182,7 @@ fn a_killed_recorder_is_started_again_beside_its_repaired_file() {
     let first = await_child(playing.show.pid(), "record", None);
     kill(first);
     await_child(playing.show.pid(), "record", Some(first));
-    eventually(|| playing.stage.path("out/recording-2.mcap").exists().then_some(()));
+    eventually("the second recording is there", || playing.stage.path("out/recording-2.mcap").exists().then_some(()));
     let (summary, _) = playing.interrupt();
     assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 0, "record": 1, "view": 0 }));
     assert_eq!(summary["frames"]["missed_by_monitor"], 0, "the monitor is not concerned");
@@ -206,7 +207,7 @@ fn a_killed_server_is_started_again_and_the_dragon_stands_held_where_it_was() {
     let before = reader.next().header;
     kill(await_child(playing.show.pid(), "serve", None));
 
-    let mut walked = reader.read_until(|header| header.run_id != before.run_id);
+    let mut walked = reader.read_until("a frame of the next run", |header| header.run_id != before.run_id);
     let first = walked.pop().expect("the frame that ended the reading");
     assert_eq!((first.continuity, first.header.tick), (Continuity::Restarted, 0));
     let last_seen = walked.last().map_or(before, |shot| shot.header);
@@ -255,7 +256,7 @@ fn with_auto_resume_a_restarted_server_walks_on_at_once() {
     let mut reader = Reader::join(&playing.stage);
     let before = reader.next().header;
     kill(await_child(playing.show.pid(), "serve", None));
-    let mut shots = reader.read_until(|header| header.run_id != before.run_id);
+    let mut shots = reader.read_until("a frame of the next run", |header| header.run_id != before.run_id);
     let first = shots.pop().expect("the frame that ended the reading");
     assert_eq!((first.state(), first.header.tick), (ShowState::Running, 0));
     assert!(first.header.head_travel_m >= before.head_travel_m, "{first:?}");
@@ -270,7 +271,7 @@ fn the_children_of_a_killed_show_end_and_finish_the_recording() {
     let pid = show.pid();
     assert_eq!(children(pid).len(), 3);
     show.kill();
-    eventually(|| children(pid).is_empty().then_some(()));
+    eventually("the children of the killed show are gone", || children(pid).is_empty().then_some(()));
     let (frames, was_cut) = record::read(&stage.path("out/recording.mcap"));
     assert!(!was_cut, "the recorder was asked to end, and had the time to");
     assert!(frames.iter().enumerate().all(|(tick, header)| header.tick == tick as u64) && !frames.is_empty());
@@ -286,9 +287,9 @@ fn a_show_killed_in_its_start_up_leaves_no_child_and_the_next_one_starts_at_once
         let show = stage.start(&[&CALM[..], &["json"]].concat());
         let pid = show.pid();
         let wanted = round % 4;
-        eventually(|| (children(pid).len() >= wanted).then_some(()));
+        eventually(&format!("the show has {wanted} children"), || (children(pid).len() >= wanted).then_some(()));
         show.kill();
-        eventually(|| children(pid).is_empty().then_some(()));
+        eventually("the children of the killed show are gone", || children(pid).is_empty().then_some(()));
     }
     let ended = stage.run(&[&CALM[..], &["json", "--until", "101"]].concat());
     assert_eq!((ended.code(), &ended.last_json()["frames"]["published"]), (Some(0), &json!(51)), "{}", ended.stderr);

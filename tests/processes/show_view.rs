@@ -55,7 +55,7 @@ fn a_killed_page_is_there_again_at_its_address_with_its_token() {
     kill(page);
     let again = await_child(pid, "view", Some(page));
     assert_ne!(page, again);
-    eventually(|| listens(&address).then_some(()));
+    eventually("the page listens again", || listens(&address).then_some(()));
     assert_eq!(show.complaint(), "view ended with signal: 9 (SIGKILL): starting it again");
     show.signal(Signal::INT);
     let ended = show.end();

@@ -39,7 +39,9 @@ fn a_signal_ends_a_monitor_with_its_summary() {
         let stage = Stage::new();
         let server = stage.serve(&["--rate", "100"]);
         let mut monitor = stage.start(&["monitor", "--format", "json", "--progress", "0.01"]);
-        monitor.json_until(|line| line["type"] == "progress" && line["frames"].as_u64() >= Some(1));
+        monitor.json_until("the monitor has read a frame", |line| {
+            line["type"] == "progress" && line["frames"].as_u64() >= Some(1)
+        });
         monitor.signal(signal);
         let summary = monitor.end().expect_clean().last_json();
         assert_eq!((&summary["type"], &summary["contact"]), (&"summary".into(), &().into()), "{signal:?}");

@@ -1,9 +1,68 @@
-//! What a test says where it has to do without something.
+//! Tests that lack something on this machine. `tests/run` counts them and names them at the end; where `CI` is set, such a
+//! test fails.
 
+use std::env;
+use std::fs::File;
 use std::io::Write as _;
+use std::panic::Location;
+use std::process::{Command, Stdio};
+use std::thread;
 
-/// Says it past the test runner, which keeps to itself what passing tests print.
+/// The file in which `tests/run` finds the tests that were skipped, a line each.
+const LIST: &str = "BENCH_DRAGON_SKIPPED";
+
+/// Notes that the running test does without something; `why` says what is lacking.
+///
+/// # Panics
+/// Where `CI` is set: there, nothing may be lacking.
+#[track_caller]
 pub(crate) fn skip(why: &str) {
-    // Nobody may be there to read it, which is no failure of the test.
-    let _ = writeln!(std::io::stderr(), "\nskipped: {why}");
+    let line = format!("{}: {why}\n", test());
+    // The test runner keeps to itself what passing tests print; nobody may be there to read it.
+    let _ = write!(std::io::stderr(), "\nskipped: {line}");
+    if let Some(path) = env::var_os(LIST) {
+        let list = File::options().append(true).create(true).open(&path);
+        // One write, so that the lines of tests that run at the same time stay whole.
+        let noted = list.and_then(|mut list| list.write_all(line.as_bytes()));
+        noted.unwrap_or_else(|error| panic!("{LIST} is {}: {error}", path.display()));
+    }
+    assert!(env::var_os("CI").is_none_or(|ci| ci.is_empty()), "skipped, and CI is set: {why}");
+}
+
+/// Whether these programs are installed; skips where one is not.
+#[track_caller]
+pub(crate) fn has_programs(programs: &[&str]) -> bool {
+    let path = env::var_os("PATH").unwrap_or_default();
+    let missing = programs.iter().find(|program| !env::split_paths(&path).any(|folder| folder.join(program).exists()));
+    if let Some(program) = missing {
+        skip(&format!("{program} is not installed (tests/run installs it on Debian as root)"));
+    }
+    missing.is_none()
+}
+
+/// Whether a launcher starts a program that does nothing; skips where it does not.
+#[track_caller]
+pub(crate) fn is_possible(launcher: &[&str]) -> bool {
+    let possible = can_start(launcher);
+    if !possible {
+        skip(&format!("`{}` is not possible here", launcher.join(" ")));
+    }
+    possible
+}
+
+/// Whether a launcher starts a program that does nothing.
+pub(crate) fn can_start(launcher: &[&str]) -> bool {
+    let [program, args @ ..] = launcher else { panic!("a launcher has a name") };
+    let tried = Command::new(program).args(args).arg("true").stdout(Stdio::null()).stderr(Stdio::null()).status();
+    tried.is_ok_and(|status| status.success())
+}
+
+/// The name of the running test, which its thread has; with `--test-threads=1` it has none, and the place is named.
+#[track_caller]
+fn test() -> String {
+    let place = Location::caller();
+    match thread::current().name() {
+        Some(name) if name != "main" => format!("{}::{name}", env!("CARGO_CRATE_NAME")),
+        _ => format!("{}:{}", place.file(), place.line()),
+    }
 }

@@ -46,9 +46,9 @@ fn a_stopped_reader_loses_its_own_frames_alone_and_counts_them() {
     let mut witness = Reader::join(&stage);
     let mut shots = vec![witness.next()];
     // From here on both have read tick 0, which all have waited for.
-    monitor.json_until(|line| line["frames"].as_u64() > Some(0));
+    monitor.json_until("the monitor has read a frame", |line| line["frames"].as_u64() > Some(0));
     let path = stage.path("a.mcap");
-    eventually(|| {
+    eventually("the recording has a frame", || {
         shots.extend(witness.read_unread());
         FrameReader::open(&path).ok()?.next()?.ok()
     });

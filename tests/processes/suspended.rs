@@ -18,7 +18,7 @@ fn a_suspended_server_counts_its_overruns_and_goes_on_without_a_burst() {
     let mut shots = reader.read_to_tick(20);
     server.process.signal(Signal::STOP);
     let until_ns = monotonic_ns() + SUSPENDED_NS;
-    eventually(|| (monotonic_ns() >= until_ns).then_some(()));
+    eventually("two seconds of releases have passed", || (monotonic_ns() >= until_ns).then_some(()));
     server.process.signal(Signal::CONT);
     // To its own end: at a signal, releases that it skipped after its last frame are counted too.
     shots.extend(reader.read_to_end());

@@ -1,7 +1,7 @@
 //! The system calls of the server's loop in steady state, one by one: the test stops the loop at each.
 #![cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 
-use std::sync::mpsc;
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::thread;
 use std::time::Duration;
 
@@ -11,8 +11,11 @@ use nix::sys::wait::{WaitPidFlag, WaitStatus, waitpid};
 use nix::unistd::Pid;
 
 use bench_dragon_ipc::{FrameHeader, FrameSubscriber};
+use rustix::process::{Signal, kill_process};
 
+use crate::eventually::{DEADLINE, eventually};
 use crate::process::Process;
+use crate::skip::skip;
 use crate::stage::{Server, Stage};
 use crate::steady_desk::send_timecode;
 
@@ -20,19 +23,23 @@ use crate::steady_desk::send_timecode;
 const TICKS: u64 = 500;
 
 /// A thread that runs from one system call to the next. The first thread of a process is the loop's.
-struct Traced(Pid);
+struct Traced {
+    pid: Pid,
+    /// Its process is killed where this is not dropped within the deadline; the next wait for it fails then.
+    _watchdog: Sender<()>,
+}
 
 impl Traced {
     /// Takes hold of the loop at its next sleep; `None`, which is told, where the kernel does not allow it.
     fn at_sleep(process: &Process) -> Option<Self> {
         let pid = Pid::from_raw(process.pid() as i32);
         if let Err(error) = ptrace::seize(pid, Options::PTRACE_O_TRACESYSGOOD) {
-            println!("not tested: ptrace: {error}");
+            skip(&format!("ptrace: {error}"));
             return None;
         }
         ptrace::interrupt(pid).expect("it was seized");
         waitpid(pid, Some(WaitPidFlag::__WALL)).expect("it is our child");
-        let traced = Self(pid);
+        let traced = Self { pid, _watchdog: watch(process) };
         while traced.next() != SYS_clock_nanosleep {}
         Some(traced)
     }
@@ -50,28 +57,31 @@ impl Traced {
 
     /// Runs to the next entry into a system call or return from one.
     fn run(&self) {
-        ptrace::syscall(self.0, None).expect("it is stopped");
-        let status = waitpid(self.0, Some(WaitPidFlag::__WALL)).expect("it is our child");
-        assert!(matches!(status, WaitStatus::PtraceSyscall(_)), "{status:?}");
+        ptrace::syscall(self.pid, None).expect("it is stopped");
+        let status = waitpid(self.pid, Some(WaitPidFlag::__WALL)).expect("it is our child");
+        assert!(
+            matches!(status, WaitStatus::PtraceSyscall(_)),
+            "waited at most {DEADLINE:?} for a system call: {status:?}"
+        );
     }
 
     fn is_entering(&self) -> bool {
         const PTRACE_SYSCALL_INFO_ENTRY: u8 = 1;
-        ptrace::syscall_info(self.0).expect("it is stopped").op == PTRACE_SYSCALL_INFO_ENTRY
+        ptrace::syscall_info(self.pid).expect("it is stopped").op == PTRACE_SYSCALL_INFO_ENTRY
     }
 
     #[cfg(target_arch = "x86_64")]
     fn number(&self) -> c_long {
-        ptrace::getregs(self.0).expect("it is stopped").orig_rax.cast_signed()
+        ptrace::getregs(self.pid).expect("it is stopped").orig_rax.cast_signed()
     }
 
     #[cfg(target_arch = "aarch64")]
     fn number(&self) -> c_long {
-        ptrace::getregs(self.0).expect("it is stopped").regs[8].cast_signed()
+        ptrace::getregs(self.pid).expect("it is stopped").regs[8].cast_signed()
     }
 
     fn let_go(self) {
-        ptrace::detach(self.0, None).expect("it is stopped");
+        ptrace::detach(self.pid, None).expect("it is stopped");
     }
 }
 
@@ -104,7 +114,7 @@ fn assert_only_sleeps(stage: &Stage, server: Server) {
         newest = read.or(newest);
         newest
     };
-    while last_tick().is_none() {}
+    eventually("the first frame", &mut last_tick);
     let Some(traced) = Traced::at_sleep(&server.process) else {
         server.stop();
         return;
@@ -124,7 +134,7 @@ fn a_woken_reader_takes_one_more() {
     let stage = Stage::new();
     let server = stage.serve(&["--readers", "1"]);
     let mut reader = FrameSubscriber::open(stage.domain(), "test").expect("a server has made the services");
-    while reader.receive().expect("the bus is readable").is_none() {}
+    eventually("the first frame", || reader.receive().expect("the bus is readable").map(drop));
     let Some(traced) = Traced::at_sleep(&server.process) else {
         server.stop();
         return;
@@ -140,6 +150,19 @@ fn a_woken_reader_takes_one_more() {
     traced.let_go();
     drop(reader);
     server.stop();
+}
+
+/// Kills a process after the deadline, unless what is returned is dropped before.
+fn watch(process: &Process) -> Sender<()> {
+    let pid = rustix::process::Pid::from_raw(process.pid().cast_signed()).expect("a process id is not 0");
+    let (dropped, is_dropped) = mpsc::channel();
+    thread::spawn(move || {
+        if is_dropped.recv_timeout(DEADLINE) == Err(RecvTimeoutError::Timeout) {
+            // One that has ended meanwhile cannot be killed.
+            let _ = kill_process(pid, Signal::KILL);
+        }
+    });
+    dropped
 }
 
 /// Reads what is there, then waits for more, so that the next frame has somebody to wake. Returns the newest frame.

@@ -1,16 +1,15 @@
 //! Timecode from a desk that was written from the protocols: `tests/python/timecode.py`.
 
-use std::io::{BufRead as _, BufReader, Write as _};
+use std::io::Write as _;
 use std::net::UdpSocket;
-use std::process::{Child, ChildStdin, ChildStdout, Stdio};
+use std::process::ChildStdin;
 
 use bench_dragon_ipc::{FrameHeader, ShowState};
 use serde_json::{Value, json};
 
 use crate::children::{await_child, kill};
-use crate::ports::free_port;
 use crate::process::Process;
-use crate::python;
+use crate::pytest::python;
 use crate::reader::{Reader, Shot};
 use crate::stage::{Server, Stage};
 
@@ -20,9 +19,8 @@ const RATE_HZ: f64 = 50.0;
 
 /// A desk that sends timecode; it ends with the test.
 struct Desk {
-    process: Child,
+    process: Process,
     orders: ChildStdin,
-    answers: BufReader<ChildStdout>,
 }
 
 /// Where the desk's clock was when.
@@ -34,36 +32,20 @@ struct Clock {
 
 impl Desk {
     fn start(args: &[&str]) -> Self {
-        let mut process = python::python()
-            .arg("tests/python/timecode.py")
-            .args(args)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("a Python interpreter");
-        let orders = process.stdin.take().expect("stdin is piped");
-        let answers = BufReader::new(process.stdout.take().expect("stdout is piped"));
-        Self { process, orders, answers }
+        let mut command = python();
+        command.arg("tests/python/timecode.py").args(args);
+        let (process, orders) = Process::start_with_stdin(command);
+        Self { process, orders }
     }
 
     /// Gives an order, and waits until it is carried out.
     fn order(&mut self, order: &str) -> Clock {
         writeln!(self.orders, "{order}").expect("the desk listens");
-        let mut line = String::new();
-        self.answers.read_line(&mut line).expect("the desk answers");
-        let answer: Value = serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error} in {line:?}"));
+        let answer = self.process.json();
         Clock {
             position_s: answer["position_s"].as_f64().expect("a number"),
             epoch_ns: answer["epoch_ns"].as_u64().expect("an instant"),
         }
-    }
-}
-
-impl Drop for Desk {
-    fn drop(&mut self) {
-        // Without effect on one that has ended.
-        let _ = self.process.kill();
-        let _ = self.process.wait();
     }
 }
 
@@ -78,16 +60,21 @@ impl Clock {
 /// A server that follows timecode, and where it listens.
 fn serve(stage: &Stage, source: &str, args: &[&str]) -> (Server, String) {
     let mut server = stage.serve(&[&["--rate", "50", "--timecode", source], args].concat());
-    let listening = server.process.json();
-    assert_eq!(listening["type"], "listening", "{listening}");
-    let listen = listening["listen"].as_str().expect("an address").to_owned();
+    let listen = listens(&mut server.process);
     (server, listen)
+}
+
+/// Where a server or a show reports that it listens for timecode.
+fn listens(process: &mut Process) -> String {
+    let listening = process.json();
+    assert_eq!(listening["type"], "listening", "{listening}");
+    listening["listen"].as_str().expect("an address").to_owned()
 }
 
 /// The next line of a kind.
 fn event(process: &mut Process, event: &str) -> Value {
     let is_wanted = |line: &Value| line["type"] == "timecode" && line["event"] == event;
-    process.json_until(is_wanted).pop().expect("the wanted line comes last")
+    process.json_until(&format!("timecode event {event:?}"), is_wanted).pop().expect("the wanted line comes last")
 }
 
 /// Reads until so many frames have shown what the clock showed: far more than half of those after it has settled.
@@ -147,7 +134,8 @@ fn a_show_stands_until_art_net_timecode_comes_and_follows_where_it_goes() {
     desk.order("silence");
     let line = event(&mut server.process, "lost");
     let lost_s = line["time_s"].as_f64().expect("a time");
-    let free = reader.read_until(|header| header.sim_time_s() > lost_s + 0.5);
+    let free = reader
+        .read_until("the show goes on without timecode for half a second", |header| header.sim_time_s() > lost_s + 0.5);
     let last = free.last().expect("frames");
     assert_eq!((last.state(), last.header.time_scale), (ShowState::Running, 1.0), "it goes on by itself");
     shots.extend(free);
@@ -167,7 +155,7 @@ fn a_show_stands_until_art_net_timecode_comes_and_follows_where_it_goes() {
     // What has come before this is counted by then.
     desk.order("stand");
     event(&mut server.process, "stands");
-    reader.read_until(|header| header.show_state() == Some(ShowState::Paused));
+    reader.read_until("the show is paused", |header| header.show_state() == Some(ShowState::Paused));
     let lines = server.process.terminate().expect_clean().json_lines();
     let counts = lines.iter().find(|line| line["type"] == "timecode_summary").expect("a summary");
     assert_eq!(counts["malformed"], 4, "{counts}");
@@ -202,7 +190,7 @@ fn a_show_ends_where_it_has_walked_and_not_where_its_timecode_jumps() {
     let mut reader = Reader::join(&stage);
     let mut desk = Desk::start(&["osc", &listen]);
     desk.order("play 500");
-    let beyond = reader.read_until(|header| header.show_state() == Some(ShowState::Finished));
+    let beyond = reader.read_until("the show is at its end", |header| header.show_state() == Some(ShowState::Finished));
     assert_eq!(beyond.last().expect("frames").header.sim_time_s(), 100.0);
     reader.read_to_tick(beyond.last().expect("frames").header.tick + 10);
     let clock = desk.order("play 60");
@@ -252,7 +240,7 @@ fn an_operators_pause_comes_before_the_timecode() {
     let clock = desk.order("play 10");
     read_following(&mut reader, clock, 0.0);
     stage.run(&["ctl", "pause"]).expect_clean();
-    let paused = reader.read_until(|header| header.show_state() == Some(ShowState::Paused));
+    let paused = reader.read_until("the show is paused", |header| header.show_state() == Some(ShowState::Paused));
     let paused_ns = paused.last().expect("frames").header.sim_time_ns;
     let clock = desk.order("play 200");
     let last_tick = paused.last().expect("frames").header.tick + 50;
@@ -298,13 +286,12 @@ fn a_monitor_sweeps_the_way_of_a_show_that_follows() {
 #[test]
 fn a_show_that_follows_timecode_goes_on_after_a_contact_until_it_is_stopped() {
     let stage = Stage::new();
-    let source = format!("osc:{}", free_port());
-    let show = stage.start(&["show", "--out", "out", "--rate", "50", "--timecode", &source, "--format", "json"]);
+    let mut show = stage.start(&["show", "--out", "out", "--rate", "50", "--timecode", "osc:0", "--format", "json"]);
     let mut reader = Reader::await_server(&stage);
     reader.next();
-    let mut desk = Desk::start(&["osc", &source.replace("osc:", "127.0.0.1:")]);
+    let mut desk = Desk::start(&["osc", &listens(&mut show)]);
     desk.order("play 411.5");
-    reader.read_until(|header| header.sim_time_s() > 414.0);
+    reader.read_until("show time is past 414 s", |header| header.sim_time_s() > 414.0);
     let clock = desk.order("play 200");
     read_following(&mut reader, clock, 0.0);
     stage.run(&["ctl", "stop"]).expect_clean();
@@ -316,18 +303,17 @@ fn a_show_that_follows_timecode_goes_on_after_a_contact_until_it_is_stopped() {
 #[test]
 fn a_server_that_is_killed_while_the_timecode_stands_is_started_again_and_follows_on() {
     let stage = Stage::new();
-    let source = format!("osc:{}", free_port());
-    let args = ["show", "--out", "out", "--rate", "50", "--auto-resume", "--timecode", &source, "--format", "json"];
-    let show = stage.start(&args);
+    let args = ["show", "--out", "out", "--rate", "50", "--auto-resume", "--timecode", "osc:0", "--format", "json"];
+    let mut show = stage.start(&args);
     let mut reader = Reader::await_server(&stage);
     let before = reader.next().header.run_id;
-    let mut desk = Desk::start(&["osc", &source.replace("osc:", "127.0.0.1:")]);
+    let mut desk = Desk::start(&["osc", &listens(&mut show)]);
     let clock = desk.order("play 100");
     read_following(&mut reader, clock, 0.0);
     desk.order("stand");
-    while !show.complaint().contains("stands: so does the show") {}
+    show.complaint_with("stands: so does the show");
     kill(await_child(show.pid(), "serve", None));
-    reader.read_until(|header| header.run_id != before);
+    reader.read_until("a frame of the next run", |header| header.run_id != before);
     let clock = desk.order("play 200");
     read_following(&mut reader, clock, 0.0);
     let ended = show.terminate();

@@ -1,19 +1,16 @@
 //! A terminal of 80 by 24 cells with a shell in it: tmux, with a server of its own for each.
 
 use std::fs;
-use std::process::{Command, Stdio};
-use std::thread;
-use std::time::{Duration, Instant};
+use std::process::Command;
 
 use rustix::process::{Pid, Signal, kill_process};
 
+use crate::eventually::eventually_from;
+use crate::process::Process;
 use crate::stage::Stage;
 
 /// What the shell says when it waits for a command.
 const PROMPT: &str = "ready>";
-/// Far more than anything takes; then the test fails.
-const PATIENCE: Duration = Duration::from_mins(1);
-const LOOK_PERIOD: Duration = Duration::from_millis(20);
 
 /// A terminal. It is gone with all that runs in it when it is dropped.
 #[derive(Debug)]
@@ -35,11 +32,6 @@ pub(crate) struct Stalled {
 }
 
 impl<'a> Tmux<'a> {
-    /// Whether there is the program.
-    pub(crate) fn is_there() -> bool {
-        Command::new("tmux").arg("-V").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok()
-    }
-
     /// Opens a terminal whose type (TERM) is `kind`, and waits for the shell in it.
     pub(crate) fn open(stage: &'a Stage, kind: &str) -> Self {
         let settings = stage.path("tmux.conf");
@@ -89,24 +81,22 @@ impl<'a> Tmux<'a> {
     }
 
     /// Looks at the screen until it is as wanted.
+    #[track_caller]
     pub(crate) fn until(&self, wanted: &str, is_so: impl Fn(&str) -> bool) -> String {
-        let begun = Instant::now();
-        loop {
+        eventually_from(&format!("{wanted} is on the screen"), || {
             let text = self.text();
-            if is_so(&text) {
-                return text;
-            }
-            assert!(begun.elapsed() < PATIENCE, "{wanted} is not on the screen:\n{text}");
-            thread::sleep(LOOK_PERIOD);
-        }
+            if is_so(&text) { Ok(text) } else { Err(text) }
+        })
     }
 
     /// Looks until this is on the screen.
+    #[track_caller]
     pub(crate) fn until_shown(&self, wanted: &str) -> String {
         self.until(wanted, |text| text.contains(wanted))
     }
 
     /// Looks until the shell waits for a command.
+    #[track_caller]
     pub(crate) fn await_prompt(&self) -> String {
         self.until(PROMPT, |text| text.trim_end().lines().last().is_some_and(|line| line.trim_end() == PROMPT))
     }
@@ -153,9 +143,9 @@ impl<'a> Tmux<'a> {
     }
 
     fn tell(&self, args: &[&str]) -> String {
-        let told = self.command(args).output().expect("tmux is there");
-        assert!(told.status.success(), "{args:?}: {}", String::from_utf8_lossy(&told.stderr));
-        String::from_utf8(told.stdout).expect("a screen of UTF-8")
+        let told = Process::start(self.command(args)).end();
+        assert!(told.status.success(), "{args:?}: {}", told.stderr);
+        told.stdout
     }
 
     fn command(&self, args: &[&str]) -> Command {

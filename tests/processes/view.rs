@@ -2,15 +2,15 @@
 //! test's.
 
 use std::ffi::OsStr;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::thread;
 
 use serde_json::Value;
 
 use crate::process::Process;
-use crate::python::{self, python};
+use crate::pytest::{self, expect_passed, pytest, python};
 use crate::reader::{Reader, assert_accounted_for};
-use crate::skip::skip;
+use crate::skip::{has_programs, is_possible};
 use crate::stage::{Stage, program};
 
 /// What a Python program of a view has to know.
@@ -25,7 +25,7 @@ fn variables(stage: &Stage) -> [(&'static str, &OsStr); 2] {
 fn pages_get_what_they_are_promised_and_nobody_else_gets_anything() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100"]);
-    python::run("test_view.py", &variables(&stage));
+    pytest::run("test_view.py", &variables(&stage));
     server.stop();
 }
 
@@ -58,34 +58,24 @@ fn of_two_hundred_pages_as_many_as_fit_are_served_and_the_servers_readers_miss_n
 
 #[test]
 fn off_loopback_looking_takes_the_token_too() {
+    if !is_possible(&["unshare", "--net"]) || !has_programs(&["ip"]) {
+        return;
+    }
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "50"]);
+    let inside = pytest("tests/python/test_exposed_view.py");
     let mut alone = Command::new("unshare");
-    let inside = python();
     alone.args(["--net", "sh", "-c", "ip link set lo up && ip address add 10.77.0.1/32 dev lo && exec \"$@\"", "sh"]);
-    alone.arg(inside.get_program()).args([
-        "-m",
-        "pytest",
-        "-q",
-        "-p",
-        "no:cacheprovider",
-        "tests/python/test_exposed_view.py",
-    ]);
-    alone.current_dir(env!("CARGO_MANIFEST_DIR")).env("PYTHONDONTWRITEBYTECODE", "1").envs(variables(&stage));
-    let possible = Command::new("unshare").args(["--net", "true"]).stderr(Stdio::null()).status();
-    if possible.is_ok_and(|status| status.success()) {
-        let ended = Process::start(alone).end();
-        assert_eq!(ended.code(), Some(0), "{}{}", ended.stdout, ended.stderr);
-    } else {
-        skip("a network of its own takes root");
-    }
+    alone.arg(inside.get_program()).args(inside.get_args()).current_dir(env!("CARGO_MANIFEST_DIR"));
+    alone.envs(inside.get_envs().filter_map(|(name, value)| Some((name, value?)))).envs(variables(&stage));
+    expect_passed(alone);
     server.stop();
 }
 
 #[test]
 fn a_view_without_a_server_waits_for_one_and_lives_through_its_end() {
     let stage = Stage::new();
-    python::run("test_view_without_server.py", &variables(&stage));
+    pytest::run("test_view_without_server.py", &variables(&stage));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use bench_dragon::config::Config;
@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 
 use crate::process::Process;
 use crate::reader::{Reader, Shot};
-use crate::skip::skip;
+use crate::skip::{has_programs, is_possible, skip};
 use crate::stage::Stage;
 
 /// Before the middle of the show, so that the page has a forecast and nothing touches.
@@ -127,10 +127,12 @@ fn every_control_works_by_button_and_by_key() {
     for state in ["paused", "running", "paused", "running", "held", "held", "held", "held", "held", "held"] {
         let line = page.json();
         assert_eq!(line["type"], state, "{line}");
-        reader.read_until(|header| header.show_state().is_some_and(|now| now.name() == state));
+        reader.read_until(&format!("the show is {state}"), |header| {
+            header.show_state().is_some_and(|now| now.name() == state)
+        });
     }
     assert_eq!(page.json()["type"], "released");
-    reader.read_until(|header| header.show_state() != Some(ShowState::Held));
+    reader.read_until("the show is not held", |header| header.show_state() != Some(ShowState::Held));
 
     let proposed_s = page.json()["time_s"].as_f64().expect("a time");
     let before = reader.read_unread();
@@ -139,9 +141,11 @@ fn every_control_works_by_button_and_by_key() {
         "to look at a time seeks it"
     );
     let sought_s = page.json()["time_s"].as_f64().expect("a time");
-    reader.read_until(|header| (sought_s..sought_s + 60.0).contains(&header.sim_time_s()));
+    reader.read_until("the show is where the page sought", |header| {
+        (sought_s..sought_s + 60.0).contains(&header.sim_time_s())
+    });
     let speed_mps = page.json()["head_speed_mps"].as_f64().expect("a speed");
-    reader.read_until(|header| (header.head_speed_mps - speed_mps).abs() < 1e-6);
+    reader.read_until("the head has the speed of the page", |header| (header.head_speed_mps - speed_mps).abs() < 1e-6);
     page.end().expect_clean();
     view.process.terminate().expect_clean();
     server.stop();
@@ -216,9 +220,7 @@ fn without_the_token_or_read_only_the_page_shows_and_does_not_steer() {
 #[test]
 fn off_loopback_a_page_without_the_token_asks_for_it() {
     let Some(browser) = Browser::find() else { return };
-    let possible = Command::new("unshare").args(["--net", "true"]).stderr(Stdio::null()).status();
-    if !possible.is_ok_and(|status| status.success()) {
-        skip("a network of its own takes root");
+    if !is_possible(&["unshare", "--net"]) || !has_programs(&["ip"]) {
         return;
     }
     let stage = Stage::new();
@@ -244,7 +246,7 @@ fn the_pages_modules_are_what_their_types_say() {
 /// A frame of a show that stands.
 fn paused_shot(stage: &Stage) -> Shot {
     let mut reader = Reader::join(stage);
-    let mut shots = reader.read_until(|header| header.show_state() == Some(ShowState::Paused));
+    let mut shots = reader.read_until("the show is paused", |header| header.show_state() == Some(ShowState::Paused));
     shots.pop().expect("one at least")
 }
 

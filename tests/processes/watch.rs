@@ -10,7 +10,7 @@ use rustix::process::{Pid, Signal, kill_process, test_kill_process};
 
 use crate::eventually::eventually;
 use crate::reader::{Reader, Shot};
-use crate::skip::skip;
+use crate::skip::has_programs;
 use crate::stage::{Stage, program};
 use crate::tmux::{Settings, Stalled, Tmux};
 
@@ -20,11 +20,7 @@ const DRAWN_ON: Settings = Settings { other_screen: true, cursor: false };
 
 /// Whether the test can go on.
 fn has_terminal() -> bool {
-    let is_there = Tmux::is_there();
-    if !is_there {
-        skip("there is no tmux: a terminal is not tested");
-    }
-    is_there
+    has_programs(&["tmux"])
 }
 
 /// Fails unless the shell has its terminal back as it was, after the watch ended with this status.
@@ -72,7 +68,10 @@ fn the_screen_shows_what_is_on_the_bus_and_its_keys_steer_the_show() {
 
     terminal.press("Space");
     terminal.until_shown("pause: accepted, from tick");
-    let paused = reader.read_until(|header| header.show_state() == Some(ShowState::Paused)).pop().expect("a frame");
+    let paused = reader
+        .read_until("the show is paused", |header| header.show_state() == Some(ShowState::Paused))
+        .pop()
+        .expect("a frame");
     let text = terminal.until("the pause", |text| text.contains("PAUSED"));
     let time = format!("t {:.3} s", paused.header.sim_time_s());
     for told in nearest_of(&paused).iter().chain([&time]) {
@@ -81,7 +80,7 @@ fn the_screen_shows_what_is_on_the_bus_and_its_keys_steer_the_show() {
 
     terminal.type_text("H");
     terminal.until_shown("HELD");
-    reader.read_until(|header| header.show_state() == Some(ShowState::Held));
+    reader.read_until("the show is held", |header| header.show_state() == Some(ShowState::Held));
     terminal.press("Space");
     terminal.until_shown("resume: refused: the show is held: release it first");
     terminal.type_text("r");
@@ -92,7 +91,7 @@ fn the_screen_shows_what_is_on_the_bus_and_its_keys_steer_the_show() {
     terminal.until_shown("release the hold? r again");
     terminal.type_text("R");
     terminal.until_shown("release: accepted");
-    reader.read_until(|header| header.show_state() != Some(ShowState::Held));
+    reader.read_until("the show is not held", |header| header.show_state() != Some(ShowState::Held));
 
     terminal.type_text("s300");
     terminal.until_shown("show time to go to in s: 300");
@@ -123,7 +122,7 @@ fn the_screen_shows_what_is_on_the_bus_and_its_keys_steer_the_show() {
     }
     terminal.type_text("+");
     terminal.until_shown("speed 0.4 m/s: accepted");
-    reader.read_until(|header| header.head_speed_mps == 0.4);
+    reader.read_until("the head walks at 0.4 m/s", |header| header.head_speed_mps == 0.4);
 
     terminal.type_text("q");
     assert_given_back(&terminal, 0);
@@ -230,7 +229,7 @@ fn a_watch_whose_terminal_is_closed_ends_and_leaves_nothing() {
     terminal.until_shown("RUNNING");
     let watch = Pid::from_raw(terminal.running_pid() as i32).expect("a process id");
     terminal.close();
-    eventually(|| test_kill_process(watch).is_err().then_some(()));
+    eventually("the watch is gone", || test_kill_process(watch).is_err().then_some(()));
     server.stop();
 }
 
@@ -274,7 +273,7 @@ fn a_second_signal_ends_a_watch_whose_terminal_takes_nothing() {
     let server = stage.serve(&["--rate", "100", "--time-scale", "5"]);
     let terminal = Tmux::open(&stage, "tmux-256color");
     let (watch, stalled) = stall(&stage, &terminal);
-    eventually(|| kill_process(watch, Signal::TERM).is_err().then_some(()));
+    eventually("the watch is gone", || kill_process(watch, Signal::TERM).is_err().then_some(()));
     drop(stalled);
     let told = terminal.shell("clear; stty -a", "icanon");
     assert!(told.contains(" icanon") && told.contains(" echo "), "{told}");
@@ -322,7 +321,9 @@ fn without_colours_no_colour_is_sent_and_the_log_waits_for_the_end() {
     let log = stage.path("log");
     terminal.run("RUST_LOG=trace", &format!("watch 2> {}", log.display()));
     terminal.until("the dragon", |text| text.contains("RUNNING") && dots(text) > 300);
-    eventually(|| fs::read_to_string(&log).ok().filter(|told| told.contains("TRACE") || told.contains("DEBUG")));
+    eventually("the log has a line", || {
+        fs::read_to_string(&log).ok().filter(|told| told.contains("TRACE") || told.contains("DEBUG"))
+    });
     assert_eq!(terminal.settings(), DRAWN_ON);
     terminal.type_text("q");
     terminal.await_prompt();

@@ -1,8 +1,8 @@
 """Receives PosiStageNet with pypsn, and beside it with npm's @jwetzell/posistagenet, both from the multicast group.
 
-    psn_receivers.py PORT FRAMES FOLDER [NODE_SCRIPT]
+    psn_receivers.py FRAMES FOLDER [NODE_SCRIPT]
 
-Says `ready` once both have joined, ends with that many DATA frames, and writes what was decoded into FOLDER/pypsn.jsonl and
+Prints their port once both have joined, ends with that many DATA frames, and writes what was decoded into FOLDER/pypsn.jsonl and
 FOLDER/npm.jsonl: a line a frame, and one of names. Datagrams are kept as they come and decoded at the end, and the sockets
 have room for all of them, so that nothing is lost on a busy machine.
 """
@@ -73,14 +73,16 @@ def write(path, datagrams):
 
 
 def main():
-    port, frames, folder = int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3])
-    sock, others = joined(port), []
-    if len(sys.argv) > 4:
+    frames, folder = int(sys.argv[1]), Path(sys.argv[2])
+    # On a port that the system chooses; npm's receiver shares it.
+    sock, others = joined(0), []
+    port = sock.getsockname()[1]
+    if len(sys.argv) > 3:
         theirs = joined(port)
-        arguments = ["node", sys.argv[4], str(theirs.fileno()), str(frames), str(folder / "npm.jsonl")]
+        arguments = ["node", sys.argv[3], str(theirs.fileno()), str(frames), str(folder / "npm.jsonl")]
         others.append(subprocess.Popen(arguments, pass_fds=[theirs.fileno()]))
         theirs.close()
-    print("ready", flush=True)
+    print(port, flush=True)
     try:
         write(folder / "pypsn.jsonl", receive(sock, frames))
         sys.exit(any(other.wait(PATIENCE) for other in others))

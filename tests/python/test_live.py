@@ -19,10 +19,11 @@ from bus import frame_bytes
 PROGRAM = os.environ["BENCH_DRAGON"]
 INSTANCE = os.environ["BENCH_DRAGON_INSTANCE"]
 PAUSE, RESUME, SPEED = 0, 1, 2
+PATIENCE_S = 60
 
 
 def bench_dragon(*args):
-    finished = subprocess.run([PROGRAM, *args, "--instance", INSTANCE], check=True, capture_output=True, text=True)
+    finished = subprocess.run([PROGRAM, *args, "--instance", INSTANCE], check=True, capture_output=True, text=True, timeout=PATIENCE_S)
     return finished.stdout
 
 

@@ -22,7 +22,7 @@ PATIENCE_S = 60
 
 
 def scrape():
-    with urllib.request.urlopen(URL) as reply:
+    with urllib.request.urlopen(URL, timeout=PATIENCE_S) as reply:
         assert reply.headers["Content-Type"] == "text/plain; version=0.0.4"
         return reply.read().decode()
 

@@ -12,7 +12,7 @@ import socket
 import numpy
 import pytest
 from bench_dragon import Dragon, ShowState
-from view import next_frame, viewing
+from view import PATIENCE_S, next_frame, viewing
 from websockets.exceptions import ConnectionClosed
 
 PROGRAM = os.environ["BENCH_DRAGON"]
@@ -94,7 +94,7 @@ def test_a_page_that_acknowledges_nothing_gets_two_frames_and_then_the_newest(vi
         second, _ = next_frame(stream, acknowledge=False)
         assert second.tick > first.tick
         for _ in range(5):
-            assert isinstance(stream.recv(), str), "a third frame came, though none had been acknowledged"
+            assert isinstance(stream.recv(timeout=PATIENCE_S), str), "a third frame came, though none had been acknowledged"
         stream.send(json.dumps({"ack": second.sequence}))
         third, _ = next_frame(stream)
         assert third.sequence > second.sequence + 1, "those in between were not kept"
@@ -109,7 +109,7 @@ def test_a_page_that_says_anything_else_is_shown_out(view, message):
         stream.send(message)
         with pytest.raises(ConnectionClosed) as closed:
             while True:
-                stream.recv()
+                stream.recv(timeout=PATIENCE_S)
         assert closed.value.rcvd.code == 1008
     assert view.stream_status() == 101, "and the next one is let in"
 
@@ -232,7 +232,7 @@ def test_a_view_that_ends_tells_its_pages():
             next_frame(stream)
         with pytest.raises(ConnectionClosed) as closed:
             while True:
-                stream.recv()
+                stream.recv(timeout=PATIENCE_S)
     assert (closed.value.rcvd.code, closed.value.rcvd.reason) == (1001, "the view has ended")
 
 

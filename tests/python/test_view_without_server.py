@@ -5,7 +5,7 @@ import os
 import signal
 import subprocess
 
-from view import next_frame, viewing
+from view import PATIENCE_S, next_frame, viewing
 
 PROGRAM = os.environ["BENCH_DRAGON"]
 INSTANCE = os.environ["BENCH_DRAGON_INSTANCE"]
@@ -25,7 +25,7 @@ def until(stream, is_wanted):
 
 
 def next_message(stream):
-    message = stream.recv()
+    message = stream.recv(timeout=PATIENCE_S)
     if isinstance(message, bytes):
         sequence = int.from_bytes(message[4:8], "little")
         stream.send(json.dumps({"ack": sequence}))
@@ -53,7 +53,7 @@ def test_a_page_is_told_when_the_server_comes_hangs_dies_and_comes_again():
         until(stream, link("live"))
 
         server.kill()
-        server.wait()
+        server.wait(PATIENCE_S)
         assert until(stream, link("gone"))["link"]["age_s"] > 0
 
         server, run_id = serve()
@@ -63,5 +63,5 @@ def test_a_page_is_told_when_the_server_comes_hangs_dies_and_comes_again():
         frame, _ = next_frame(stream)
         assert frame.benches == 223
         server.terminate()
-        assert server.wait() == 0
+        assert server.wait(PATIENCE_S) == 0
         until(stream, link("gone"))

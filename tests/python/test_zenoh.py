@@ -30,7 +30,7 @@ PATIENCE_S = 60
 
 
 def bench_dragon(*args):
-    finished = subprocess.run([PROGRAM, *args, "--instance", INSTANCE], check=True, capture_output=True, text=True)
+    finished = subprocess.run([PROGRAM, *args, "--instance", INSTANCE], check=True, capture_output=True, text=True, timeout=PATIENCE_S)
     return finished.stdout
 
 

@@ -13,6 +13,8 @@ from websockets.sync.client import connect
 
 PROTOCOL = "bench-dragon.view.v1"
 HEADER = struct.Struct("<4I7d2I2d")
+# How long a client waits for anything: longer than it takes on any machine.
+PATIENCE_S = 60
 
 
 @dataclass
@@ -28,7 +30,7 @@ class View:
         data = body.encode() if isinstance(body, str) else body
         request = urllib.request.Request(f"http://{self.address}{path}", data=data, headers=headers)
         try:
-            with urllib.request.urlopen(request) as reply:
+            with urllib.request.urlopen(request, timeout=PATIENCE_S) as reply:
                 return reply.status, reply.read().decode()
         except urllib.error.HTTPError as error:
             return error.code, error.read().decode()
@@ -77,7 +79,7 @@ def next_frame(stream, acknowledge=True):
     """The next frame of a stream, and what is told before it."""
     told = []
     while True:
-        message = stream.recv()
+        message = stream.recv(timeout=PATIENCE_S)
         if isinstance(message, bytes):
             frame = Frame.of(message)
             if acknowledge:
@@ -96,4 +98,4 @@ def viewing(program, instance, *args, listen="127.0.0.1:0"):
             yield View(listening["address"], listening["url"].partition("#token=")[2])
         finally:
             process.terminate()
-            assert process.wait() == 0
+            assert process.wait(PATIENCE_S) == 0

@@ -2,7 +2,6 @@
 
 use std::{
     env, fs,
-    io::{self, Write},
     path::{Path, PathBuf},
     process::Command,
 };
@@ -13,6 +12,8 @@ use tempfile::tempdir;
 use crate::{
     dance::{self, BENCHES},
     kill::{FOLDER, arguments},
+    process::Process,
+    skip::is_possible,
 };
 
 /// Mounts a small disk that exists for this process alone and vanishes with it, then becomes the test program.
@@ -39,15 +40,11 @@ fn record_until_it_fails(folder: &Path) -> (RecordError, u64) {
 
 /// Runs one of the ignored tests below in a process that a launcher prepares.
 fn run(launcher: &str, launcher_arguments: &[&str], test: &str, folder: &Path) {
-    let output = Command::new(launcher)
-        .args(launcher_arguments)
-        .arg("sh")
-        .arg(env::current_exe().expect("this program"))
-        .args(arguments(test))
-        .env(FOLDER, folder)
-        .output()
-        .expect("a process");
-    assert!(output.status.success(), "{test}: {}", String::from_utf8_lossy(&output.stderr));
+    let mut command = Command::new(launcher);
+    command.args(launcher_arguments).arg("sh").arg(env::current_exe().expect("this program"));
+    command.args(arguments(test)).env(FOLDER, folder);
+    let ended = Process::start(command).end();
+    assert!(ended.status.success(), "{test}: {}{}", ended.stdout, ended.stderr);
 }
 
 fn folder_from_starter() -> PathBuf {
@@ -73,9 +70,9 @@ fn process_on_a_small_disk() {
 fn a_full_disk_is_a_clear_error_and_leaves_a_finished_file() {
     let folder = tempdir().expect("a folder");
     let own_mounts = ["--user", "--map-root-user", "--mount"];
-    let may_mount = Command::new("unshare").args(own_mounts).args(["mount", "-t", "tmpfs", "none", "/mnt"]).status();
-    if !may_mount.is_ok_and(|status| status.success()) {
-        writeln!(io::stderr(), "not tested: this system lets no test mount a small disk").expect("a listener");
+    let trial =
+        [&["unshare"], &own_mounts[..], &["sh", "-c", "mount -t tmpfs none /mnt && exec \"$@\"", "sh"]].concat();
+    if !is_possible(&trial) {
         return;
     }
     let arguments = [&own_mounts[..], &["sh", "-c", ON_A_SMALL_DISK]].concat();

@@ -3,15 +3,19 @@
 use std::{
     env,
     ffi::OsStr,
-    io::{self, BufRead, BufReader, Write},
+    io::{self, Write},
     path::Path,
-    process::{Child, Command, Stdio},
+    process::Command,
 };
 
 use bench_dragon::record::{Recorder, repair};
 use tempfile::tempdir;
 
-use crate::dance::{self, BENCHES};
+use crate::{
+    dance::{self, BENCHES},
+    eventually::eventually,
+    process::Process,
+};
 
 /// Tells a test that plays a recording process where to record.
 pub(crate) const FOLDER: &str = "BENCH_DRAGON_TEST_FOLDER";
@@ -31,34 +35,25 @@ fn recording_process() {
     for dance::Frame { header, handles } in dance::frames(FRAMES, BENCHES) {
         recorder.frame(&header, &handles).expect("a frame");
     }
-    while recorder.progress().frames < FRAMES {
-        std::thread::yield_now();
-    }
+    eventually("every frame is written", || (recorder.progress().frames == FRAMES).then_some(()));
     writeln!(io::stderr(), "{FLUSHED}").expect("a listening test");
     loop {
         std::thread::park();
     }
 }
 
-fn start_recording(folder: &OsStr) -> Child {
-    Command::new(env::current_exe().expect("this program"))
-        .args(arguments("kill::recording_process"))
-        .env(FOLDER, folder)
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("a recording process")
+fn start_recording(folder: &OsStr) -> Process {
+    let mut command = Command::new(env::current_exe().expect("this program"));
+    command.args(arguments("kill::recording_process")).env(FOLDER, folder);
+    Process::start(command)
 }
 
 #[test]
 fn frames_reach_the_file_without_further_frames_and_outlive_a_kill() {
     let folder = tempdir().expect("a folder");
-    let mut child = start_recording(folder.path().as_os_str());
-    let messages = BufReader::new(child.stderr.take().expect("its messages"));
-    let was_flushed = messages.lines().map_while(Result::ok).any(|line| line.ends_with(FLUSHED));
-    child.kill().expect("a running process");
-    child.wait().expect("a killed process");
-    assert!(was_flushed, "the recording process ended by itself");
+    let recording = start_recording(folder.path().as_os_str());
+    recording.complaint_with(FLUSHED);
+    recording.kill();
 
     let path = folder.path().join("show.mcap");
     let (recorded, was_cut) = dance::read(&path);

@@ -5,6 +5,7 @@ use bench_dragon_ipc::{FrameHeader, HandleState};
 use tempfile::tempdir;
 
 use crate::dance::{self, BENCHES, OFFSET_NS, RUN_ID, TOML};
+use crate::eventually::eventually_from;
 
 #[test]
 fn every_frame_comes_back_bit_for_bit() {
@@ -126,9 +127,10 @@ fn progress_counts_what_has_been_written_without_waiting_for_more() {
         let bytes = path.metadata().expect("a file").len();
         (progress.frames, progress.alerts, progress.bytes_written) == (1, 1, bytes)
     };
-    while !is_written(&recorder.progress()) {
-        std::thread::yield_now();
-    }
+    eventually_from("the frame and the alert are written", || {
+        let progress = recorder.progress();
+        if is_written(&progress) { Ok(()) } else { Err(format!("{progress:?}")) }
+    });
     let Progress { files, file, .. } = recorder.progress();
     assert_eq!((files, &file), (1, &path));
     assert_eq!(dance::read(&path).0.len(), 1, "a recording can be read while it is made");

@@ -1,13 +1,13 @@
 //! The stock Python readers open a recording with no code of ours. What they must find is in `python/test_recording.py`.
 
-use std::{env, fs, io::Write, path::Path, process::Command};
+use std::{fs, io::Write, path::Path};
 
 use bench_dragon::record::{Recorder, repair};
 use tempfile::tempdir;
 
 use crate::dance::{self, BENCHES, Frame, OFFSET_NS, RUN_ID, TOML};
+use crate::pytest::{expect_passed, pytest};
 
-const PYTHON: &str = "BENCH_DRAGON_PYTHON";
 const FRAMES: u64 = 250;
 
 /// A finished recording, and beside it the frames' bytes on the bus.
@@ -39,22 +39,15 @@ fn write_cut_and_repaired(folder: &Path) -> u64 {
 
 #[test]
 fn stock_python_readers_find_every_bit() {
-    let python = env::var_os(PYTHON).unwrap_or_else(|| {
-        panic!("{PYTHON} is not set: run the tests with tests/run, which installs tests/requirements.txt and sets it")
-    });
     let folder = tempdir().expect("a folder");
     write_whole(folder.path());
     let frames_in_cut = write_cut_and_repaired(folder.path());
     assert!(0 < frames_in_cut && frames_in_cut < FRAMES, "the cut took some frames: {frames_in_cut} are left");
-    let status = Command::new(python)
-        .args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/python/test_recording.py"])
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .env("PYTHONDONTWRITEBYTECODE", "1")
+    let mut readers = pytest("tests/python/test_recording.py");
+    readers
         .env("RECORDING_FOLDER", folder.path())
         .env("RECORDING_FRAMES", FRAMES.to_string())
         .env("RECORDING_FRAMES_IN_CUT", frames_in_cut.to_string())
-        .env("RECORDING_OFFSET_NS", OFFSET_NS.to_string())
-        .status()
-        .expect("a Python interpreter");
-    assert!(status.success(), "the Python reader found something else");
+        .env("RECORDING_OFFSET_NS", OFFSET_NS.to_string());
+    expect_passed(readers);
 }

@@ -13,6 +13,7 @@ use proptest::prelude::*;
 use tempfile::{TempDir, tempdir};
 
 use crate::dance::{self, Frame, TOML};
+use crate::eventually::eventually;
 
 /// Bytes of a record before its body: its kind and its length.
 const RECORD_HEAD_BYTES: u64 = 9;
@@ -195,13 +196,11 @@ fn a_recording_that_is_being_made_is_not_repaired() {
     assert!(matches!(error, RepairError::InUse { .. }), "{error}");
     assert!(repair_folder(folder.path()).expect("a folder").is_empty());
     recorder.finish().expect("a finished recording");
-    let repaired = loop {
-        match repair(&path) {
-            // A process that another test is just starting has our files until it becomes another program.
-            Err(RepairError::InUse { .. }) => std::thread::yield_now(),
-            done => break done.expect("a finished recording"),
-        }
-    };
+    let repaired = eventually("nobody has the recording open", || match repair(&path) {
+        // A process that another test is just starting has our files until it becomes another program.
+        Err(RepairError::InUse { .. }) => None,
+        done => Some(done.expect("a finished recording")),
+    });
     assert!(!repaired.was_unfinished);
 }
 
@@ -241,7 +240,7 @@ fn a_recording_that_another_process_has_open_is_left_alone() {
     let mut copier = Command::new("cat").stdin(Stdio::piped()).stdout(being_copied).spawn().expect("cat is there");
     assert!(repair_folder(folder.path()).expect("a folder").is_empty());
     drop(copier.stdin.take());
-    copier.wait().expect("a child can be waited for");
+    eventually("the copier ends", || copier.try_wait().expect("a child can be waited for"));
     assert_eq!(repair_folder(folder.path()).expect("a folder").len(), 1);
 }
 

@@ -15,6 +15,7 @@
 #[allow(dead_code, reason = "the storm uses a part of it")]
 mod children;
 #[path = "../processes/eventually.rs"]
+#[allow(dead_code, reason = "the storm uses a part of it")]
 mod eventually;
 #[path = "../processes/process.rs"]
 #[allow(dead_code, reason = "the storm uses a part of it")]

@@ -34,7 +34,7 @@ class Stage:
 
     def run(self, *args):
         """Runs a command to its end."""
-        return subprocess.run(self._command(args), capture_output=True, text=True, check=False)
+        return subprocess.run(self._command(args), capture_output=True, text=True, check=False, timeout=PATIENCE_S)
 
     def start(self, *args):
         """Starts a command."""
@@ -61,7 +61,7 @@ class Stage:
         """Ends what a failing test has left running. Returns what is left on the machine, and removes it."""
         for process in self._processes:
             process.kill()
-            process.communicate()
+            process.communicate(timeout=PATIENCE_S)
         remains = self.remains()
         shutil.rmtree(self.root, ignore_errors=True)
         for path in remains:
@@ -95,29 +95,30 @@ class Server:
     def kill(self):
         """Ends it as a crash does."""
         self.process.kill()
-        self.process.wait()
+        self.process.wait(PATIENCE_S)
 
     def summary(self):
         """Waits for its own end and returns its summary."""
         last = self.process.stdout.read().splitlines()[-1]
-        assert self.process.wait() == 0
+        assert self.process.wait(PATIENCE_S) == 0
         return json.loads(last)
 
 
-def read_until(dragon, is_wanted):
-    """Frames' headers up to the first one that is wanted, which comes last."""
+def read_until(dragon, what, is_wanted):
+    """Frames' headers up to the first one that is wanted, which comes last. `what` completes "waited until"."""
     headers = []
     deadline_s = time.monotonic() + PATIENCE_S
     for frame in dragon.frames(PATIENCE_S):
         headers.append(frame.header)
         if is_wanted(frame.header):
             return headers
-        assert time.monotonic() < deadline_s, "it does not come"
+        assert time.monotonic() < deadline_s, f"waited {PATIENCE_S} s until {what}; the last frame: tick {headers[-1].tick}"
+    raise AssertionError(f"no frame for {PATIENCE_S} s, waiting until {what}; {len(headers)} came before")
 
 
 def wait_for_tick(dragon, tick):
     """Waits until the server has published a tick, without reading frames."""
     deadline_s = time.monotonic() + PATIENCE_S
-    while dragon.status(PATIENCE_S).tick < tick:
-        assert time.monotonic() < deadline_s, "it does not come"
+    while (seen := dragon.status(PATIENCE_S).tick) < tick:
+        assert time.monotonic() < deadline_s, f"waited {PATIENCE_S} s until tick {tick}; last seen: {seen}"
         time.sleep(0.02)

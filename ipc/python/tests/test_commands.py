@@ -17,7 +17,7 @@ def headers_around(dragon, command):
     """Gives a command; the headers just before the tick that it returns, and at it."""
     header = dragon.wait(PATIENCE_S).header
     tick = command()
-    *_, before, after = [header, *read_until(dragon, lambda header: header.tick >= tick)]
+    *_, before, after = [header, *read_until(dragon, f"tick {tick}", lambda header: header.tick >= tick)]
     assert (before.tick, after.tick) == (tick - 1, tick)
     return before, after
 
@@ -105,7 +105,7 @@ def test_a_guarded_server_is_asked_until_its_guard_has_proved_the_ground(stage, 
     # Each time it has what the times before have left of the timeout.
     assert all(later <= earlier - 0.02 for earlier, later in itertools.pairwise(left_s))
     guards[0].terminate()
-    guards[0].wait()
+    guards[0].wait(PATIENCE_S)
     server.stop()
 
 

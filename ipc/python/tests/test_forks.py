@@ -4,6 +4,7 @@ import os
 import subprocess
 
 import pytest
+from stage import PATIENCE_S
 
 WAIT = "assert os.waitpid(child, 0)[1] == 0"
 
@@ -75,7 +76,7 @@ def test_the_parent_of_a_child_reads_on(stage, child, end):
     server = stage.serve("--rate", "50")
     script = PARENT.format(child=CHILDREN[child], wait=WAIT, end=end)
     parent = stage.start_python("-c", script, stage.instance, stderr=subprocess.PIPE)
-    assert parent.communicate() == ("read on\n", "")
+    assert parent.communicate(timeout=PATIENCE_S) == ("read on\n", "")
     server.stop()
 
 
@@ -89,7 +90,7 @@ def test_a_child_that_outlives_its_parent_does_not_keep_the_instance(stage, end)
     parent = stage.start_python("-c", script, stage.instance, stdin=stdin)
     os.close(stdin)
     assert parent.stdout.read() == "read on\n"
-    parent.wait()
+    parent.wait(PATIENCE_S)
     server.stop()
     assert stage.remains() == []
     os.close(held)

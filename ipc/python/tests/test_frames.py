@@ -38,7 +38,7 @@ def test_every_value_of_every_frame_is_the_one_that_echo_prints(stage):
 def test_a_reader_from_the_start_gets_every_frame_of_the_run(stage):
     server = stage.serve("--readers", "1", "--rate", "100", "--until", "1")
     with Dragon(stage.instance) as dragon:
-        headers = read_until(dragon, lambda header: header.show_state is ShowState.FINISHED)
+        headers = read_until(dragon, "the show ends", lambda header: header.show_state is ShowState.FINISHED)
         server.summary()
         assert [header.tick for header in headers] == list(range(101))
         assert [header.sim_time_ns for header in headers] == [tick * 10_000_000 for tick in range(101)]
@@ -171,7 +171,7 @@ def test_an_array_stays_as_it_is_when_its_frame_the_dragon_and_the_server_are_go
     del frame
     gc.collect()
     # The server uses each place of its memory several times meanwhile.
-    read_until(dragon, lambda header: header.tick > tick + 1000)
+    read_until(dragon, "a thousand ticks later", lambda header: header.tick > tick + 1000)
     assert head.tolist() == before
     server.stop()
     dragon.close()
@@ -191,7 +191,7 @@ def test_four_frames_may_be_held(stage):
             dragon.wait(PATIENCE_S)
         del held[2:]
         # A loop lets go of a frame when it has the next one.
-        assert len(read_until(dragon, lambda header: header.tick > 20)) > 4
+        assert len(read_until(dragon, "tick 21", lambda header: header.tick > 20)) > 4
         assert dragon.lost == 0
         held.clear()
     server.stop()
@@ -231,6 +231,7 @@ def test_other_threads_run_while_one_waits(stage):
         thread = threading.Thread(target=lambda: servers.append(stage.serve("--rate", "50")))
         thread.start()
         run_id = dragon.wait(PATIENCE_S).header.run_id
-        thread.join()
+        thread.join(PATIENCE_S)
+        assert not thread.is_alive(), f"the other thread does not end within {PATIENCE_S} s"
         assert run_id == servers[0].run_id
     servers[0].stop()

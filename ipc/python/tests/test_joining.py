@@ -59,7 +59,8 @@ def test_it_waits_for_a_server_that_is_not_there_yet(stage):
     reader = threading.Thread(target=read)
     reader.start()
     server = stage.serve("--rate", "50")
-    reader.join()
+    reader.join(PATIENCE_S)
+    assert not reader.is_alive(), f"the other thread does not end within {PATIENCE_S} s"
     assert run_ids == [server.run_id]
     server.stop()
 
@@ -147,7 +148,7 @@ def test_a_frame_that_is_shorter_than_its_header_says_is_not_read(stage):
     with Dragon(stage.instance) as dragon:
         publisher = publish_lie(Domain(stage.instance), bench_count=10**9, handle_count=3)
         with pytest.raises(VersionMismatch, match="bench-dragon/frames has another layout"):
-            read_until(dragon, lambda header: header.bench_count != 223)
+            read_until(dragon, "another dragon", lambda header: header.bench_count != 223)
         publisher.delete()
     server.stop()
 
@@ -180,7 +181,7 @@ def test_ctrl_c_ends_the_example(stage):
     example = stage.start_python(str(EXAMPLES / "head.py"), stage.instance)
     assert example.stdout.readline().partition(" s: head at ")[2] != ""
     example.send_signal(signal.SIGINT)
-    assert example.wait() == 0
+    assert example.wait(PATIENCE_S) == 0
     server.stop()
 
 
@@ -189,7 +190,7 @@ def test_ctrl_c_ends_a_wait_for_a_server(stage):
     waiting = stage.start_python("-c", script, stage.instance)
     waiting.stdout.readline()
     waiting.send_signal(signal.SIGINT)
-    assert waiting.wait() == -signal.SIGINT
+    assert waiting.wait(PATIENCE_S) == -signal.SIGINT
 
 
 def test_whoever_leaves_last_leaves_nothing_even_with_a_frame_in_hand(stage):
@@ -199,7 +200,7 @@ def test_whoever_leaves_last_leaves_nothing_even_with_a_frame_in_hand(stage):
     server.stop()
     assert stage.remains() != [], "the reader is still there"
     reader.send_signal(signal.SIGINT)
-    assert reader.wait() == -signal.SIGINT
+    assert reader.wait(PATIENCE_S) == -signal.SIGINT
     assert reader.stderr.read().splitlines()[-1] == "KeyboardInterrupt", "it has nothing else to say"
     assert stage.remains() == []
 
@@ -220,7 +221,7 @@ def test_a_killed_reader_is_swept_away_by_the_server(stage):
     reader = stage.start_python("-c", LOOP, stage.instance)
     reader.stdout.readline()
     reader.kill()
-    reader.wait()
+    reader.wait(PATIENCE_S)
     with Dragon(stage.instance) as dragon:
         assert dragon.wait(PATIENCE_S) is not None
     server.stop()
@@ -233,7 +234,7 @@ def test_a_reader_that_is_killed_after_the_server_left_is_swept_away_by_the_next
     reader.stdout.readline()
     server.stop()
     reader.kill()
-    reader.wait()
+    reader.wait(PATIENCE_S)
     with pytest.raises(NoServer):
         Dragon(stage.instance, timeout_s=0)
     assert stage.remains() == []

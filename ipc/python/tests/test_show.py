@@ -73,11 +73,12 @@ def test_what_is_not_there_yet_is_waited_for(stage, told):
         thread = threading.Thread(target=lambda: servers.append(serve_with_alerts(stage)))
         thread.start()
         news = told(dragon, PATIENCE_S)
-        thread.join()
+        thread.join(PATIENCE_S)
+        assert not thread.is_alive(), f"the other thread does not end within {PATIENCE_S} s"
         [(second, monitor)] = servers
         assert {item.run_id for item in (news if told is Dragon.alerts else [news])} == {second.run_id}
         monitor.terminate()
-        monitor.wait()
+        monitor.wait(PATIENCE_S)
     second.stop()
 
 

@@ -1,5 +1,6 @@
 //! What the children say, taken down: into the tally, and onto the live line.
 
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use anyhow::Context as _;
@@ -12,6 +13,8 @@ use bench_dragon_ipc::AlertKind;
 use super::child::Role;
 use super::live_line::LiveLine;
 use super::tally::Tally;
+use crate::cli::Format;
+use crate::command::output::print_json;
 
 /// The show's account of itself.
 #[derive(Debug)]
@@ -24,6 +27,9 @@ pub(super) struct Account {
     pub(super) has_given_up: bool,
     /// Whether the timecode stands, or none has come yet: then the show stands with it.
     pub(super) has_timecode_stood: bool,
+    /// Where the server listens for timecode, once it does. The next server listens there too.
+    pub(super) timecode_listen: Option<SocketAddr>,
+    format: Format,
     /// The recordings that were begun, oldest first.
     recordings: Vec<PathBuf>,
     /// The recording of which no account was given yet.
@@ -32,13 +38,15 @@ pub(super) struct Account {
 
 impl Account {
     /// An empty account of a show between two show times.
-    pub(super) fn new(start_s: f64, end_s: f64) -> Self {
+    pub(super) fn new(start_s: f64, end_s: f64, format: Format) -> Self {
         Self {
             tally: Tally::default(),
             line: LiveLine::new(start_s, end_s),
             progress: MonitorProgress::default(),
             has_given_up: false,
             has_timecode_stood: true,
+            timecode_listen: None,
+            format,
             recordings: Vec::new(),
             open_recording: None,
         }
@@ -51,7 +59,7 @@ impl Account {
     pub(super) fn take_line(&mut self, role: Role, line: &str) -> anyhow::Result<()> {
         let unreadable = || format!("{} printed {line:?}", role.name());
         match role {
-            Role::Serve => self.take_serve_line(&serde_json::from_str(line).with_context(unreadable)?),
+            Role::Serve => self.take_serve_line(&serde_json::from_str(line).with_context(unreadable)?)?,
             Role::Monitor => self.take_monitor_line(serde_json::from_str(line).with_context(unreadable)?),
             Role::Record => self.take_record_line(&serde_json::from_str(line).with_context(unreadable)?),
             // Only where it listens, which is where it did before.
@@ -80,9 +88,10 @@ impl Account {
         self.tally.summary(self.recordings.clone())
     }
 
-    fn take_serve_line(&mut self, line: &ServeLine) {
+    fn take_serve_line(&mut self, line: &ServeLine) -> anyhow::Result<()> {
         match line {
-            ServeLine::Started { .. } | ServeLine::Listening { .. } | ServeLine::TimecodeSummary(_) => {}
+            ServeLine::Started { .. } | ServeLine::TimecodeSummary(_) => {}
+            ServeLine::Listening { listen } => self.take_timecode_address(*listen)?,
             ServeLine::Timecode(timecode) => {
                 match timecode.event {
                     TimecodeEvent::Follows => self.has_timecode_stood = false,
@@ -93,6 +102,21 @@ impl Account {
                 self.line.say(&timecode.to_string());
             }
             ServeLine::Summary(summary) => self.tally.add_server(summary),
+        }
+        Ok(())
+    }
+
+    /// Reports where timecode has to be sent, once: the port may be one that the server chose.
+    fn take_timecode_address(&mut self, listen: SocketAddr) -> anyhow::Result<()> {
+        if self.timecode_listen.replace(listen) == Some(listen) {
+            return Ok(());
+        }
+        match self.format {
+            Format::Json => print_json(&ServeLine::Listening { listen }),
+            Format::Text => {
+                self.line.say(&format!("listening for timecode on {listen}; the show stands until the first one"));
+                Ok(())
+            }
         }
     }
 

@@ -113,7 +113,7 @@ impl<'a> Show<'a> {
             granted_to_m: Status::NONE,
             walking_speed_mps: None,
             paused: false,
-            account: Account::new(start_s, end_s),
+            account: Account::new(start_s, end_s, args.format.format),
             restarts: Vec::new(),
             watch: Watch::new(Instant::now()),
             is_stopped: false,

@@ -67,8 +67,13 @@ impl Show<'_> {
     fn timecode_args(&self) -> Vec<String> {
         let TimecodeArgs { source, offset_s, timeout_s, frame_rate } = &self.args.timecode;
         let frames_per_second = frame_rate.map(FrameRate::frames_per_second);
+        // The desk goes on sending to where the first server listened.
+        let source = source.clone().map(|source| match self.account.timecode_listen {
+            Some(listen) => source.at(listen),
+            None => source,
+        });
         [
-            source.as_ref().map(|source| format!("--timecode={source}")),
+            source.map(|source| format!("--timecode={source}")),
             offset_s.map(|offset_s| format!("--timecode-offset={offset_s}")),
             timeout_s.map(|timeout_s| format!("--timecode-timeout={timeout_s}")),
             frames_per_second.map(|fps| format!("--timecode-fps={fps}")),

@@ -48,7 +48,10 @@ impl Bridge {
 
     /// Its lines up to one of this type, which is returned.
     pub(crate) fn until(&mut self, kind: &str) -> Value {
-        self.process.json_until(|line| line["type"] == kind).pop().expect("it ends with the one that is wanted")
+        self.process
+            .json_until(&format!("a line of type {kind}"), |line| line["type"] == kind)
+            .pop()
+            .expect("it ends with the one that is wanted")
     }
 
     /// Ends it, and returns its summary.

@@ -62,18 +62,22 @@ fn a_monitor_on_the_other_side_sees_the_same_contact_and_the_one_here_is_heard_t
     let mut reader = Reader::join(&far);
     let mut monitors = [&near, &far].map(|stage| stage.start(&["monitor", "--format", "json", "--progress", "0.05"]));
     for monitor in &mut monitors {
-        monitor.json_until(|line| line["type"] == "progress" && line["clearance_m"].is_number());
+        monitor.json_until("the monitor has measured a clearance", |line| {
+            line["type"] == "progress" && line["clearance_m"].is_number()
+        });
     }
     near.run(&["ctl", "seek", "412.47"]).expect_clean();
     let is_contact = |line: &Value| line["kind"] == "contact";
-    let [here, there] = monitors.each_mut().map(|monitor| monitor.json_until(is_contact).pop().expect("a contact"));
+    let [here, there] = monitors
+        .each_mut()
+        .map(|monitor| monitor.json_until("the monitor reports a contact", is_contact).pop().expect("a contact"));
     for value in ["time_s", "benches", "point_m", "clearance_m"] {
         assert_eq!(here[value], there[value], "{value}");
     }
     // Two monitors tell it there: their own, and the one here through the bridge.
     let contact = || alerts.receive().expect("the bus is readable").filter(|alert| kind(alert) == AlertKind::Contact);
     for _ in 0..2 {
-        let alert = eventually(contact);
+        let alert = eventually("an alert of the contact", contact);
         assert_eq!((run_id.as_u64(), there["tick"].as_u64()), (Some(alert.run_id), Some(alert.tick)));
         assert_eq!(there["time_s"], alert.sim_time_ns as f64 * 1e-9);
     }

@@ -8,6 +8,7 @@ use zenoh::Wait as _;
 
 use super::bridges::{Bridge, KEY};
 use super::hostile::connected;
+use crate::eventually::DEADLINE;
 use crate::reader::Reader;
 use crate::stage::Stage;
 
@@ -31,7 +32,11 @@ fn a_bridge_takes_no_commands_unless_it_is_told_to() {
     let shot = Reader::join(&near).next();
     assert_eq!(shot.state(), ShowState::Running);
     assert_eq!(sender.stop()["commands"], 0);
-    let silent = receiver.process.json_until(|line| line["reason"] == "no_connection").pop().expect("a line");
+    let silent = receiver
+        .process
+        .json_until("the bridge has no connection", |line| line["reason"] == "no_connection")
+        .pop()
+        .expect("a line");
     assert_eq!(silent["type"], "silent");
     let reply = ctl(&far, &["pause"]);
     assert_eq!(reply["reason"], "the server is on another host, which does not answer", "{reply}");
@@ -53,7 +58,7 @@ fn a_bridge_that_is_told_to_takes_commands_and_answers_in_the_words_of_the_other
 
     let paused = ctl(&far, &["pause"]);
     assert_eq!((&paused["accepted"], &paused["run_id"]), (&Value::Bool(true), &run_id), "{paused}");
-    let shots = reader.read_until(|header| header.show_state() == Some(ShowState::Paused));
+    let shots = reader.read_until("the show is paused", |header| header.show_state() == Some(ShowState::Paused));
     let tick = shots.last().expect("one at least").header.tick;
     assert_eq!(paused["tick"], tick, "the tick from which it holds, as it is counted here");
 
@@ -79,7 +84,7 @@ fn a_command_that_was_refused_because_nobody_answered_is_not_carried_out_later()
     let mut receiver = Bridge::receiving(&far, &sender);
     receiver.until("receiving");
     assert_eq!(ctl(&near, &["pause"])["accepted"], true);
-    Reader::join(&far).read_until(|header| header.show_state() == Some(ShowState::Paused));
+    Reader::join(&far).read_until("the show is paused", |header| header.show_state() == Some(ShowState::Paused));
 
     sender.process.signal(Signal::STOP);
     let refused = ctl(&far, &["resume"]);
@@ -91,7 +96,7 @@ fn a_command_that_was_refused_because_nobody_answered_is_not_carried_out_later()
     let mut reader = Reader::join(&near);
     let sought = ctl(&far, &["seek", "100"]);
     assert_eq!(sought["accepted"], true, "{sought}");
-    let shots = reader.read_until(|header| header.sim_time_s() == 100.0);
+    let shots = reader.read_until("show time is 100 s", |header| header.sim_time_s() == 100.0);
     assert!(shots.iter().all(|shot| shot.state() == ShowState::Paused));
     server.stop();
     receiver.stop();
@@ -113,7 +118,8 @@ fn a_bridge_that_ends_passes_on_no_more_of_the_commands_that_wait() {
         .collect();
     // It is answered, though the server answers none of those that came before it.
     let described = session.get(format!("{KEY}/description")).wait().expect("it is open");
-    assert!(described.recv().is_ok_and(|reply| reply.result().is_ok()));
+    let described = described.recv_timeout(DEADLINE).expect("the session is open");
+    assert!(described.is_some_and(|reply| reply.result().is_ok()));
     let sent = sender.stop();
     let (commands, refused) = (sent["commands"].as_u64().expect("a count"), sent["refused"].as_u64().expect("a count"));
     assert!((1..ASKED).contains(&commands), "{sent}");

@@ -1,7 +1,7 @@
 //! What others put under our keys.
 
 use std::collections::HashSet;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::Instant;
 
 use bench_dragon::bridge::zenoh::wire::{Described, encode_described, encode_frame};
@@ -13,7 +13,7 @@ use zenoh::{Config, Session, Wait as _};
 use super::bridges::{ANY_PORT, Bridge, KEY, arguments};
 use crate::process::Process;
 use crate::reader::{Reader, assert_accounted_for};
-use crate::skip::skip;
+use crate::skip::is_possible;
 use crate::stage::Stage;
 
 pub(super) fn connected(endpoint: &str) -> Session {
@@ -108,7 +108,7 @@ fn a_frame_of_another_dragon_than_its_run_is_described_with_begins_nothing() {
     // Of the dragon that it is described with: so what came before it has been looked at.
     put(frame_of(5, 223)).expect("it is open");
     assert_eq!(receiver.until("receiving")["remote_run_id"], 5);
-    let before = reader.read_until(|header| run_id != header.run_id);
+    let before = reader.read_until("a frame of the next run", |header| run_id != header.run_id);
     assert!(before.iter().all(|shot| shot.header.bench_count == 223));
     session.close().wait().expect("it is open");
     server.stop();
@@ -121,18 +121,16 @@ fn a_frame_of_another_dragon_than_its_run_is_described_with_begins_nothing() {
 fn a_run_that_the_bus_has_no_room_for_is_told_of_and_the_show_goes_on() {
     // Room for the paper's dragon, and not for one of a hundred thousand benches.
     let script = r#"mount -t tmpfs -o size=128m none /dev/shm && exec "$@""#;
-    let launcher = ["--mount", "sh", "-c", script, "sh"];
-    let trial = Command::new("unshare").args(launcher).arg("true").stderr(Stdio::null()).status();
-    if !trial.is_ok_and(|status| status.success()) {
-        skip("no /dev/shm can be mounted here in a namespace of its own");
+    let launcher = ["unshare", "--mount", "sh", "-c", script, "sh"];
+    if !is_possible(&launcher) {
         return;
     }
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "50"]);
     let sender = Bridge::sending(&near, &[]);
     let plain = far.command(&arguments(&["--receive", "--listen", ANY_PORT, "--connect", &sender.endpoint]));
-    let mut command = Command::new("unshare");
-    command.args(launcher).arg(plain.get_program()).args(plain.get_args()).env_remove("RUST_LOG");
+    let mut command = Command::new(launcher[0]);
+    command.args(&launcher[1..]).arg(plain.get_program()).args(plain.get_args()).env_remove("RUST_LOG");
     let mut receiver = Bridge::announced(Process::start(command));
     receiver.until("receiving");
     let session = connected(&receiver.endpoint);

@@ -3,7 +3,7 @@
 use std::ffi::OsStr;
 
 use super::bridges::{Bridge, KEY};
-use crate::python;
+use crate::pytest;
 use crate::stage::Stage;
 
 #[test]
@@ -19,7 +19,7 @@ fn the_stock_zenoh_package_reads_every_frame_and_commands_where_that_is_allowed(
         ("BENCH_DRAGON_SILENT_ENDPOINT", OsStr::new(&silent.endpoint)),
         ("BENCH_DRAGON_KEY", OsStr::new(KEY)),
     ];
-    python::run("test_zenoh.py", &variables);
+    pytest::run("test_zenoh.py", &variables);
     server.stop();
     let sent = sender.stop();
     assert_eq!((&sent["commands"], &sent["refused"]), (&2.into(), &1.into()), "{sent}");

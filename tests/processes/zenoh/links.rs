@@ -1,48 +1,58 @@
 //! How bridges find each other, and who is let in.
 
 use std::fs;
-use std::net::TcpListener;
+use std::net::{Ipv4Addr, SocketAddr, TcpListener};
+use std::os::fd::OwnedFd;
 use std::path::Path;
 use std::process::Command;
 
+use rustix::net::sockopt::set_socket_reuseaddr;
+use rustix::net::{AddressFamily, SocketType, bind, getsockname, socket};
+
 use super::bridges::{ANY_PORT, Bridge};
+use crate::process::Process;
 use crate::reader::Reader;
-use crate::skip::skip;
+use crate::skip::has_programs;
 use crate::stage::Stage;
 
-/// Makes an authority and certificates of both sides in a folder. False where there is no `openssl`.
-fn make_certificates(folder: &Path) -> bool {
+/// Makes an authority and certificates of both sides in a folder.
+fn make_certificates(folder: &Path) {
     let openssl = |line: &str| {
-        let output = Command::new("openssl").args(line.split_whitespace()).current_dir(folder).output();
-        output.map(|output| assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr)))
+        let mut command = Command::new("openssl");
+        command.args(line.split_whitespace()).current_dir(folder);
+        let ended = Process::start(command).end();
+        assert!(ended.status.success(), "{line}: {}", ended.stderr);
     };
-    if openssl("version").is_err() {
-        skip("openssl is not installed");
-        return false;
+    let key = "req -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes";
+    openssl(&format!("{key} -x509 -days 2 -subj /CN=authority -keyout ca.key -out ca.pem"));
+    fs::write(folder.join("names"), "subjectAltName=DNS:localhost,IP:127.0.0.1\n").expect("a file");
+    for side in ["near", "far"] {
+        openssl(&format!("{key} -subj /CN={side} -keyout {side}.key -out {side}.csr"));
+        let signed =
+            format!("x509 -req -days 2 -in {side}.csr -CA ca.pem -CAkey ca.key -extfile names -out {side}.pem");
+        openssl(&signed);
     }
-    let made = || {
-        let key = "req -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes";
-        openssl(&format!("{key} -x509 -days 2 -subj /CN=authority -keyout ca.key -out ca.pem"))?;
-        fs::write(folder.join("names"), "subjectAltName=DNS:localhost,IP:127.0.0.1\n")?;
-        for side in ["near", "far"] {
-            openssl(&format!("{key} -subj /CN={side} -keyout {side}.key -out {side}.csr"))?;
-            let signed =
-                format!("x509 -req -days 2 -in {side}.csr -CA ca.pem -CAkey ca.key -extfile names -out {side}.pem");
-            openssl(&signed)?;
-        }
-        Ok::<_, std::io::Error>(())
-    };
-    made().expect("openssl makes certificates");
-    true
+}
+
+/// An endpoint that a bridge can connect to before another one listens on it. The socket has the port meanwhile, and lets a
+/// listener have it beside itself, as both allow the address to be reused. Until then nobody listens there.
+fn reserved_endpoint() -> (OwnedFd, String) {
+    let socket = socket(AddressFamily::INET, SocketType::STREAM, None).expect("a socket");
+    set_socket_reuseaddr(&socket, true).expect("an option");
+    bind(&socket, &SocketAddr::from((Ipv4Addr::LOCALHOST, 0))).expect("a port");
+    let address = getsockname(&socket).expect("a bound socket has an address");
+    let address = SocketAddr::try_from(address).expect("an address of the internet");
+    (socket, format!("tcp/{address}"))
 }
 
 #[test]
 fn tls_by_zenohs_own_configuration_lets_in_whom_the_authority_knows_and_nobody_else() {
-    let (near, far) = (Stage::new(), Stage::new());
-    let folder = near.path("");
-    if !make_certificates(&folder) {
+    if !has_programs(&["openssl"]) {
         return;
     }
+    let (near, far) = (Stage::new(), Stage::new());
+    let folder = near.path("");
+    make_certificates(&folder);
     let write = |name: &str, tls: String| {
         let text = format!("{{ // zenoh's own\n transport: {{ link: {{ tls: {{ {tls} }} }} }} }}");
         fs::write(folder.join(name), text).expect("a file");
@@ -90,14 +100,12 @@ fn tls_by_zenohs_own_configuration_lets_in_whom_the_authority_knows_and_nobody_e
 fn who_cannot_be_reached_yet_is_found_when_he_comes() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "50"]);
-    // Nobody else is given a port that has just been one's own.
-    let port = TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port").port();
-    let endpoint = format!("tcp/127.0.0.1:{port}");
+    let (_reserved, endpoint) = reserved_endpoint();
     for mode in ["peer", "client"] {
         let mut receiver =
             far.start(&super::bridges::arguments(&["--receive", "--connect", &endpoint, "--mode", mode]));
         let sender = Bridge::start(&near, &["--listen", &endpoint]);
-        receiver.json_until(|line| line["type"] == "receiving");
+        receiver.json_until("the bridge receives", |line| line["type"] == "receiving");
         assert_eq!(receiver.terminate().last_json()["type"], "received", "{mode}");
         sender.stop();
     }
@@ -108,8 +116,7 @@ fn who_cannot_be_reached_yet_is_found_when_he_comes() {
 fn a_sending_bridge_tells_that_nobody_is_connected_and_that_somebody_is() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "50"]);
-    let port = TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port").port();
-    let endpoint = format!("tcp/127.0.0.1:{port}");
+    let (_reserved, endpoint) = reserved_endpoint();
     let mut sender = Bridge::start(&near, &["--connect", &endpoint]);
     let alone = sender.until("alone");
     assert_eq!(alone["connects"], serde_json::json!([endpoint]));
@@ -129,8 +136,7 @@ fn a_sending_bridge_tells_that_nobody_is_connected_and_that_somebody_is() {
 #[test]
 fn a_client_that_reaches_nobody_ends_at_a_signal() {
     let stage = Stage::new();
-    let port = TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port").port();
-    let endpoint = format!("tcp/127.0.0.1:{port}");
+    let (_reserved, endpoint) = reserved_endpoint();
     let receiver = stage.start(&super::bridges::arguments(&["--receive", "--mode", "client", "--connect", &endpoint]));
     assert_eq!(receiver.complaint(), format!("waiting for somebody at {endpoint}"));
     let ended = receiver.terminate();

@@ -74,8 +74,8 @@ fn a_late_bridge_gets_the_description_and_a_new_run_follows_the_last_one() {
     let first = receiver.until("receiving");
     let descriptions = DescriptionReader::open(far.domain(), "test").expect("the bridge has made the services");
     let near_descriptions = DescriptionReader::open(near.domain(), "test").expect("the server has made the services");
-    let there = || eventually(|| near_descriptions.poll().expect("the bus is readable"));
-    let here = || eventually(|| descriptions.poll().expect("the bus is readable"));
+    let there = || eventually("the description is there", || near_descriptions.poll().expect("the bus is readable"));
+    let here = || eventually("the description is on the far bus", || descriptions.poll().expect("the bus is readable"));
     let (description, original) = (here(), there());
     assert_eq!((&first["run_id"], &first["remote_run_id"]), (&description.run_id.into(), &original.run_id.into()));
     assert_eq!(description.toml, original.toml);
@@ -87,7 +87,7 @@ fn a_late_bridge_gets_the_description_and_a_new_run_follows_the_last_one() {
     let server = near.serve(&["--rate", "20", "--config", "wide.toml"]);
     let second = receiver.until("receiving");
     assert_eq!(second["remote_run_id"], server.run_id);
-    let shots = reader.read_until(|header| second["run_id"] == header.run_id);
+    let shots = reader.read_until("a frame of the second run", |header| second["run_id"] == header.run_id);
     assert_eq!(shots.last().expect("one at least").header.tick, 0, "its ticks are counted afresh");
     let (description, original) = (here(), there());
     assert_eq!(second["run_id"], description.run_id);
@@ -107,7 +107,11 @@ fn a_source_that_ends_is_missed_and_its_services_stay() {
     let run_id = receiver.until("receiving")["run_id"].clone();
     server.stop();
     assert_eq!(sender.until("silent")["reason"], "no_source");
-    let silent = receiver.process.json_until(|line| line["reason"] == "no_source").pop().expect("a line");
+    let silent = receiver
+        .process
+        .json_until("the bridge has no source", |line| line["reason"] == "no_source")
+        .pop()
+        .expect("a line");
     assert_eq!((&silent["type"], &silent["run_id"]), (&"silent".into(), &run_id));
     Reader::join(&far);
     receiver.stop();
@@ -137,8 +141,8 @@ fn a_recording_that_is_played_faster_than_it_was_made_gets_through() {
     let _third = Reader::join(&near);
     receiver.until("receiving");
     let statuses = StatusReader::open(far.domain(), "test").expect("the bridge has made the services");
-    Reader::join(&far).read_until(|header| header.sim_time_ns == FRAMES as i64 - 1);
-    assert_eq!(eventually(|| statuses.poll().expect("the bus is readable")).rate_hz, 400);
+    Reader::join(&far).read_until("the last frame", |header| header.sim_time_ns == FRAMES as i64 - 1);
+    assert_eq!(eventually("the status is there", || statuses.poll().expect("the bus is readable")).rate_hz, 400);
     replay.end().expect_clean();
     let received = receiver.stop();
     assert_eq!(
