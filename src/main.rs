@@ -32,7 +32,7 @@ fn main() -> ExitCode {
     };
     log::to_stderr();
     limits::settle();
-    match command::run(cli.command) {
+    match command::run(cli) {
         Ok(status) => status,
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {

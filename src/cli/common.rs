@@ -45,6 +45,6 @@ pub(crate) struct ConfigArgs {
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct ChildArgs {
     /// End when this process, the parent, ends.
-    #[arg(long, value_name = "PID", hide = true)]
+    #[arg(long, value_name = "PID", hide = true, global = true)]
     pub(crate) parent: Option<u32>,
 }

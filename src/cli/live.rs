@@ -5,7 +5,7 @@ use std::net::SocketAddr;
 use clap::{Args, ValueEnum};
 
 use super::value::{listen_address, site};
-use super::{BusArgs, ChildArgs, FormatArgs};
+use super::{BusArgs, FormatArgs};
 
 /// Where a page listens, and by which names it may be called.
 #[derive(Clone, Debug, Args)]
@@ -28,8 +28,6 @@ pub(crate) struct ViewArgs {
     pub(crate) read_only: bool,
     #[command(flatten)]
     pub(crate) bus: BusArgs,
-    #[command(flatten)]
-    pub(crate) child: ChildArgs,
     #[command(flatten)]
     pub(crate) format: FormatArgs,
 }

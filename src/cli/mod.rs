@@ -53,6 +53,8 @@ pub(crate) struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub(crate) command: Command,
+    #[command(flatten)]
+    pub(crate) child: ChildArgs,
 }
 
 /// The commands.

@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::value::period;
-use super::{BusArgs, ChildArgs, FormatArgs};
+use super::{BusArgs, FormatArgs};
 
 /// Arguments of `monitor`.
 #[derive(Clone, Debug, Args)]
@@ -19,8 +19,6 @@ pub(crate) struct MonitorArgs {
     /// With --format json, print a line of progress this often.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = period)]
     pub(crate) progress: Option<f64>,
-    #[command(flatten)]
-    pub(crate) child: ChildArgs,
     #[command(flatten)]
     pub(crate) format: FormatArgs,
 }

@@ -8,7 +8,7 @@ use bench_dragon::record::ShowInterval;
 use clap::{ArgGroup, Args, ValueHint};
 
 use super::value::{MAX_STEPPED_S, count, file_megabytes, nanoseconds, play_rate, readers, total_megabytes};
-use super::{BusArgs, ChildArgs, FormatArgs};
+use super::{BusArgs, FormatArgs};
 use crate::command::BadInput;
 
 /// Arguments of `record`.
@@ -26,10 +26,11 @@ pub(crate) struct RecordArgs {
     /// Remove the oldest files of this recording over this many megabytes in all.
     #[arg(long, value_name = "MB", allow_negative_numbers = true, value_parser = total_megabytes)]
     pub(crate) max_total_mb: Option<u64>,
+    /// Leave what killed recorders left in the folder as it is: `show` finishes it.
+    #[arg(long, hide = true)]
+    pub(crate) no_repair: bool,
     #[command(flatten)]
     pub(crate) bus: BusArgs,
-    #[command(flatten)]
-    pub(crate) child: ChildArgs,
     #[command(flatten)]
     pub(crate) format: FormatArgs,
 }

@@ -7,7 +7,7 @@ use bench_dragon::config::Priority;
 use clap::{Args, ValueHint};
 
 use super::value::{cpu, finite, listen_address, priority, rate, readers, spin, time_scale};
-use super::{BusArgs, ChildArgs, ConfigArgs, FormatArgs, TimecodeArgs};
+use super::{BusArgs, ConfigArgs, FormatArgs, TimecodeArgs};
 
 /// How a server paces.
 #[derive(Clone, Debug, Args)]
@@ -108,8 +108,6 @@ pub(crate) struct ServeArgs {
     /// Speed in m/s to start with, where it was changed on the way.
     #[arg(long, value_name = "MPS", hide = true, value_parser = finite)]
     pub(crate) start_speed: Option<f64>,
-    #[command(flatten)]
-    pub(crate) child: ChildArgs,
     #[command(flatten)]
     pub(crate) format: FormatArgs,
 }

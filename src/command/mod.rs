@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use anyhow::Context as _;
 use bench_dragon::config::{Config, Overrides};
 
-use crate::cli::{Command, ConfigArgs};
+use crate::cli::{Cli, Command, ConfigArgs};
 
 mod bridge;
 mod completions;
@@ -58,8 +58,9 @@ fn load_config(args: &ConfigArgs, overrides: Overrides) -> anyhow::Result<Config
 }
 
 /// Runs a command. The result is the process's exit status.
-pub(crate) fn run(command: Command) -> anyhow::Result<ExitCode> {
-    match command {
+pub(crate) fn run(cli: Cli) -> anyhow::Result<ExitCode> {
+    parent::follow_parent(cli.child)?;
+    match cli.command {
         Command::Show(args) => show::run(&args),
         Command::Serve(args) => serve::run(&args),
         Command::Monitor(args) => monitor::run(&args),

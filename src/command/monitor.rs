@@ -10,15 +10,15 @@ use bench_dragon::clock::monotonic_ns;
 use bench_dragon::config::Config;
 use bench_dragon::dragon::PairClearance;
 use bench_dragon::guard::ClearanceCheck;
-use bench_dragon::histogram::LatencyHistogram;
 use bench_dragon::monitor::forecast::{Forecast, Forecaster};
 use bench_dragon::monitor::{AlertPublisher, Monitor, fault_alert, run_alert};
 use bench_dragon::report::{
-    AlertLine, ClearanceReport, ContactReport, GuardReport, MonitorLine, MonitorProgress, MonitorSummary,
+    AlertLine, ClearanceReport, ContactReport, GuardReport, MonitorLine, MonitorProgress, MonitorSummary, TimesReport,
 };
 use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{
     Alert, AlertKind, BusError, Continuity, Domain, Frame, FrameHeader, FrameSubscriber, GuardLock, ShowState,
+    TimeHistogram,
 };
 
 use crate::cli::{Format, MonitorArgs};
@@ -27,10 +27,8 @@ use crate::command::description::Descriptions;
 use crate::command::follow::{Following, Next, open_when_there};
 use crate::command::guarding::{Guarding, News};
 use crate::command::output::{print_json, print_line};
-use crate::command::parent::follow_parent;
 
 pub(crate) fn run(args: &MonitorArgs) -> anyhow::Result<ExitCode> {
-    follow_parent(args.child)?;
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
     let opened = open_when_there(domain.instance(), &stop, || Ports::open(&domain, args.guard, &stop))?;
@@ -87,7 +85,7 @@ struct Session<'a> {
     stop: &'a StopFlag,
     watch: Option<Watch>,
     summary: MonitorSummary,
-    latency: LatencyHistogram,
+    latency: TimeHistogram,
     nearest: Option<PairClearance>,
     forecast_s: Option<f64>,
     progress_due: Instant,
@@ -101,7 +99,7 @@ impl<'a> Session<'a> {
             stop,
             watch: None,
             summary: MonitorSummary::default(),
-            latency: LatencyHistogram::new(),
+            latency: TimeHistogram::default(),
             nearest: None,
             forecast_s: None,
             progress_due: Instant::now(),
@@ -249,11 +247,13 @@ impl<'a> Session<'a> {
             lost: self.summary.lost,
             clearance_m: self.nearest.map(|pair| pair.clearance_m),
             forecast_s: self.forecast_s,
+            latency: TimesReport::from(&self.latency),
         }))
     }
 
     fn print_summary(&mut self) -> anyhow::Result<()> {
-        self.summary.latency_us = self.latency.percentiles();
+        self.summary.latency_us = (&self.latency).into();
+        self.summary.latency = (&self.latency).into();
         if self.args.format.format == Format::Json {
             return print_json(&MonitorLine::Summary(self.summary.clone()));
         }

@@ -18,7 +18,6 @@ use crate::command::BadInput;
 use crate::command::description::Descriptions;
 use crate::command::follow::{Following, Next, open_when_there};
 use crate::command::output::{complain, print_json, print_line};
-use crate::command::parent::follow_parent;
 use crate::command::progress::Progress;
 
 const MEGABYTE: u64 = 1_000_000;
@@ -31,11 +30,12 @@ pub(crate) fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
     if args.repair {
         return repair_one(args);
     }
-    follow_parent(args.child)?;
     check_sizes(args)?;
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
-    repair_around(&args.file);
+    if !args.no_repair {
+        repair_around(&args.file);
+    }
     let recorder = Recorder::start(RecorderSettings {
         rotate_bytes: args.rotate_mb.map(|megabytes| megabytes * MEGABYTE),
         max_total_bytes: args.max_total_mb.map(|megabytes| megabytes * MEGABYTE),

@@ -14,12 +14,10 @@ use bench_dragon_ipc::{Domain, Request};
 
 use crate::cli::{ConfigArgs, Format, PaceArgs, RealTimeArgs, ServeArgs};
 use crate::command::output::{complain, percentiles, print_json, print_line};
-use crate::command::parent::follow_parent;
 use crate::command::timecode::{Awaited, Followed};
 use crate::command::{BadInput, load_config};
 
 pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
-    follow_parent(args.child)?;
     let settings = settings(args)?;
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;

@@ -15,7 +15,6 @@ use crate::command::BadInput;
 use crate::command::listening;
 use crate::command::observing::observe_while;
 use crate::command::output::complain;
-use crate::command::parent::follow_parent;
 
 /// Scenes a second: those of most screens.
 const SCENES_HZ: u32 = 60;
@@ -23,7 +22,6 @@ const SCENES_HZ: u32 = 60;
 pub(super) const TOKEN_VARIABLE: &str = "BENCH_DRAGON_TOKEN";
 
 pub(crate) fn run(args: &ViewArgs) -> anyhow::Result<ExitCode> {
-    follow_parent(args.child)?;
     let domain = Domain::new(args.bus.instance.clone())?;
     let token = token()?;
     let stop = StopFlag::on_signals()?;

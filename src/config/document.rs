@@ -23,6 +23,8 @@ pub(super) struct Document {
     pub(super) head: HeadTable,
     pub(super) serve: ServeTable,
     pub(super) monitor: MonitorTable,
+    #[serde(skip_serializing_if = "ShowTable::is_empty")]
+    pub(super) show: ShowTable,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -60,6 +62,26 @@ pub(super) struct MonitorTable {
     pub(super) near_m: f64,
     pub(super) margin_m: f64,
     pub(super) guard: bool,
+}
+
+/// What `show` alone goes by.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, expecting = "a table")]
+pub(super) struct ShowTable {
+    pub(super) also: Vec<AlsoTable>,
+}
+
+/// A command that runs beside the show.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table")]
+pub(super) struct AlsoTable {
+    pub(super) command: String,
+}
+
+impl ShowTable {
+    fn is_empty(&self) -> bool {
+        self.also.is_empty()
+    }
 }
 
 impl Default for DragonTable {

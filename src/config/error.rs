@@ -2,6 +2,7 @@
 
 use std::io;
 
+use super::MAX_ALSO;
 use super::document::MAX_LEN;
 use crate::dragon::{DimensionsError, DragonError};
 use crate::number::Number;
@@ -57,6 +58,12 @@ pub enum ConfigError {
         start_s: f64,
         /// Seconds.
         end_s: f64,
+    },
+    /// More commands than a show runs.
+    #[error("[[show.also]] is there {count} times, at most {MAX_ALSO} are allowed")]
+    TooManyCommands {
+        /// How many there are.
+        count: usize,
     },
     /// Impossible measures of a bench.
     #[error("[dragon] {0}")]

@@ -39,6 +39,9 @@ pub const NEAR_M: RangeInclusive<f64> = 0.0..=10.0;
 /// Clearances that the guard may be told to keep, in metres.
 pub const MARGIN_M: RangeInclusive<f64> = 0.000_001..=10.0;
 
+/// Commands that a show may run beside its own children: the bus has room for them and as many others.
+pub const MAX_ALSO: usize = 8;
+
 /// What flags set over the document.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Overrides {
@@ -147,6 +150,11 @@ impl Config {
         self.document.monitor.guard
     }
 
+    /// The command lines that a show runs beside its own children, in their order. `show` checks what they say.
+    pub fn also(&self) -> Vec<&str> {
+        self.document.show.also.iter().map(|also| also.command.as_str()).collect()
+    }
+
     /// The route as planned.
     pub fn route(&self) -> RoutePlan {
         self.route
@@ -202,6 +210,10 @@ impl Config {
         }
         require("monitor", "near_m", document.monitor.near_m, &NEAR_M)?;
         require("monitor", "margin_m", document.monitor.margin_m, &MARGIN_M)?;
+        let count = document.show.also.len();
+        if count > MAX_ALSO {
+            return Err(ConfigError::TooManyCommands { count });
+        }
         let route = document.route.plan()?;
         document.route = RouteTable::written_out(route);
         let dragon = Dragon::new(
@@ -263,6 +275,16 @@ mod tests {
     }
 
     #[test]
+    fn the_commands_of_a_show_are_kept_in_their_order() {
+        let text = "[[show.also]]\ncommand = \"hz\"\n[[show.also]]\ncommand = \"bridge psn --name 'a b'\"\n";
+        let config = Config::from_toml(text).expect("the text is valid");
+        assert_eq!(config.also(), ["hz", "bridge psn --name 'a b'"]);
+        let again = Config::from_toml(&config.to_toml()).expect("its own text is valid");
+        assert_eq!(again.document, config.document);
+        assert!(!Config::from_toml("").expect("every key has a default").to_toml().contains("show"));
+    }
+
+    #[test]
     fn a_turnaround_is_the_papers_but_for_what_is_written() {
         let config = Config::from_toml("[route]\nkind = \"turnaround\"\nend_s = 60").expect("the text is valid");
         let plan = TurnaroundPlan { end_s: 60.0, ..TurnaroundPlan::default() };
@@ -283,6 +305,12 @@ mod tests {
     fn an_unknown_key_is_named_with_its_line() {
         let error = error_of("[route]\npitch_m = 0.55\npitsch = 1\n");
         assert!(error.starts_with("line 3, `pitsch = 1`: unknown field `pitsch`, expected one of"), "{error}");
+    }
+
+    #[test]
+    fn a_show_runs_a_bounded_number_of_commands() {
+        let text = "[[show.also]]\ncommand = \"hz\"\n".repeat(MAX_ALSO + 1);
+        assert_eq!(error_of(&text), "[[show.also]] is there 9 times, at most 8 are allowed");
     }
 
     #[test]
@@ -326,6 +354,10 @@ mod tests {
                 "line 2, `rate_hz = 1e3`: invalid type: floating point `1000.0`, expected a whole number",
             ),
             ("[route]\npitch_m = \"x\"", "line 2, `pitch_m = \"x\"`: invalid type: string \"x\", expected a number"),
+            ("[show]\nalso = 3", "line 2, `also = 3`: invalid type: integer `3`, expected a sequence"),
+            ("[[show.also]]\nname = \"x\"", "line 2, `name = \"x\"`: unknown field `name`, expected `command`"),
+            ("[[show.also]]", "line 1, `[[show.also]]`: missing field `command`"),
+            ("[show]\nalos = []", "line 2, `alos = []`: unknown field `alos`, expected `also`"),
             ("dragon = 3", "line 1, `dragon = 3`: invalid type: integer `3`, expected a table"),
             ("[route]\npitch_m = 1e308", "[route] pitch_m is 1e308, must be"),
         ] {

@@ -11,6 +11,7 @@ mod replay;
 mod serve;
 mod show;
 mod timecode;
+mod times;
 
 pub use bridge::{BridgeLine, BridgeSummary};
 pub use export::ExportReport;
@@ -21,5 +22,6 @@ pub use monitor::{
 pub use record::{RecordLine, RecordSummary};
 pub use replay::ReplayLine;
 pub use serve::ServeLine;
-pub use show::{FrameCounts, Restarts, ShowSummary};
+pub use show::{FrameCounts, RestartReport, Restarts, ShowSummary};
 pub use timecode::{TimecodeEvent, TimecodeLine};
+pub use times::TimesReport;

@@ -3,6 +3,7 @@
 use bench_dragon_ipc::Alert;
 use serde::{Deserialize, Serialize};
 
+use super::TimesReport;
 use crate::histogram::Percentiles;
 
 /// A line of `monitor`.
@@ -57,7 +58,7 @@ impl From<&Alert> for AlertLine {
 }
 
 /// How a monitor stands.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MonitorProgress {
     /// Frames read.
     pub frames: u64,
@@ -67,6 +68,8 @@ pub struct MonitorProgress {
     pub clearance_m: Option<f64>,
     /// Show time of the forecast contact; null where none is known.
     pub forecast_s: Option<f64>,
+    /// From the instant each frame was due to the instant it was read.
+    pub latency: TimesReport,
 }
 
 /// What a monitor saw.
@@ -86,6 +89,8 @@ pub struct MonitorSummary {
     pub faults: u64,
     /// From the instant a frame was due to the instant it was read, in microseconds.
     pub latency_us: Percentiles,
+    /// The same, whole.
+    pub latency: TimesReport,
 }
 
 /// Where a guard held the head for good.

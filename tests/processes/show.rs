@@ -14,7 +14,9 @@ use crate::record;
 use crate::stage::Stage;
 
 /// Slow enough for a reader's buffer to hold five seconds.
-const CALM: [&str; 8] = ["show", "--out", "out", "--rate", "50", "--start-at", "100", "--format"];
+const CALM: [&str; 6] = ["show", "--rate", "50", "--start-at", "100", "--format"];
+/// The folder of such a show.
+const OUT: [&str; 2] = ["--out", "out"];
 
 /// A show that walks: all three children have seen a frame or will.
 struct Playing {
@@ -25,7 +27,7 @@ struct Playing {
 impl Playing {
     fn start(args: &[&str]) -> Self {
         let stage = Stage::new();
-        let show = stage.start(&[&CALM[..], &["json"], args].concat());
+        let show = stage.start(&[&CALM[..], &["json"], &OUT, args].concat());
         let playing = Self { show, stage };
         playing.await_status(|status| status.tick >= 1);
         playing
@@ -121,7 +123,7 @@ fn a_show_at_full_rate_accounts_for_every_frame() {
 #[test]
 fn a_show_ends_at_the_time_asked_for() {
     let stage = Stage::new();
-    let ended = stage.run(&[&CALM[..], &["json", "--until", "102", "--fail-on-contact"]].concat());
+    let ended = stage.run(&[&CALM[..], &["json", "--until", "102", "--fail-on-contact"], &OUT].concat());
     assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
     let summary = ended.last_json();
     assert_eq!((&summary["contact"], &summary["frames"]["published"]), (&Value::Null, &json!(101)));
@@ -284,14 +286,14 @@ fn the_children_of_a_killed_show_end_and_finish_the_recording() {
 fn a_show_killed_in_its_start_up_leaves_no_child_and_the_next_one_starts_at_once() {
     let stage = Stage::new();
     for round in 0..20 {
-        let show = stage.start(&[&CALM[..], &["json"]].concat());
+        let show = stage.start(&[&CALM[..], &["json", "--out", &format!("killed-{round}")]].concat());
         let pid = show.pid();
         let wanted = round % 4;
         eventually(&format!("the show has {wanted} children"), || (children(pid).len() >= wanted).then_some(()));
         show.kill();
         eventually("the children of the killed show are gone", || children(pid).is_empty().then_some(()));
     }
-    let ended = stage.run(&[&CALM[..], &["json", "--until", "101"]].concat());
+    let ended = stage.run(&[&CALM[..], &["json", "--until", "101", "--out", "next"]].concat());
     assert_eq!((ended.code(), &ended.last_json()["frames"]["published"]), (Some(0), &json!(51)), "{}", ended.stderr);
 }
 
@@ -299,17 +301,17 @@ fn a_show_killed_in_its_start_up_leaves_no_child_and_the_next_one_starts_at_once
 fn the_next_show_waits_for_the_server_of_a_killed_one_to_end() {
     let Playing { show, stage } = Playing::start(&[]);
     show.kill();
-    let ended = stage.run(&[&CALM[..], &["json", "--until", "101"]].concat());
+    let ended = stage.run(&[&CALM[..], &["json", "--until", "101", "--out", "next"]].concat());
     assert_eq!((ended.code(), &ended.last_json()["frames"]["published"]), (Some(0), &json!(51)), "{}", ended.stderr);
 }
 
 #[test]
 fn a_child_that_stands_still_is_killed_and_started_again() {
-    for command in ["serve", "monitor"] {
+    for command in ["serve", "monitor", "record"] {
         let playing = Playing::start(&["--auto-resume"]);
         let first = await_child(playing.show.pid(), command, None);
-        if command == "monitor" {
-            // It has begun to say how it stands.
+        if command != "serve" {
+            // Its first sign of life has come.
             playing.await_status(|status| status.tick >= 150);
         }
         send(first, Signal::STOP).expect("it is running");
@@ -318,6 +320,9 @@ fn a_child_that_stands_still_is_killed_and_started_again() {
         await_child(playing.show.pid(), command, Some(first));
         let (summary, _) = playing.interrupt();
         assert_eq!(summary["restarts"][command], 1);
+        let entry = &summary["restart_log"][0];
+        assert_eq!((&entry["role"], &entry["restarted"]), (&json!(command), &json!(true)), "{summary}");
+        assert_eq!(entry["reason"], "no sign of life for 5 s");
     }
 }
 

@@ -26,21 +26,14 @@ const MOST_KILLS: usize = 4;
 pub(crate) fn play_shows(stage: &Stage, random: &mut Random, kills: u32, books: &mut Books) -> Result<(), Failure> {
     let (end, mut number) = (books.kills() + kills, 0);
     while books.kills() < end {
+        // A show that was killed is followed by the next one, in a folder of its own; its recorder may still be finishing its file.
         number += 1;
-        // A show that was killed is started again in its own folder; its recorder may still be finishing its file.
-        while play_show(stage, number, random, end - books.kills(), books)? == Ended::Killed {}
+        play_show(stage, number, random, end - books.kills(), books)?;
     }
     Ok(())
 }
 
-/// How a show has ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Ended {
-    Killed,
-    Whole,
-}
-
-fn play_show(stage: &Stage, number: u32, random: &mut Random, most: u32, books: &mut Books) -> Result<Ended, Failure> {
+fn play_show(stage: &Stage, number: u32, random: &mut Random, most: u32, books: &mut Books) -> Result<(), Failure> {
     let folder = format!("show-{number}");
     let args = ["show", "--rate", "200", "--auto-resume", "--format", "json", "--out", &folder];
     let show = stage.start(&args);
@@ -55,7 +48,7 @@ fn play_show(stage: &Stage, number: u32, random: &mut Random, most: u32, books: 
             let pid = show.pid();
             show.kill();
             books.kill("show", phase);
-            return await_orphans(pid, random).map(|()| Ended::Killed);
+            return await_orphans(pid, random);
         }
         let Some((pid, name)) = (!running.is_empty()).then(|| running[random.below(running.len())].clone()) else {
             continue;
@@ -85,7 +78,7 @@ fn await_orphans(show: u32, random: &mut Random) -> Result<(), Failure> {
 }
 
 /// Waits until all play again, ends the show and checks its report.
-fn end_show(stage: &Stage, show: Process, killed: &[u32], books: &mut Books) -> Result<Ended, Failure> {
+fn end_show(stage: &Stage, show: Process, killed: &[u32], books: &mut Books) -> Result<(), Failure> {
     let (begun, pid) = (Instant::now(), show.pid());
     // One that was killed may take its time to be gone.
     let running = || children(pid).iter().filter(|(child, _)| !killed.contains(child)).count();
@@ -116,7 +109,7 @@ fn end_show(stage: &Stage, show: Process, killed: &[u32], books: &mut Books) -> 
     }
     let recorded = read_recordings(stage, &summary, books)?;
     if frames("recorded") == Some(recorded) {
-        Ok(Ended::Whole)
+        Ok(())
     } else {
         Err(format!("{recorded} frames are in the recordings, but {summary}"))
     }

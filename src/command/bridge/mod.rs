@@ -17,7 +17,7 @@ mod zenoh;
 
 /// What a program that was built without zenoh says.
 #[cfg(not(feature = "zenoh"))]
-const WITHOUT_ZENOH: &str =
+pub(in crate::command) const WITHOUT_ZENOH: &str =
     "this program was built without the bridge to other machines: cargo build --release --features zenoh builds it in";
 
 pub(crate) fn run(args: &BridgeArgs) -> anyhow::Result<ExitCode> {

@@ -1,17 +1,17 @@
-//! What the children say, taken down: into the tally, and onto the live line.
+//! What the children print, taken down: into the tally, and onto the live line.
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use anyhow::Context as _;
-use bench_dragon::record::repair;
 use bench_dragon::report::{
-    ContactReport, MonitorLine, MonitorProgress, RecordLine, ServeLine, ShowSummary, TimecodeEvent,
+    ContactReport, MonitorLine, MonitorProgress, RecordLine, RestartReport, ServeLine, ShowSummary, TimecodeEvent,
 };
 use bench_dragon_ipc::AlertKind;
+use jiff::Timestamp;
 
-use super::child::Role;
 use super::live_line::LiveLine;
+use super::role::Role;
 use super::tally::Tally;
 use crate::cli::Format;
 use crate::command::output::print_json;
@@ -57,30 +57,39 @@ impl Account {
     /// # Errors
     /// A line that is not one of the role's.
     pub(super) fn take_line(&mut self, role: Role, line: &str) -> anyhow::Result<()> {
-        let unreadable = || format!("{} printed {line:?}", role.name());
+        let unreadable = || format!("a child printed {line:?}");
         match role {
             Role::Serve => self.take_serve_line(&serde_json::from_str(line).with_context(unreadable)?)?,
             Role::Monitor => self.take_monitor_line(serde_json::from_str(line).with_context(unreadable)?),
             Role::Record => self.take_record_line(&serde_json::from_str(line).with_context(unreadable)?),
-            // Only where it listens, which is where it did before.
-            Role::View => {}
+            // Of a page only where it listens, which is where it did before. The others' lines are in their files.
+            Role::View | Role::Also(_) => {}
         }
         Ok(())
     }
 
-    /// Takes down what a monitor that was killed had last said; what it read after that counts as missed.
-    pub(super) fn close_monitor(&mut self) {
-        let MonitorProgress { frames, .. } = std::mem::take(&mut self.progress);
-        self.tally.add_monitored(frames);
+    /// Takes down the end of a child before that of the show.
+    pub(super) fn take_end(
+        &mut self,
+        role: Role,
+        name: &str,
+        reason: String,
+        show_time_s: Option<f64>,
+        restarted: bool,
+    ) {
+        let at = format!("{:.3}", Timestamp::now());
+        self.tally.add_end(role, RestartReport { role: name.to_owned(), reason, show_time_s, at, restarted });
     }
 
-    /// Finishes the file of a recorder that has ended without an account of it, and counts the frames in it.
-    pub(super) fn close_recorder(&mut self) {
-        let Some(recording) = self.open_recording.take() else { return };
-        match repair(&recording) {
-            Ok(repaired) => self.tally.add_recorded(repaired.frames),
-            Err(error) => self.line.say(&format!("warning: {:#}", anyhow::Error::from(error))),
-        }
+    /// Takes down what a monitor that has ended had last said; what it read after that counts as missed.
+    pub(super) fn close_monitor(&mut self) {
+        let MonitorProgress { frames, .. } = std::mem::take(&mut self.progress);
+        self.tally.close_monitor(frames);
+    }
+
+    /// The file of a recorder that has ended without an account of it.
+    pub(super) fn close_recorder(&mut self) -> Option<PathBuf> {
+        self.open_recording.take()
     }
 
     /// The whole show.
@@ -122,7 +131,10 @@ impl Account {
 
     fn take_monitor_line(&mut self, line: MonitorLine) {
         match line {
-            MonitorLine::Progress(progress) => self.progress = progress,
+            MonitorLine::Progress(progress) => {
+                self.tally.see_latency(&progress.latency);
+                self.progress = progress;
+            }
             MonitorLine::Guard(report) => {
                 self.line.say(&format!("{:.6} s: held by the guard for good", report.held_at_s));
                 self.tally.guard = Some(report);

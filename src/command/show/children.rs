@@ -1,86 +1,196 @@
-//! The children together: what they say, and their end.
+//! The show's children: registered once, started, heard, and started again.
 
+use std::process::ExitStatus;
 use std::time::{Duration, Instant};
 
 use crossbeam::channel::{self, Receiver, Sender};
 
-use super::child::{Child, Environment, Event, Role};
+use super::life::{Life, Look};
+use super::process::{Event, Launch, PATIENCE, Process};
+use super::role::Role;
 use crate::command::output::complain;
 
-/// How long a child may take to end: a recorder has to write what is in flight.
-const PATIENCE: Duration = Duration::from_secs(30);
+/// Lines that wait for the show. A child that prints more waits, which a show does not let last.
+const MOST_EVENTS: usize = 256;
 /// How often the end of a child is looked for.
 const LOOK_PERIOD: Duration = Duration::from_millis(50);
+/// The longest time between two looks that counts. A show that was itself suspended blames nobody.
+const LONGEST_LOOK: Duration = Duration::from_millis(200);
+/// The longest time between two frames: the lowest rate is 1 Hz.
+const LONGEST_PERIOD: Duration = Duration::from_millis(1500);
 
-/// The running children, at most one of each role, and one queue of what they say.
+/// What happens among the children.
+#[derive(Debug)]
+pub(super) enum News {
+    /// A child has printed a line.
+    Line(Role, String),
+    /// A child has ended.
+    Ended(Role, End),
+}
+
+/// How a child has ended.
+#[derive(Debug)]
+pub(super) struct End {
+    pub(super) status: ExitStatus,
+    /// Why: the status, or why the show has killed it.
+    pub(super) reason: String,
+}
+
+/// The registry of the children, one of each role.
 #[derive(Debug)]
 pub(super) struct Children {
-    running: Vec<(Role, Child)>,
+    entries: Vec<Entry>,
     events: Receiver<Event>,
     sender: Sender<Event>,
+    looked: Instant,
+}
+
+/// A child, whether it runs or not.
+#[derive(Debug)]
+struct Entry {
+    role: Role,
+    name: String,
+    life: Life,
+    process: Option<Process>,
 }
 
 impl Children {
     /// None yet.
     pub(super) fn new() -> Self {
-        let (sender, events) = channel::unbounded();
-        Self { running: Vec::new(), events, sender }
+        let (sender, events) = channel::bounded(MOST_EVENTS);
+        Self { entries: Vec::new(), events, sender, looked: Instant::now() }
     }
 
-    /// Starts a child.
-    pub(super) fn start(&mut self, role: Role, args: &[String]) -> anyhow::Result<()> {
-        self.start_in(role, args, &[])
+    /// Registers a child by the name that people read.
+    pub(super) fn register(&mut self, role: Role, name: impl Into<String>) {
+        let life = Life::new(role.longest_silence());
+        self.entries.push(Entry { role, name: name.into(), life, process: None });
     }
 
-    /// Starts a child with more in its environment.
-    pub(super) fn start_in(&mut self, role: Role, args: &[String], environment: Environment<'_>) -> anyhow::Result<()> {
-        self.running.push((role, Child::start(role, args, environment, self.sender.clone())?));
+    /// Starts a child that was registered.
+    pub(super) fn start(&mut self, role: Role, launch: Launch) -> anyhow::Result<()> {
+        let process = Process::start(role, launch, self.sender.clone())?;
+        let entry = self.entry_mut(role);
+        entry.process = Some(process);
+        entry.life.start();
         Ok(())
     }
 
-    /// Whether a child has been started and not been waited for.
-    pub(super) fn is_running(&self, role: Role) -> bool {
-        self.running.iter().any(|(other, _)| *other == role)
+    /// The name that people read.
+    pub(super) fn name(&self, role: Role) -> &str {
+        &self.entry(role).name
     }
 
-    /// What a child says next, if it comes before `timeout`.
-    pub(super) fn next_event(&self, timeout: Duration) -> Option<Event> {
-        self.events.recv_timeout(timeout).ok()
+    /// What happens next, if before `timeout`.
+    ///
+    /// # Errors
+    /// A child that cannot be waited for.
+    pub(super) fn next(&mut self, timeout: Duration) -> anyhow::Result<Option<News>> {
+        match self.events.recv_timeout(timeout) {
+            Ok(Event::Line(role, line)) => return Ok(Some(News::Line(role, line))),
+            Ok(Event::Closed(role)) => self.entry_mut(role).process.iter_mut().for_each(Process::close),
+            Err(_) => {}
+        }
+        self.entries.iter_mut().find_map(|entry| entry.poll_end().transpose()).transpose()
     }
 
-    /// Kills a child, which then closes its stdout.
-    pub(super) fn kill(&self, role: Role) {
-        self.running.iter().filter(|(other, _)| *other == role).for_each(|(_, child)| child.kill());
+    /// Takes note of a child's sign of life.
+    pub(super) fn hear(&mut self, role: Role) {
+        self.entry_mut(role).life.hear();
     }
 
-    /// Waits for a child that has closed its stdout, and says how it ended; `None` where it was waited for before.
-    pub(super) fn reap(&mut self, role: Role) -> anyhow::Result<Option<std::process::ExitStatus>> {
-        let Some(index) = self.running.iter().position(|(other, _)| *other == role) else { return Ok(None) };
-        let (_, child) = self.running.swap_remove(index);
-        Ok(Some(child.wait(PATIENCE)?))
+    /// Takes note of a sign of life of whichever child has this process id, if any.
+    pub(super) fn hear_process(&mut self, pid: u32) {
+        let is_meant = |entry: &&mut Entry| entry.process.as_ref().is_some_and(|process| process.pid() == pid);
+        if let Some(entry) = self.entries.iter_mut().find(is_meant) {
+            entry.life.hear();
+        }
     }
 
-    /// Asks children to end, and hands over what they still say until they have.
+    /// Kills the children that have given no sign of life for too long by now. Returns what there is to say of them.
+    pub(super) fn kill_silent(&mut self, now: Instant) -> Vec<String> {
+        let elapsed = now.duration_since(self.looked).min(LONGEST_LOOK);
+        self.looked = now;
+        let has_frames = self.entry(Role::Serve).life.silence().is_some_and(|silence| silence < LONGEST_PERIOD);
+        self.entries.iter_mut().filter_map(|entry| entry.kill_if_silent(elapsed, has_frames)).collect()
+    }
+
+    /// Plans when a child that has ended is started again. Returns whether it is.
+    pub(super) fn plan_restart(&mut self, role: Role, now: Instant) -> bool {
+        self.entry_mut(role).life.end(now)
+    }
+
+    /// The children that are to be started again by now.
+    pub(super) fn due(&self, now: Instant) -> Vec<Role> {
+        self.entries.iter().filter(|entry| entry.life.is_due(now)).map(|entry| entry.role).collect()
+    }
+
+    /// How many readers a server that is started now finds: those that the show always has and has not done without yet, and
+    /// those others that run.
+    pub(super) fn readers(&self) -> usize {
+        let is_reader = |entry: &&Entry| match entry.role {
+            Role::Serve => false,
+            Role::View => entry.process.is_some(),
+            role if role.is_awaited() => !entry.life.is_over(),
+            // Others need a while to join. One that has given a sign of life has joined.
+            _ => entry.life.has_lived(),
+        };
+        self.entries.iter().filter(is_reader).count()
+    }
+
+    /// Asks children to end, and hands over what they still print until they have. Those that take too long are killed.
     pub(super) fn end(
         &mut self,
-        roles: &[Role],
+        is_meant: impl Fn(Role) -> bool,
         mut take_line: impl FnMut(Role, &str) -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
-        let is_meant = |(role, _): &(Role, Child)| roles.contains(role);
-        self.running.iter().filter(|child| is_meant(child)).for_each(|(_, child)| child.terminate());
+        let of_meant = |entry: &Entry| entry.process.is_some() && is_meant(entry.role);
+        self.entries
+            .iter()
+            .filter(|entry| of_meant(entry))
+            .flat_map(|entry| &entry.process)
+            .for_each(Process::terminate);
         let deadline = Instant::now() + PATIENCE;
-        while self.running.iter().any(is_meant) && Instant::now() < deadline {
-            match self.next_event(LOOK_PERIOD) {
-                Some(Event::Line(role, line)) => take_line(role, &line)?,
-                Some(Event::Closed(role)) => match self.reap(role)? {
-                    Some(status) if !status.success() => complain(&format!("{} ended with {status}", role.name())),
-                    _ => {}
-                },
-                None => {}
+        while self.entries.iter().any(of_meant) && Instant::now() < deadline {
+            match self.next(LOOK_PERIOD)? {
+                Some(News::Line(role, line)) => take_line(role, &line)?,
+                Some(News::Ended(role, End { status, reason })) if !status.success() => {
+                    complain(&format!("{} ended with {reason}", self.name(role)));
+                }
+                Some(News::Ended(..)) | None => {}
             }
         }
-        // Dropping a child kills it.
-        self.running.retain(|child| !is_meant(child));
+        for entry in self.entries.iter_mut().filter(|entry| of_meant(entry)) {
+            complain(&format!("{} does not end within {} s: killing it", entry.name, PATIENCE.as_secs()));
+            entry.process = None;
+        }
         Ok(())
+    }
+
+    fn entry(&self, role: Role) -> &Entry {
+        self.entries.iter().find(|entry| entry.role == role).expect("every role of the show is registered")
+    }
+
+    fn entry_mut(&mut self, role: Role) -> &mut Entry {
+        self.entries.iter_mut().find(|entry| entry.role == role).expect("every role of the show is registered")
+    }
+}
+
+impl Entry {
+    fn poll_end(&mut self) -> anyhow::Result<Option<News>> {
+        let Some(process) = &mut self.process else { return Ok(None) };
+        let Some(status) = process.poll_end()? else { return Ok(None) };
+        let reason = process.reason(status);
+        self.process = None;
+        Ok(Some(News::Ended(self.role, End { status, reason })))
+    }
+
+    fn kill_if_silent(&mut self, elapsed: Duration, has_frames: bool) -> Option<String> {
+        let process = self.process.as_mut()?;
+        let has_occasion = self.role == Role::Serve || has_frames;
+        let limit = self.life.look(Look { elapsed, is_stopped: process.is_stopped(), has_occasion })?;
+        let seconds = limit.as_secs();
+        process.kill(format!("no sign of life for {seconds} s"));
+        Some(format!("{} has shown no sign of life for {seconds} s: killing it", self.name))
     }
 }

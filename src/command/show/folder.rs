@@ -1,65 +1,140 @@
 //! The folder of a show's files.
 
 use std::fs::{self, File, TryLockError};
-use std::io::Write as _;
+use std::io::{ErrorKind, Write as _};
+use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use bench_dragon::config::Config;
+use bench_dragon::report::ShowSummary;
 
 use crate::command::BadInput;
-use crate::command::record::repair_around;
 
 /// How the name of a show's folder begins that was not given one.
 const FOLDER_PREFIX: &str = "show-";
+/// The configuration, which the server reads.
+const CONFIG: &str = "config.toml";
+/// What a show leaves last.
+const SUMMARY: &str = "summary.json";
+/// Who may read what a configured command prints, such as a page's token: its user.
+const OUTPUT_MODE: u32 = 0o600;
 
-/// Finishes what killed shows left in the current folder. The show's own folder is its recorder's affair.
-pub(super) fn repair_earlier_shows() {
-    let Ok(entries) = fs::read_dir(".") else { return };
-    for folder in entries.flatten().map(|entry| entry.path()).filter(|path| path.is_dir()) {
-        if folder.file_name().is_some_and(|name| name.to_string_lossy().starts_with(FOLDER_PREFIX)) {
-            repair_around(&folder.join("recording.mcap"));
+/// The folder of one show, which no other show uses.
+#[derive(Debug)]
+pub(super) struct Folder {
+    path: PathBuf,
+    /// Whether it was made for this show.
+    is_new: bool,
+    /// Locked, so that a second show can tell that this one goes on.
+    _config: File,
+}
+
+impl Folder {
+    /// Makes the folder where it is missing, and writes the configuration into it.
+    ///
+    /// # Errors
+    /// A folder that cannot be made, that another show is using, or that has the files of an earlier one.
+    pub(super) fn claim(out: Option<&Path>, config: &Config) -> anyhow::Result<Self> {
+        let path = out.map_or_else(
+            || PathBuf::from(format!("{FOLDER_PREFIX}{}", jiff::Zoned::now().strftime("%Y%m%d-%H%M%S"))),
+            Path::to_owned,
+        );
+        let is_new = !path.exists();
+        fs::create_dir_all(&path).map_err(|error| {
+            BadInput(format!("--out is {}, must be a folder that can be made: {error}", path.display()))
+        })?;
+        let config = write_config(&path, config)?;
+        Ok(Self { path, is_new, _config: config })
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The configuration's file.
+    pub(super) fn config(&self) -> PathBuf {
+        self.path.join(CONFIG)
+    }
+
+    /// A name for a recording that is not taken: `recording.mcap`, `recording-2.mcap` and so on.
+    pub(super) fn free_recording(&self) -> PathBuf {
+        let name = |number: u32| match number {
+            1 => self.path.join("recording.mcap"),
+            number => self.path.join(format!("recording-{number}.mcap")),
+        };
+        (1..=u32::MAX).map(name).find(|path| !path.exists()).expect("a folder holds fewer files than that")
+    }
+
+    /// The file that a configured command's output goes on in.
+    ///
+    /// # Errors
+    /// A file that cannot be made or written.
+    pub(super) fn open_output(&self, name: &str) -> anyhow::Result<File> {
+        let path = self.path.join(format!("{}.log", name.replace(' ', "-")));
+        let options = File::options().append(true).create(true).mode(OUTPUT_MODE).open(&path);
+        options.with_context(|| format!("cannot write {}", path.display()))
+    }
+
+    /// This folder, and those of earlier shows in the current folder.
+    pub(super) fn and_earlier(&self) -> Vec<PathBuf> {
+        let is_of_show = |path: &PathBuf| {
+            path.is_dir() && path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(FOLDER_PREFIX))
+        };
+        let shows = fs::read_dir(".").into_iter().flatten().flatten().map(|entry| entry.path()).filter(is_of_show);
+        std::iter::once(self.path.clone()).chain(shows).collect()
+    }
+
+    /// Writes the summary.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub(super) fn write_summary(&self, summary: &ShowSummary) -> anyhow::Result<()> {
+        let path = self.path.join(SUMMARY);
+        let text = serde_json::to_string_pretty(summary)? + "\n";
+        fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
+    }
+
+    /// Removes what a show that never began has left: its configuration, and a folder that was made for nothing else.
+    pub(super) fn remove_unused(&self) {
+        // What keeps it there is no fault of the show's, whose own is reported.
+        let _ = fs::remove_file(self.config());
+        if self.is_new {
+            let _ = fs::remove_dir(&self.path);
         }
     }
 }
 
-/// The folder of the show's files: made where it is missing.
-pub(super) fn make_folder(out: Option<&Path>) -> anyhow::Result<PathBuf> {
-    let folder = out.map_or_else(
-        || PathBuf::from(format!("{FOLDER_PREFIX}{}", jiff::Zoned::now().strftime("%Y%m%d-%H%M%S"))),
-        Path::to_owned,
-    );
-    fs::create_dir_all(&folder).map_err(|error| {
-        BadInput(format!("--out is {}, must be a folder that can be made: {error}", folder.display()))
-    })?;
-    Ok(folder)
-}
-
-/// Writes the configuration that the server reads, also after a restart, and locks it for as long as the result is held:
-/// a second show in the same folder is refused.
-pub(super) fn write_config(folder: &Path, config: &Config) -> anyhow::Result<File> {
-    let path = folder.join("config.toml");
+/// Writes the configuration that the server reads, also after a restart, and locks it for as long as the result is held.
+fn write_config(folder: &Path, config: &Config) -> anyhow::Result<File> {
+    let path = folder.join(CONFIG);
     let cannot_write = || format!("cannot write {}", path.display());
-    let mut file = File::options().write(true).create(true).truncate(false).open(&path).with_context(cannot_write)?;
-    if let Err(TryLockError::WouldBlock) = file.try_lock() {
-        return Err(BadInput(format!("--out is {}, which another show is using", folder.display())).into());
+    match File::options().write(true).create_new(true).open(&path) {
+        Ok(_) if folder.join(SUMMARY).exists() => {
+            fs::remove_file(&path).with_context(cannot_write)?;
+            Err(used_before(folder, SUMMARY).into())
+        }
+        Ok(mut file) => {
+            file.lock().and_then(|()| file.write_all(config.to_toml().as_bytes())).with_context(cannot_write)?;
+            Ok(file)
+        }
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => Err(refusal(folder, &path).into()),
+        Err(error) => Err(error).with_context(cannot_write),
     }
-    file.set_len(0).and_then(|()| file.write_all(config.to_toml().as_bytes())).with_context(cannot_write)?;
-    Ok(file)
 }
 
-/// Removes the folder of a show that never began, unless there is more in it than its configuration.
-pub(super) fn remove_unused(folder: &Path) {
-    // What keeps it there is no fault of the show's, whose own is told.
-    let _ = fs::remove_file(folder.join("config.toml"));
-    let _ = fs::remove_dir(folder);
+/// Why a folder that has a configuration is refused.
+fn refusal(folder: &Path, config: &Path) -> BadInput {
+    let is_locked = |file: File| matches!(file.try_lock(), Err(TryLockError::WouldBlock));
+    if File::open(config).is_ok_and(is_locked) {
+        return BadInput(format!("--out is {}, which another show is using", folder.display()));
+    }
+    used_before(folder, CONFIG)
 }
 
-/// A name for a recording that is not taken: `recording.mcap`, `recording-2.mcap` and so on.
-pub(super) fn free_recording(folder: &Path) -> PathBuf {
-    let name = |number: u32| match number {
-        1 => folder.join("recording.mcap"),
-        number => folder.join(format!("recording-{number}.mcap")),
-    };
-    (1..=u32::MAX).map(name).find(|path| !path.exists()).expect("a folder holds fewer files than that")
+fn used_before(folder: &Path, file: &str) -> BadInput {
+    let folder = folder.display();
+    BadInput(format!(
+        "--out is {folder}, which has {file} of an earlier show: name another folder, or move that file away"
+    ))
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use bench_dragon::histogram::Percentiles;
-use bench_dragon::report::{ContactReport, GuardReport, Restarts, ShowSummary};
+use bench_dragon::report::{ContactReport, GuardReport, RestartReport, Restarts, ShowSummary};
 
 use crate::cli::Format;
 use crate::command::output::{print_json, print_line};
@@ -32,12 +32,26 @@ pub(super) fn print_report(format: Format, summary: &ShowSummary, folder: &Path)
     print_line(format_args!("lateness        {}", percentiles(&summary.lateness_us)))?;
     print_line(format_args!("latency         {}, frame due to frame monitored", percentiles(&summary.latency_us)))?;
     print_line(format_args!("overruns        {}", summary.overruns))?;
-    let Restarts { serve, monitor, record, view } = summary.restarts;
-    if serve + monitor + record + view > 0 {
-        let view = if view > 0 { format!(", {view} view") } else { String::new() };
-        print_line(format_args!("restarts        {serve} serve, {monitor} monitor, {record} record{view}"))?;
-    }
+    print_restarts(summary)?;
     print_line(format_args!("in              {}", folder.display()))?;
+    Ok(())
+}
+
+/// How often each child was started again, and a line for each that ended before the show.
+fn print_restarts(summary: &ShowSummary) -> anyhow::Result<()> {
+    if summary.restart_log.is_empty() {
+        return Ok(());
+    }
+    let Restarts { serve, monitor, record, view, also } = &summary.restarts;
+    let mut counts = vec![format!("{serve} serve"), format!("{monitor} monitor"), format!("{record} record")];
+    let others = std::iter::once(("view", view)).chain(also.iter().map(|(name, count)| (name.as_str(), count)));
+    counts.extend(others.filter(|(_, count)| **count > 0).map(|(name, count)| format!("{count} {name}")));
+    print_line(format_args!("restarts        {}", counts.join(", ")))?;
+    for RestartReport { role, reason, show_time_s, at, restarted } in &summary.restart_log {
+        let time = show_time_s.map_or("before the first frame".to_owned(), |time_s| format!("at {time_s:.3} s"));
+        let given_up = if *restarted { "" } else { ", not started again" };
+        print_line(format_args!("                {role} {time}, {at}: {reason}{given_up}"))?;
+    }
     Ok(())
 }
 

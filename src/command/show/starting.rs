@@ -1,67 +1,88 @@
 //! How a show starts its children, for the first time and after they have ended.
 
 use bench_dragon::timecode::FrameRate;
-use bench_dragon_ipc::ShowState;
 
 use super::Show;
-use super::child::Role;
-use super::folder::free_recording;
+use super::process::Launch;
+use super::role::Role;
 use crate::cli::TimecodeArgs;
 
-/// Readers that the server waits for: the monitor, the recorder and the show itself.
-const READERS: usize = 3;
-/// How often the monitor says how it stands, in seconds.
+/// How often the monitor reports its progress, in seconds.
 const PROGRESS_PERIOD_S: &str = "0.2";
-/// What is told when a restarted server stands held.
+/// What people read when a restarted server stands held.
 const HELD: &str = "the dragon stands where it was, held: `bench-dragon ctl release` lets it walk";
 
 impl Show<'_> {
-    pub(super) fn start_server(&mut self) -> anyhow::Result<()> {
-        let mut args = self.bus_args();
-        args.extend(self.timecode_args());
-        args.extend(["--config".to_owned(), self.folder.join("config.toml").display().to_string()]);
-        // A page that runs is one reader more, in the place of none of those.
-        let readers = READERS + usize::from(self.children.is_running(Role::View));
-        args.extend(["--readers".to_owned(), readers.to_string()]);
-        if let Some(until_s) = self.args.pace.until {
-            args.push(format!("--until={until_s}"));
-        }
-        match self.last {
-            None => args.extend(self.args.pace.start_at.map(|start_s| format!("--start-at={start_s}"))),
-            Some(header) => {
-                args.push(format!("--start-at={}", header.sim_time_s()));
-                args.push(format!("--start-travel={}", header.head_travel_m));
-                args.extend(self.walking_speed_mps.map(|speed_mps| format!("--start-speed={speed_mps}")));
-                // A show that has stood with its timecode follows on; whoever paused one that ran is asked once more.
-                let was_paused = self.paused && self.args.timecode.source.is_some() && !self.account.has_timecode_stood;
-                if self.paused && self.args.timecode.source.is_none() {
-                    args.push("--paused".to_owned());
-                }
-                // A guard's stop is no hold: the next grant lifts it.
-                let held_by_guard = header.head_travel_m == self.granted_to_m;
-                let is_held = header.show_state() == Some(ShowState::Held) && !held_by_guard;
-                if !self.args.auto_resume || is_held || was_paused {
-                    args.push("--held".to_owned());
-                    self.account.line.say(HELD);
-                }
+    /// Starts a child, for the first time or again.
+    pub(super) fn start(&mut self, role: Role) -> anyhow::Result<()> {
+        let launch = match role {
+            Role::Serve => self.server(),
+            Role::Monitor => self.monitor(),
+            Role::Record => self.recorder(),
+            Role::View => self.page(),
+            Role::Also(number) => {
+                let command = &self.also[number];
+                let output = Some(self.folder.open_output(command.name())?);
+                Launch { args: command.args().to_vec(), environment: Vec::new(), output }
             }
-        }
-        self.children.start(Role::Serve, &args)
+        };
+        self.children.start(role, launch)
     }
 
-    pub(super) fn start_monitor(&mut self) -> anyhow::Result<()> {
-        let mut args = self.bus_args();
-        args.extend(["--progress".to_owned(), PROGRESS_PERIOD_S.to_owned()]);
-        if self.guarded {
+    fn server(&self) -> Launch {
+        let mut args = self.timecode_args();
+        args.extend(["--config".to_owned(), self.folder.config().display().to_string()]);
+        // The show reads, too.
+        args.extend(["--readers".to_owned(), (self.children.readers() + 1).to_string()]);
+        args.extend(self.args.pace.until.map(|until_s| format!("--until={until_s}")));
+        args.extend(if self.seen.header().is_some() { self.resumption() } else { self.beginning() });
+        self.launch("serve", args)
+    }
+
+    /// Where the first server begins.
+    fn beginning(&self) -> Vec<String> {
+        self.args.pace.start_at.map(|start_s| format!("--start-at={start_s}")).into_iter().collect()
+    }
+
+    /// Where a server that is started again goes on.
+    fn resumption(&self) -> Vec<String> {
+        let Some(header) = self.seen.header() else { return Vec::new() };
+        let mut args =
+            vec![format!("--start-at={}", header.sim_time_s()), format!("--start-travel={}", header.head_travel_m)];
+        args.extend(self.seen.walking_speed_mps().map(|speed_mps| format!("--start-speed={speed_mps}")));
+        let follows = self.args.timecode.source.is_some();
+        // A show that has stood with its timecode follows on; whoever paused one that ran is asked once more.
+        let was_paused = self.seen.is_paused() && follows && !self.account.has_timecode_stood;
+        if self.seen.is_paused() && !follows {
+            args.push("--paused".to_owned());
+        }
+        if !self.args.auto_resume || self.seen.is_held() || was_paused {
+            args.push("--held".to_owned());
+            self.account.line.say(HELD);
+        }
+        args
+    }
+
+    fn monitor(&self) -> Launch {
+        let mut args = vec!["--progress".to_owned(), PROGRESS_PERIOD_S.to_owned()];
+        if self.is_guarded {
             args.push("--guard".to_owned());
         }
-        self.children.start(Role::Monitor, &args)
+        self.launch("monitor", args)
     }
 
-    pub(super) fn start_recorder(&mut self) -> anyhow::Result<()> {
-        let recording = free_recording(&self.folder);
-        let args = [vec![recording.display().to_string()], self.bus_args()].concat();
-        self.children.start(Role::Record, &args)
+    fn recorder(&self) -> Launch {
+        let recording = self.folder.free_recording().display().to_string();
+        // The show finishes what is left, and counts it.
+        self.launch("record", vec![recording, "--no-repair".to_owned()])
+    }
+
+    /// A command of the program that prints JSON for the show.
+    pub(super) fn launch(&self, command: &str, args: Vec<String>) -> Launch {
+        let instance = self.domain.instance().to_string();
+        let common = ["--instance".to_owned(), instance, "--format".to_owned(), "json".to_owned()];
+        let args = [vec![command.to_owned()], args, common.to_vec()].concat();
+        Launch { args, environment: Vec::new(), output: None }
     }
 
     fn timecode_args(&self) -> Vec<String> {
@@ -81,9 +102,5 @@ impl Show<'_> {
         .into_iter()
         .flatten()
         .collect()
-    }
-
-    pub(super) fn bus_args(&self) -> Vec<String> {
-        vec!["--instance".to_owned(), self.domain.instance().to_string()]
     }
 }

@@ -4,13 +4,16 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use bench_dragon::histogram::Percentiles;
-use bench_dragon::report::{ContactReport, FrameCounts, GuardReport, MonitorSummary, Restarts, ShowSummary};
+use bench_dragon::report::{
+    ContactReport, FrameCounts, GuardReport, MonitorSummary, RestartReport, Restarts, ShowSummary, TimesReport,
+};
 use bench_dragon::server::ServerSummary;
 use bench_dragon_ipc::{FrameHeader, Status};
 
-use super::child::Role;
+use super::merged_times::MergedTimes;
+use super::role::Role;
 
-/// The show's books.
+/// The show's books. What grows with it grows with its restarts alone, of which patience allows one a minute for each child.
 #[derive(Debug, Default)]
 pub(super) struct Tally {
     /// Frames published in each run: by the server's own account, or as far as the show has seen them.
@@ -18,12 +21,15 @@ pub(super) struct Tally {
     monitored: u64,
     recorded: u64,
     overruns: BTreeMap<u64, u64>,
-    lateness_us: Percentiles,
-    latency_us: Percentiles,
+    lateness: MergedTimes,
+    latency: MergedTimes,
+    /// Monitors that have ended.
+    monitors: u64,
     last_run_id: u64,
     pub(super) contact: Option<ContactReport>,
     pub(super) guard: Option<GuardReport>,
     restarts: Restarts,
+    restart_log: Vec<RestartReport>,
 }
 
 impl Tally {
@@ -34,16 +40,10 @@ impl Tally {
         *published = (*published).max(header.tick + 1);
     }
 
-    /// Takes note of a server's present account, for the case that it never gives its last one.
+    /// Takes note of a server's present account.
     pub(super) fn see_status(&mut self, status: &Status) {
-        let micros = |nanos: u64| nanos as f64 * 1e-3;
         self.overruns.insert(status.run_id, status.overruns);
-        self.lateness_us = Percentiles {
-            p50: micros(status.lateness_p50_ns),
-            p99: micros(status.lateness_p99_ns),
-            p999: micros(status.lateness_p999_ns),
-            max: micros(status.lateness_max_ns),
-        };
+        self.lateness.report(status.run_id, &status.lateness);
     }
 
     /// Adds a server's last account.
@@ -51,18 +51,23 @@ impl Tally {
         self.last_run_id = summary.run_id;
         self.published.insert(summary.run_id, summary.frames);
         self.overruns.insert(summary.run_id, summary.overruns);
-        self.lateness_us = summary.lateness_us;
+    }
+
+    /// Takes note of the latency that the present monitor has measured so far.
+    pub(super) fn see_latency(&mut self, latency: &TimesReport) {
+        self.latency.report(self.monitors, &latency.into());
     }
 
     /// Adds a monitor's last account.
     pub(super) fn add_monitor(&mut self, summary: &MonitorSummary) {
+        self.see_latency(&summary.latency);
         self.monitored += summary.frames;
-        self.latency_us = summary.latency_us;
     }
 
-    /// Adds frames that a monitor has read.
-    pub(super) fn add_monitored(&mut self, frames: u64) {
+    /// Adds frames that a monitor has read which has ended.
+    pub(super) fn close_monitor(&mut self, frames: u64) {
         self.monitored += frames;
+        self.monitors += 1;
     }
 
     /// Adds frames that are in a recording.
@@ -70,14 +75,18 @@ impl Tally {
         self.recorded += frames;
     }
 
-    /// How often each child of a role has been started again.
-    pub(super) fn restarts(&mut self, role: Role) -> &mut u32 {
-        match role {
-            Role::Serve => &mut self.restarts.serve,
-            Role::Monitor => &mut self.restarts.monitor,
-            Role::Record => &mut self.restarts.record,
-            Role::View => &mut self.restarts.view,
-        }
+    /// Adds a child that ended before the show.
+    pub(super) fn add_end(&mut self, role: Role, end: RestartReport) {
+        let Restarts { serve, monitor, record, view, also } = &mut self.restarts;
+        let count = match role {
+            Role::Serve => serve,
+            Role::Monitor => monitor,
+            Role::Record => record,
+            Role::View => view,
+            Role::Also(_) => also.entry(end.role.clone()).or_default(),
+        };
+        *count += u32::from(end.restarted);
+        self.restart_log.push(end);
     }
 
     /// The whole show.
@@ -94,12 +103,50 @@ impl Tally {
             },
             contact: self.contact,
             guard: self.guard,
-            lateness_us: self.lateness_us,
-            latency_us: self.latency_us,
+            lateness_us: Percentiles::from(&self.lateness.all()),
+            latency_us: Percentiles::from(&self.latency.all()),
             overruns: self.overruns.values().sum(),
-            restarts: self.restarts,
+            restarts: self.restarts.clone(),
+            restart_log: self.restart_log.clone(),
             recording: recordings.first().cloned().unwrap_or_default(),
             recordings,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bench_dragon_ipc::TimeHistogram;
+
+    #[test]
+    fn the_lateness_of_a_show_is_that_of_all_its_servers() {
+        let mut tally = Tally::default();
+        let mut status = Status { run_id: 1, overruns: 2, ..Status::default() };
+        status.lateness.record(900_000_000);
+        tally.see_status(&status);
+        let mut next = Status { run_id: 2, ..Status::default() };
+        (0..999).for_each(|_| next.lateness.record(5_000));
+        tally.see_status(&next);
+        let summary = tally.summary(Vec::new());
+        assert_eq!((summary.lateness_us.max, summary.overruns), (900_000.0, 2));
+        assert!(summary.lateness_us.p99 < 5.2, "{summary:?}");
+    }
+
+    #[test]
+    fn the_latency_of_a_show_is_that_of_all_its_monitors() {
+        let mut tally = Tally::default();
+        let times = |time_ns: u64| {
+            let mut times = TimeHistogram::default();
+            times.record(time_ns);
+            TimesReport::from(&times)
+        };
+        tally.see_latency(&times(70_000));
+        tally.close_monitor(3);
+        tally.add_monitor(&MonitorSummary { frames: 4, latency: times(10_000), ..MonitorSummary::default() });
+        tally.close_monitor(0);
+        let summary = tally.summary(Vec::new());
+        assert_eq!((summary.latency_us.max, summary.frames.monitored), (70.0, 7));
+        assert!(summary.latency_us.p50 < 10.4, "{summary:?}");
     }
 }

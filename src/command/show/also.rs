@@ -1,0 +1,159 @@
+//! The commands that a show runs beside its own children, as `[[show.also]]` in the configuration has them.
+
+use bench_dragon_ipc::Instance;
+use clap::Parser as _;
+
+use crate::cli::{Bridge, Cli, Command};
+use crate::command::BadInput;
+
+/// What may be configured.
+const ALLOWED: &str = "one of bridge, view, metrics, monitor, hz and echo";
+
+/// A configured command that has been checked.
+#[derive(Debug)]
+pub(super) struct AlsoCommand {
+    name: String,
+    args: Vec<String>,
+}
+
+impl AlsoCommand {
+    /// Reads the configured command lines.
+    ///
+    /// # Errors
+    /// The first line that is none of a command that reads this instance until it is stopped.
+    pub(super) fn read_all(lines: &[&str], instance: &Instance) -> Result<Vec<Self>, BadInput> {
+        let mut commands: Vec<Self> = Vec::new();
+        for line in lines {
+            let refuse = |reason: String| BadInput(format!("[[show.also]] command is {line:?}{reason}"));
+            let mut command = Self::read(line, instance).map_err(refuse)?;
+            let of_that_name = lines_of(&commands, &command.name);
+            if of_that_name > 0 {
+                command.name = format!("{} {}", command.name, of_that_name + 1);
+            }
+            commands.push(command);
+        }
+        Ok(commands)
+    }
+
+    /// Its name for people: the command, and its number where there are several of it.
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its arguments, with the command itself and the show's instance.
+    pub(super) fn args(&self) -> &[String] {
+        &self.args
+    }
+
+    /// Reads one line. An error goes on where the line has been named.
+    fn read(line: &str, instance: &Instance) -> Result<Self, String> {
+        let mut args = shlex::split(line).ok_or(": a quotation mark is missing, or there is nothing behind a \\")?;
+        for flag in ["--instance", "--parent"] {
+            if args.iter().any(|arg| arg == flag || arg.starts_with(&format!("{flag}="))) {
+                return Err(format!(": must be without {flag}, which is the show's"));
+            }
+        }
+        let has_no_command = args.first().is_none_or(|first| first.starts_with('-'));
+        if has_no_command {
+            return Err(format!(", must be {ALLOWED}, with its arguments"));
+        }
+        args.extend(["--instance".to_owned(), instance.to_string()]);
+        let program = "bench-dragon".to_owned();
+        let cli = Cli::try_parse_from(std::iter::once(&program).chain(&args)).map_err(|error| in_one_line(&error))?;
+        Ok(Self { name: name(&cli.command)?.to_owned(), args })
+    }
+}
+
+/// How many commands have a name, with or without a number.
+fn lines_of(commands: &[AlsoCommand], name: &str) -> usize {
+    let is_of = |command: &&AlsoCommand| {
+        command.name.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(' '))
+    };
+    commands.iter().filter(is_of).count()
+}
+
+/// The name of a command that reads until it is stopped; for any other, what is wrong with it.
+fn name(command: &Command) -> Result<&'static str, String> {
+    let ends_with = |flag: &str| Err(format!(": must be without {flag}, for it must run until it is stopped"));
+    match command {
+        Command::Bridge(bridge) => match &bridge.bridge {
+            Bridge::Psn(_) => Ok("bridge psn"),
+            Bridge::Osc(_) => Ok("bridge osc"),
+            #[cfg(feature = "zenoh")]
+            Bridge::Zenoh(zenoh) if zenoh.receive => {
+                Err(": must be without --receive, for a show has a source of its own".to_owned())
+            }
+            #[cfg(feature = "zenoh")]
+            Bridge::Zenoh(_) => Ok("bridge zenoh"),
+            #[cfg(not(feature = "zenoh"))]
+            Bridge::Zenoh(_) => Err(format!(": {}", crate::command::bridge::WITHOUT_ZENOH)),
+        },
+        Command::Monitor(monitor) if monitor.guard => Err(": must be without --guard, which is the show's".to_owned()),
+        Command::Monitor(monitor) if monitor.fail_on_contact => ends_with("--fail-on-contact"),
+        Command::Echo(echo) if echo.count.is_some() => ends_with("--count"),
+        Command::Hz(hz) if hz.seconds.is_some() => ends_with("--seconds"),
+        Command::View(_) => Ok("view"),
+        Command::Metrics(_) => Ok("metrics"),
+        Command::Monitor(_) => Ok("monitor"),
+        Command::Echo(_) => Ok("echo"),
+        Command::Hz(_) => Ok("hz"),
+        _ => Err(format!(", must be {ALLOWED}: commands that read until they are stopped")),
+    }
+}
+
+/// What clap reports of a command line, without usage and hints. The help of a command is no command, either.
+fn in_one_line(error: &clap::Error) -> String {
+    use clap::error::ErrorKind::{DisplayHelp, DisplayHelpOnMissingArgumentOrSubcommand, DisplayVersion};
+    if matches!(error.kind(), DisplayHelp | DisplayHelpOnMissingArgumentOrSubcommand | DisplayVersion) {
+        return format!(", must be {ALLOWED}, with its arguments");
+    }
+    let text = error.render().to_string();
+    let lines =
+        text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more"));
+    let message = lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ");
+    format!(": {}", message.strip_prefix("error: ").unwrap_or(&message))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(lines: &[&str]) -> Result<Vec<AlsoCommand>, String> {
+        AlsoCommand::read_all(lines, &Instance::default()).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn commands_are_split_as_a_shell_does_and_numbered_where_they_are_alike() {
+        let lines = ["bridge psn --name 'two words'", "hz", "bridge psn --to 10.0.0.20:56565", "bridge osc --bundle"];
+        let commands = read(&lines).expect("all are commands that read");
+        let names: Vec<&str> = commands.iter().map(AlsoCommand::name).collect();
+        assert_eq!(names, ["bridge psn", "hz", "bridge psn 2", "bridge osc"]);
+        assert_eq!(commands[0].args(), ["bridge", "psn", "--name", "two words", "--instance", "dragon"]);
+    }
+
+    #[test]
+    fn a_wrong_command_is_one_line_that_names_it_and_what_is_allowed() {
+        for (line, reason) in [
+            ("", ", must be one of bridge, view, metrics, monitor, hz and echo, with its arguments"),
+            ("--help", ", must be one of bridge"),
+            ("hz --help", ", must be one of bridge"),
+            ("bridge", ": 'bench-dragon bridge' requires a subcommand"),
+            ("hz 'x", ": a quotation mark is missing"),
+            ("ctl stop", ", must be one of bridge, view, metrics, monitor, hz and echo: commands that read"),
+            ("serve", ", must be one of bridge"),
+            ("record x.mcap", ", must be one of bridge"),
+            ("pose", ": unrecognized subcommand 'pose'"),
+            ("hz --instance other", ": must be without --instance, which is the show's"),
+            ("hz --instance=other", ": must be without --instance, which is the show's"),
+            ("hz --parent 1", ": must be without --parent, which is the show's"),
+            ("hz --seconds 3", ": must be without --seconds, for it must run until it is stopped"),
+            ("echo --count 3", ": must be without --count"),
+            ("monitor --guard", ": must be without --guard"),
+            ("bridge psn --rate 0", ": invalid value '0' for '--rate <HZ>': must be from 1 to 250"),
+        ] {
+            let error = read(&[line]).expect_err(line);
+            let start = format!("[[show.also]] command is {line:?}{reason}");
+            assert!(error.starts_with(&start) && !error.contains('\n'), "{error}");
+        }
+    }
+}

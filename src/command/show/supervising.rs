@@ -1,0 +1,154 @@
+//! What a show does while it plays: it takes news of its children, looks at the bus, and starts again what has ended.
+
+use std::time::Instant;
+
+use anyhow::bail;
+
+use super::children::End;
+use super::patience::{MAX_RESTARTS, WINDOW};
+use super::repairs::Repaired;
+use super::role::Role;
+use super::{Bus, Page, Show};
+
+impl Show<'_> {
+    /// Takes a line of a child.
+    pub(super) fn take_line(&mut self, role: Role, line: &str) -> anyhow::Result<()> {
+        match role {
+            Role::Serve if self.bus.is_none() => self.join_bus()?,
+            // A server's signs of life are its frames.
+            Role::Serve => {}
+            Role::View if !self.page.as_ref().is_some_and(Page::is_announced) => {
+                self.announce_page(line)?;
+                self.start(Role::Serve)?;
+            }
+            _ => self.children.hear(role),
+        }
+        self.account.take_line(role, line)
+    }
+
+    /// Takes the end of a child before that of the show.
+    pub(super) fn take_end(&mut self, role: Role, end: &End) -> anyhow::Result<()> {
+        self.look_at_bus()?;
+        let status = end.status;
+        match role {
+            // Somebody asked the server to stop, or it has reached the time asked for.
+            Role::Serve if status.success() => return self.end_with_server(),
+            // It has given its reason on stderr. One that was killed has none.
+            Role::Serve if self.bus.is_none() && status.code().is_some() => {
+                bail!("the server does not start: it ended with {status}");
+            }
+            Role::View if !self.page.as_ref().is_some_and(Page::is_announced) => {
+                bail!("the page does not start: it ended with {status}");
+            }
+            Role::Monitor => self.account.close_monitor(),
+            Role::Record => self.finish_recording(),
+            Role::Serve | Role::View | Role::Also(_) => {}
+        }
+        self.plan_restart(role, &format!("ended with {status}"), &end.reason)
+    }
+
+    /// Has the file finished of a recorder that did not do so itself.
+    pub(super) fn finish_recording(&mut self) {
+        if let Some(recording) = self.account.close_recorder() {
+            self.repairs.finish_own(recording);
+        }
+    }
+
+    /// What is to be done between two pieces of news.
+    pub(super) fn supervise(&mut self) -> anyhow::Result<()> {
+        self.look_at_bus()?;
+        self.begin_others()?;
+        let now = Instant::now();
+        for line in self.children.kill_silent(now) {
+            self.account.line.say(&line);
+        }
+        for role in self.children.due(now) {
+            self.start_again(role)?;
+        }
+        for repaired in self.repairs.poll() {
+            self.count_repaired(repaired);
+        }
+        Ok(())
+    }
+
+    pub(super) fn look_at_bus(&mut self) -> anyhow::Result<()> {
+        let Some(bus) = &mut self.bus else { return Ok(()) };
+        if let Some(frame) = bus.frames.latest()? {
+            let header = frame.header();
+            self.children.hear(Role::Serve);
+            self.account.tally.see_frame(header);
+            self.account.line.update(header, &self.account.progress);
+            self.seen.see_frame(header);
+        }
+        if let Some(status) = bus.status.poll()? {
+            self.account.tally.see_status(&status);
+            self.seen.see_status(&status);
+        }
+        for pid in bus.living_readers() {
+            self.children.hear_process(pid);
+        }
+        Ok(())
+    }
+
+    pub(super) fn count_repaired(&mut self, Repaired { frames, line }: Repaired) {
+        self.account.tally.add_recorded(frames.unwrap_or_default());
+        self.account.line.say(&line);
+    }
+
+    /// Joins the bus of the first server, for which its readers are started.
+    fn join_bus(&mut self) -> anyhow::Result<()> {
+        match Bus::open(&self.domain) {
+            // It was killed as soon as it was there: its end comes next.
+            Err(error) if error.is_absent() => Ok(()),
+            Err(error) => Err(error.into()),
+            Ok(bus) => {
+                self.bus = Some(bus);
+                self.start(Role::Monitor)?;
+                self.start(Role::Record)
+            }
+        }
+    }
+
+    /// Starts, once frames come, what the first of them does not wait for.
+    fn begin_others(&mut self) -> anyhow::Result<()> {
+        if self.has_begun || self.seen.header().is_none() {
+            return Ok(());
+        }
+        self.has_begun = true;
+        self.repairs.finish_earlier(self.folder.and_earlier());
+        (0..self.also.len()).try_for_each(|number| self.start_again(Role::Also(number)))
+    }
+
+    /// Starts a child whose failure does not end the show at once.
+    fn start_again(&mut self, role: Role) -> anyhow::Result<()> {
+        match self.start(role) {
+            Ok(()) => Ok(()),
+            Err(error) => self.plan_restart(role, &format!("is not started: {error:#}"), &format!("{error:#}")),
+        }
+    }
+
+    /// Plans when a child is started again that has ended, or could not be started, or that the show goes on without it.
+    fn plan_restart(&mut self, role: Role, what: &str, reason: &str) -> anyhow::Result<()> {
+        let name = self.children.name(role).to_owned();
+        let restarts = self.children.plan_restart(role, Instant::now());
+        self.account.take_end(role, &name, reason.to_owned(), self.seen.show_time_s(), restarts);
+        // Without its guard the dragon stands for good.
+        let is_vital = role == Role::Serve || role == Role::Monitor && self.is_guarded;
+        if !restarts && is_vital {
+            let minutes = WINDOW.as_secs() / 60;
+            bail!("{name} {what}, after {MAX_RESTARTS} restarts within {minutes} minutes: giving up");
+        }
+        self.account.has_given_up |= !restarts;
+        let then = if restarts { "starting it again" } else { "the show goes on without it" };
+        self.account.line.say(&format!("{name} {what}: {then}"));
+        Ok(())
+    }
+
+    fn end_with_server(&mut self) -> anyhow::Result<()> {
+        if self.seen.header().is_none() {
+            bail!("the server ended before its first frame");
+        }
+        self.is_stopped = true;
+        Ok(())
+    }
+}
