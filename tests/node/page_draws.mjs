@@ -20,7 +20,8 @@ await withBrowser(async (browser) => {
   say({ type: 'picture', ...(await shown(page)), ...(await writePixels(page)) });
 
   await page.keyboard.press('b');
-  await page.keyboard.type('17');
+  // At once: the details of bench 1 are another one's.
+  await page.keyboard.insertText('17');
   await page.waitForSelector('#bench-centre:visible');
   const texts = ['role', 'centre', 'heading', 'front'].map((name) => page.textContent(`#bench-${name}`));
   say({ type: 'bench', details: await Promise.all(texts) });

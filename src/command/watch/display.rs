@@ -71,13 +71,19 @@ pub(super) fn leave() {
     if !IS_OURS.swap(false, Ordering::SeqCst) {
         return;
     }
-    // The mode first: that does not wait for a terminal which takes nothing. One that is gone needs nothing.
-    let _ = disable_raw_mode();
+    // The mode first: that does not wait.
+    restore_keys();
     let mut stdout = io::stdout().lock();
     // Terminals without another screen get an empty one.
     let _ = execute!(stdout, ResetColor, Clear(ClearType::All), MoveTo(0, 0), LeaveAlternateScreen, Show);
     drop(stdout);
     let_go();
+}
+
+/// Keys are echoed again. This does not wait for a terminal that takes nothing.
+pub(super) fn restore_keys() {
+    // One that is gone needs nothing.
+    let _ = disable_raw_mode();
 }
 
 fn enter() -> io::Result<Terminal<CrosstermBackend<Stdout>>> {

@@ -42,6 +42,8 @@ pub(super) fn send_to(mailbox: Arc<Mailbox>) -> io::Result<()> {
 
 /// Ends the process although the terminal may take nothing: then what was drawn stays, but keys are echoed again.
 fn force_end() -> ! {
+    // Not by the thread: on a busy machine it may not run before the process ends.
+    display::restore_keys();
     thread::spawn(display::leave);
     thread::sleep(FAREWELL);
     process::exit(FORCED_EXIT_STATUS);
