@@ -82,7 +82,10 @@ fn is_bad_input(error: &anyhow::Error) -> bool {
                         | ExportError::TooMuch { .. }
                 )
             )
-            || matches!(cause.downcast_ref(), Some(RepairError::Read { .. } | RepairError::Foreign { .. }))
+            || matches!(
+                cause.downcast_ref(),
+                Some(RepairError::Read { .. } | RepairError::Foreign { .. } | RepairError::Damaged { .. })
+            )
     })
 }
 

@@ -93,7 +93,8 @@ pause and hold come first. OSC messages are \"HH:MM:SS:FF\", \"HH:MM:SS.mmm\", f
     #[command(after_help = "Examples:
   bench-dragon record rehearsal.mcap
   bench-dragon record rehearsal.mcap --rotate-mb 1000 --max-total-mb 20000
-  bench-dragon record --repair rehearsal.mcap")]
+  bench-dragon record --repair rehearsal.mcap
+  bench-dragon record --repair --check rehearsal.mcap")]
     Record(RecordArgs),
     /// Put a recording back onto the bus, at its pace.
     #[command(after_help = "Examples:

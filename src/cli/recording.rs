@@ -17,9 +17,12 @@ pub(crate) struct RecordArgs {
     /// The recording to write, or with --repair to finish.
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) file: PathBuf,
-    /// Finish a recording whose recorder was killed, instead of recording.
+    /// Finish a recording whose recorder was killed, in place and without reading its chunks, instead of recording.
     #[arg(long, conflicts_with_all = ["rotate_mb", "max_total_mb"])]
     pub(crate) repair: bool,
+    /// With --repair: read every chunk; of a damaged recording save what is sound, and keep the old file as FILE.damaged.
+    #[arg(long, requires = "repair")]
+    pub(crate) check: bool,
     /// Begin a new file after this many megabytes.
     #[arg(long, value_name = "MB", allow_negative_numbers = true, value_parser = file_megabytes)]
     pub(crate) rotate_mb: Option<u64>,

@@ -6,8 +6,9 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use bench_dragon::clock::{monotonic_ns, unix_minus_monotonic_ns};
+use bench_dragon::nameless_file::folder_of;
 use bench_dragon::record::{
-    Recorder, RecorderSettings, Repair, Size, SpaceWarning, repair_folder, repair_with_progress,
+    BackgroundRepair, Recorder, RecorderSettings, Repair, RepairError, Size, SpaceWarning, repair, repair_checked,
 };
 use bench_dragon::report::{RecordLine, RecordSummary};
 use bench_dragon::stop::StopFlag;
@@ -25,6 +26,8 @@ const MEGABYTE: u64 = 1_000_000;
 const PROGRESS_PERIOD: Duration = Duration::from_secs(1);
 /// How often a warning is given again while it holds.
 const WARNING_PERIOD: Duration = Duration::from_mins(1);
+/// How long the end of a recording waits for repairs under way; a repair that is cut short is repeated by the next recorder.
+const REPAIR_PATIENCE: Duration = Duration::from_secs(2);
 
 pub(crate) fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
     if args.repair {
@@ -33,29 +36,35 @@ pub(crate) fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
     check_sizes(args)?;
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
-    if !args.no_repair {
-        repair_around(&args.file);
-    }
     let recorder = Recorder::start(RecorderSettings {
         rotate_bytes: args.rotate_mb.map(|megabytes| megabytes * MEGABYTE),
         max_total_bytes: args.max_total_mb.map(|megabytes| megabytes * MEGABYTE),
         ..RecorderSettings::new(&args.file, unix_minus_monotonic_ns())
-    })?;
+    });
+    // Only now: the recording has begun. Where it has not, the file in its way may be one that is to be finished.
+    let leftovers = if args.no_repair { None } else { begin_repairs(folder_of(&args.file)) };
+    let recorded = recorder.map_err(anyhow::Error::from).and_then(|recorder| record(args, recorder, &domain, &stop));
+    if let Some(leftovers) = leftovers {
+        leftovers.finish(REPAIR_PATIENCE);
+    }
+    recorded.map(|()| ExitCode::SUCCESS)
+}
+
+fn record(args: &RecordArgs, recorder: Recorder, domain: &Domain, stop: &StopFlag) -> anyhow::Result<()> {
     if args.format.format == Format::Json {
         print_json(&RecordLine::Started { file: args.file.clone() })?;
     }
     let mut session = Session::new(args.format.format, recorder);
-    let mut ports = open_when_there(domain.instance(), &stop, || Ports::open(&domain, &stop))?;
+    let mut ports = open_when_there(domain.instance(), stop, || Ports::open(domain, stop))?;
     if let Some(ports) = &mut ports {
-        session.follow(ports, &stop)?;
+        session.follow(ports, stop)?;
     }
     let summary = session.finish()?;
     if let Some(Ports { mut frames, .. }) = ports {
         // With it goes the reader's last report.
         frames.set_bytes_written(summary.bytes);
     }
-    print_summary(args.format.format, summary)?;
-    Ok(ExitCode::SUCCESS)
+    print_summary(args.format.format, summary)
 }
 
 fn check_sizes(args: &RecordArgs) -> Result<(), BadInput> {
@@ -68,15 +77,17 @@ fn check_sizes(args: &RecordArgs) -> Result<(), BadInput> {
 }
 
 fn repair_one(args: &RecordArgs) -> anyhow::Result<ExitCode> {
-    let bar = Progress::new("repairing", fs::metadata(&args.file).map_or(0, |metadata| metadata.len()) as f64);
-    let repaired = repair_with_progress(&args.file, |bytes| bar.set(bytes as f64));
-    drop(bar);
+    let repaired = if args.check { check_one(&args.file) } else { repair(&args.file) };
     let Repair { path, frames, was_unfinished, skipped_bytes, kept } = repaired?;
     let done = if was_unfinished { "finished" } else { "was finished already" };
     match args.format.format {
         Format::Text => {
-            let kept = kept_text(skipped_bytes, kept.as_deref());
-            print_line(format_args!("{} {done}: {frames} frames{kept}", path.display()))?;
+            let found = match &kept {
+                Some(kept) => kept_text(skipped_bytes, kept),
+                None if args.check => "; every chunk of it was read and is sound".to_owned(),
+                None => String::new(),
+            };
+            print_line(format_args!("{} {done}: {frames} frames{found}", path.display()))?;
         }
         Format::Json => print_json(&serde_json::json!({ "file": path, "frames": frames, "repaired": was_unfinished,
                 "skipped_bytes": skipped_bytes, "kept": kept }))?,
@@ -84,28 +95,37 @@ fn repair_one(args: &RecordArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What is told of a damaged file that was kept.
-fn kept_text(skipped_bytes: u64, kept: Option<&Path>) -> String {
-    let Some(kept) = kept else { return String::new() };
+fn check_one(file: &Path) -> Result<Repair, RepairError> {
+    let bar = Progress::new("checking", fs::metadata(file).map_or(0, |metadata| metadata.len()) as f64);
+    repair_checked(file, |bytes| bar.set(bytes as f64))
+}
+
+/// The part of the report about a damaged file that is kept.
+fn kept_text(skipped_bytes: u64, kept: &Path) -> String {
     let damage = match skipped_bytes {
-        0 => "there is more behind damage".to_owned(),
+        0 => "its records or its indexes are damaged".to_owned(),
         bytes => format!("{bytes} bytes are damaged and were passed over"),
     };
     format!("; {damage}, so the old file is kept as {}", kept.display())
 }
 
-/// Finishes what killed recorders left in the folder of a new recording, and says so. What cannot be repaired does not
-/// keep the new recording from beginning.
-pub(crate) fn repair_around(file: &Path) {
-    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    for repaired in repair_folder(folder).unwrap_or_default() {
-        match repaired {
-            Ok(Repair { path, frames, skipped_bytes, kept, .. }) => {
-                let (path, kept) = (path.display(), kept_text(skipped_bytes, kept.as_deref()));
-                complain(&format!("finished {path}, which a killed recorder left: {frames} frames{kept}"));
-            }
-            Err(error) => tracing::warn!("{:#}", anyhow::Error::from(error)),
+/// Begins to finish what killed recorders left in a folder, in a thread of its own that reports each file by a line. A
+/// recording goes on without it.
+fn begin_repairs(folder: &Path) -> Option<BackgroundRepair> {
+    let repairs = BackgroundRepair::start(report_repair);
+    let repairs =
+        repairs.inspect_err(|error| tracing::warn!("cannot finish what killed recorders left: {error}")).ok()?;
+    repairs.repair_folder(folder.into());
+    Some(repairs)
+}
+
+/// Reports a file that a killed recorder left.
+fn report_repair(repaired: Result<Repair, RepairError>) {
+    match repaired {
+        Ok(Repair { path, frames, .. }) => {
+            complain(&format!("finished {}, which a killed recorder left: {frames} frames", path.display()));
         }
+        Err(error) => tracing::warn!("{:#}", anyhow::Error::from(error)),
     }
 }
 

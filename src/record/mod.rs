@@ -16,7 +16,7 @@
 //!
 //! **What a crash costs.** A chunk is closed and handed to the operating system when it is full (about a megabyte) and
 //! half a second after its first message at the latest. A killed recorder loses at most what came after; the file then
-//! lacks its index, and [`repair()`] makes one. Once a second the file is forced onto the disk, by a thread that nothing
+//! lacks its index, and [`repair()`] appends one, in place and without reading the chunks. Once a second the file is forced onto the disk, by a thread that nothing
 //! waits for; so a power cut costs what came after the last time, a few seconds where the disk keeps up. A finished
 //! file is on the disk.
 //!
@@ -25,10 +25,14 @@
 
 pub mod cdr;
 mod channels;
+mod check;
+mod contents;
 mod disk_sync;
 mod error;
+mod heads;
 mod interval;
 mod interval_search;
+mod leftovers;
 pub mod pose;
 mod progress;
 mod reading;
@@ -40,6 +44,7 @@ pub mod schema;
 mod settings;
 pub mod space;
 mod summary;
+mod survey;
 pub mod timeline;
 mod writer;
 
@@ -53,12 +58,14 @@ use bench_dragon_ipc::{Alert, FrameHeader, HandleState};
 use crossbeam::channel::{Receiver, Sender, TryRecvError, bounded};
 
 pub use self::{
+    check::repair_checked,
     error::{Kept, RecordError},
     interval::ShowInterval,
     interval_search::{IntervalSearch, NothingFound},
+    leftovers::{BackgroundRepair, repair_folder},
     progress::{Progress, Summary},
     reading::{Bookmark, Configuration, Flaws, FrameReader, ReadError, Recorded, RecordedFrame},
-    repair::{Repair, RepairError, repair, repair_folder, repair_with_progress},
+    repair::{Repair, RepairError, repair},
     settings::RecorderSettings,
     space::{DiskSpace, Size, SpaceWarning},
 };

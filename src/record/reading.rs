@@ -285,7 +285,7 @@ impl FrameReader {
             return Ok(());
         }
         self.has_looked_at_summary = true;
-        let channels = File::open(&self.path).and_then(|mut file| channels_of_finished(&mut file));
+        let channels = File::open(&self.path).and_then(|file| channels_of_finished(&file));
         let channels = channels.map_err(|source| ReadError::Io { path: self.path.clone(), source })?;
         for channel in &channels {
             self.state.learn(channel);

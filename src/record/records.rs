@@ -15,10 +15,10 @@ use zstd::bulk::Decompressor;
 
 /// A record, or a chunk unpacked, that claims to be longer is taken for damage: ours are of about a megabyte, and of
 /// eleven where a frame has the most benches that there may be.
-const LONGEST_RECORD_BYTES: usize = 64 << 20;
+pub(super) const LONGEST_RECORD_BYTES: usize = 64 << 20;
 
 /// Bytes of a record before its body: what it is and how long.
-const RECORD_HEAD_BYTES: u64 = 9;
+pub(super) const RECORD_HEAD_BYTES: u64 = 9;
 
 /// How the records of a file end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -153,7 +153,7 @@ enum Outer {
 
 /// The records of one chunk, unpacked and checked.
 #[derive(Default)]
-struct Chunk {
+pub(super) struct Chunk {
     decompressor: Option<Decompressor<'static>>,
     unpacked: Vec<u8>,
     /// Where the next record begins.
@@ -162,7 +162,7 @@ struct Chunk {
 
 impl Chunk {
     /// Takes the next chunk. `None` where it is damaged; then it has no records.
-    fn unpack(&mut self, chunk: &[u8]) -> Option<()> {
+    pub(super) fn unpack(&mut self, chunk: &[u8]) -> Option<()> {
         self.unpacked.clear();
         self.position = 0;
         let Ok(Record::Chunk { header, data }) = mcap::parse_record(op::CHUNK, chunk) else { return None };
@@ -203,10 +203,16 @@ impl Chunk {
     }
 
     fn next(&mut self) -> Option<Record<'static>> {
+        self.next_with_offset().map(|(_, record)| record)
+    }
+
+    /// The next record, and where in the unpacked chunk it begins.
+    pub(super) fn next_with_offset(&mut self) -> Option<(u64, Record<'static>)> {
+        let offset = self.position as u64;
         let (record, behind) = split_record(&self.unpacked[self.position..])?;
         let record = record.into_owned();
         self.position = self.unpacked.len() - behind.len();
-        Some(record)
+        Some((offset, record))
     }
 }
 

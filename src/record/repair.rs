@@ -1,55 +1,59 @@
-//! Finishing a recording whose recorder was killed.
+//! Finishing a recording whose recorder was killed, in place.
 //!
-//! Everything that is whole is copied into a new file beside it, with an index and a summary; when that file is on the
-//! disk, it takes the place of the old one in one step. Whatever fails before, the old file stays as it was; and one with
-//! damage inside, so that there may be more to save than this does, is kept beside it.
+//! [`repair()`] surveys the file by the heads of its records, cuts off an incomplete record at its end, and appends what a
+//! finished file has: the end of the data, the summary with the indexes, the footer. It reads no chunk's contents but those
+//! of the first and the last one, and needs about 130 bytes of disk a chunk. [`repair_checked`](super::repair_checked) reads
+//! everything.
+//!
+//! **A repair that is killed or fails** can be repeated, and loses nothing:
+//! 1. Bytes of the data are never written again. Only what is behind the last whole chunk or description is cut or written.
+//! 2. What is cut holds nothing that a reader could use: a record whose end is missing, message indexes of a chunk that
+//!    stays, or the summary of an earlier repair. All of it but the record is made again from the data.
+//! 3. The magic bytes that end a finished file are written last, when everything before them is on the disk. Until then the
+//!    next survey finds the same data and the beginning of a summary, and cuts that off.
+//! 4. The room on the disk is taken before anything is cut, so a full disk leaves the file as it was.
+//!
+//! A power cut may reorder what was written before it reached the disk; by (3) no file has the final bytes without its data
+//! and its summary.
 
 use std::{
-    collections::HashSet,
     fs::{self, File},
-    io::{self, BufReader, BufWriter, Seek},
+    io,
+    os::unix::fs::FileExt as _,
     path::{Path, PathBuf},
 };
 
 use mcap::{
-    McapError, McapResult, Writer,
+    MAGIC,
     records::{Header, Record},
-    write::NoSeek,
 };
-use rustix::fs::{FlockOperation, flock};
+use rustix::fs::{FallocateFlags, fallocate};
 
 use super::{
-    recording::write_options,
-    records::{Ending, Records},
+    error::is_disk_full,
+    records::Records,
     schema,
-    settings::RecorderSettings,
+    space::{DiskSpace, Size},
     summary::frames_of_finished,
+    survey::{Survey, SurveyError, survey},
 };
-use crate::nameless_file::folder_of;
-
-/// What the name of the copy adds to that of the recording; a copy left by a killed repair is overwritten by the next.
-const COPY_SUFFIX: &str = ".repairing";
-/// What the name of an old file adds that is kept.
-const DAMAGED_SUFFIX: &str = ".damaged";
-const CHUNK_BYTES: u64 = 1 << 20;
-const BUFFER_BYTES: usize = 1 << 20;
 
 /// What repair found and did.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Repair {
     /// The recording.
     pub path: PathBuf,
-    /// Frames that are in it now.
+    /// Frames that are in it now; without a check, as its indexes count them.
     pub frames: u64,
-    /// Whether it was unfinished; a finished recording is not touched.
+    /// Whether the file was written; a finished recording without damage is not touched.
     pub was_unfinished: bool,
-    /// Bytes of the damaged chunks that were passed over.
+    /// Bytes of the damaged chunks that a check passed over.
     pub skipped_bytes: u64,
-    /// Where the old file is kept, if there was damage inside it.
+    /// Where the old file is kept, if a check found damage in it.
     pub kept: Option<PathBuf>,
 }
 
-/// Why a recording could not be repaired; it is as it was.
+/// Why a recording could not be repaired; but where stated, it is as it was.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RepairError {
@@ -73,170 +77,165 @@ pub enum RepairError {
         /// The file.
         path: PathBuf,
     },
-    /// The repaired file could not be written beside the old one.
+    /// There is damage, and perhaps more data behind it, so that nothing may be cut off.
+    #[error(
+        "{} is damaged at byte {at_byte}: `record --repair --check` saves what can be read, and needs as much free disk as \
+         the file is large",
+        path.display()
+    )]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Where the damaged record begins.
+        at_byte: u64,
+    },
+    /// The disk has no room for the index.
+    #[error("the disk is full ({} free): {} needs {needed_bytes} bytes more to be finished", Size(*free_bytes), path.display())]
+    DiskFull {
+        /// The file.
+        path: PathBuf,
+        /// Bytes that its index takes.
+        needed_bytes: u64,
+        /// Bytes that an unprivileged process could still write.
+        free_bytes: u64,
+    },
+    /// The file could not be written. In place, its whole records are still there, and the next repair finishes it.
     #[error("cannot write {}", path.display())]
     Write {
-        /// The new file, which is removed again.
+        /// The file; the new one, which is removed again, where the old one is copied.
         path: PathBuf,
         /// Why not.
-        source: McapError,
+        source: io::Error,
     },
 }
 
-/// Finishes a recording: all whole chunks, with an index, so that any reader opens it.
+/// Finishes a recording in place: an index for all whole chunks, so that any reader opens it.
 ///
-/// A second repair finds a finished file and does nothing. Reads and writes as it goes; needs as much free disk as the
-/// recording is large.
+/// The time grows with the number of chunks. A second repair finds a finished file and does nothing. Damage inside a chunk
+/// is not found, and costs readers that chunk; [`repair_checked`](super::repair_checked) finds it.
 ///
 /// # Errors
-/// See [`RepairError`]; the recording is then as it was.
+/// See [`RepairError`].
 pub fn repair(path: &Path) -> Result<Repair, RepairError> {
-    repair_with_progress(path, |_| ())
-}
-
-/// As [`repair()`]; `progress` hears how many bytes of the old file are done, after each of its chunks.
-///
-/// # Errors
-/// As [`repair()`].
-pub fn repair_with_progress(path: &Path, progress: impl FnMut(u64)) -> Result<Repair, RepairError> {
-    let read_error = |source| RepairError::Read { path: path.into(), source };
-    let mut file = File::open(path).map_err(read_error)?;
-    if !is_ours(&file).map_err(read_error)? {
-        return Err(RepairError::Foreign { path: path.into() });
+    let finished =
+        |frames, was_unfinished| Repair { path: path.into(), frames, was_unfinished, skipped_bytes: 0, kept: None };
+    let file = open_ours(path)?;
+    if let Some(frames) = frames_of(&file, path)? {
+        return Ok(finished(frames, false));
     }
-    match flock(&file, FlockOperation::NonBlockingLockExclusive) {
-        Ok(()) => {}
-        Err(rustix::io::Errno::WOULDBLOCK) => return Err(RepairError::InUse { path: path.into() }),
-        Err(error) => return Err(read_error(error.into())),
+    drop(file);
+    let file = File::options().read(true).write(true).open(path);
+    let file = Locked::take(file.map_err(|source| RepairError::Write { path: path.into(), source })?, path)?;
+    // Another repair may have been at work until now.
+    if let Some(frames) = frames_of(&file.0, path)? {
+        return Ok(finished(frames, false));
     }
-    if let Some(frames) = frames_of_finished(&mut file).map_err(read_error)? {
-        return Ok(Repair { path: path.into(), frames, was_unfinished: false, skipped_bytes: 0, kept: None });
+    let survey = survey(&file.0).map_err(|error| match error {
+        SurveyError::Io(source) => RepairError::Read { path: path.into(), source },
+        SurveyError::Damaged(at_byte) => RepairError::Damaged { path: path.into(), at_byte },
+    })?;
+    let frames = survey.contents.frames();
+    finish_in_place(&file.0, path, survey)?;
+    Ok(finished(frames, true))
+}
+
+/// Opens a recording of ours to read it.
+pub(super) fn open_ours(path: &Path) -> Result<File, RepairError> {
+    let failed = |source| RepairError::Read { path: path.into(), source };
+    let foreign = || RepairError::Foreign { path: path.into() };
+    // Opening a pipe would wait for somebody who writes into it.
+    if !fs::metadata(path).map_err(failed)?.is_file() {
+        return Err(foreign());
     }
-    file.rewind().map_err(read_error)?;
-    // A link stays one: the file that it leads to is replaced.
-    let target = path.canonicalize().map_err(read_error)?;
-    let (Copied { frames, skipped_bytes, .. }, kept) = replace_by_finished_copy(file, &target, progress)?;
-    Ok(Repair { path: path.into(), frames, was_unfinished: true, skipped_bytes, kept })
-}
-
-/// Repairs all unfinished recordings of ours in a folder, and tells of each; finished ones, those that another process has
-/// open, being recorded or copied, and all other files are passed over.
-///
-/// # Errors
-/// [`RepairError::Read`] where the folder cannot be listed. A recording that cannot be repaired is one entry of the list
-/// and keeps none of the others from being repaired.
-pub fn repair_folder(folder: &Path) -> Result<Vec<Result<Repair, RepairError>>, RepairError> {
-    let entries = fs::read_dir(folder).and_then(Iterator::collect::<io::Result<Vec<_>>>);
-    let entries = entries.map_err(|source| RepairError::Read { path: folder.into(), source })?;
-    let is_candidate = |path: &PathBuf| {
-        path.is_file() && ![COPY_SUFFIX, DAMAGED_SUFFIX].iter().any(|suffix| path.to_string_lossy().ends_with(suffix))
-    };
-    let mut candidates: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).filter(is_candidate).collect();
-    candidates.sort();
-    let open_files = open_files();
-    candidates.retain(|path| path.canonicalize().is_ok_and(|path| !open_files.contains(&path)));
-    Ok(candidates.iter().map(|path| repair(path)).filter(is_news).collect())
-}
-
-/// The files that other processes have open, as far as this user may know: one that is being copied here is unfinished
-/// too, and not for us to finish.
-fn open_files() -> HashSet<PathBuf> {
-    let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
-    let others = processes.filter(|process| process.file_name() != *std::process::id().to_string());
-    let files = others.flat_map(|process| fs::read_dir(process.path().join("fd")).into_iter().flatten().flatten());
-    files.filter_map(|file| fs::read_link(file.path()).ok()).collect()
-}
-
-fn is_news(repair: &Result<Repair, RepairError>) -> bool {
-    match repair {
-        Ok(repair) => repair.was_unfinished,
-        // Most files in a folder are not for us to read.
-        Err(RepairError::Foreign { .. } | RepairError::InUse { .. } | RepairError::Read { .. }) => false,
-        Err(RepairError::Write { .. }) => true,
+    let file = File::open(path).map_err(failed)?;
+    match Records::new(&file).next().map_err(failed)? {
+        Some(Record::Header(Header { library, .. })) if library.starts_with(schema::LIBRARY_FAMILY) => Ok(file),
+        _ => Err(foreign()),
     }
 }
 
-fn is_ours(file: &File) -> io::Result<bool> {
-    let header = Records::new(file).next()?;
-    Ok(matches!(header, Some(Record::Header(Header { library, .. })) if library.starts_with(schema::LIBRARY_FAMILY)))
+/// The frames of a finished recording; `None` where it is unfinished.
+fn frames_of(file: &File, path: &Path) -> Result<Option<u64>, RepairError> {
+    frames_of_finished(file).map_err(|source| RepairError::Read { path: path.into(), source })
 }
 
-fn frames_in(summary: &mcap::Summary) -> u64 {
-    let count = |id: &u16| summary.stats.as_ref().and_then(|stats| stats.channel_message_counts.get(id)).copied();
-    summary.channels.iter().filter(|(_, channel)| channel.topic == schema::FRAMES).filter_map(|(id, _)| count(id)).sum()
+/// A file that no other repair and no recorder is at work on.
+pub(super) struct Locked(pub(super) File);
+
+impl Locked {
+    pub(super) fn take(file: File, path: &Path) -> Result<Self, RepairError> {
+        match file.try_lock() {
+            Ok(()) => Ok(Self(file)),
+            Err(fs::TryLockError::WouldBlock) => Err(RepairError::InUse { path: path.into() }),
+            Err(fs::TryLockError::Error(source)) => Err(RepairError::Read { path: path.into(), source }),
+        }
+    }
 }
 
-/// What was copied of a recording.
-struct Copied {
-    frames: u64,
-    skipped_bytes: u64,
-    is_damaged: bool,
+impl Drop for Locked {
+    fn drop(&mut self) {
+        // Closing alone would leave it locked where a child that is just being started has the file too.
+        let _ = self.0.unlock();
+    }
 }
 
-/// Returns what was copied, and where the old file is kept.
-fn replace_by_finished_copy(
-    file: File,
+fn finish_in_place(
+    file: &File,
     path: &Path,
-    progress: impl FnMut(u64),
-) -> Result<(Copied, Option<PathBuf>), RepairError> {
-    let [copy, damaged] = [COPY_SUFFIX, DAMAGED_SUFFIX].map(|suffix| {
-        let mut name = path.as_os_str().to_owned();
-        name.push(suffix);
-        PathBuf::from(name)
-    });
-    let replaced = write_finished_copy(file, &copy, progress).and_then(|copied| {
-        let kept = copied.is_damaged.then_some(damaged);
-        kept.as_ref().map_or(Ok(()), |damaged| fs::hard_link(path, damaged))?;
-        fs::rename(&copy, path)?;
-        File::open(folder_of(path))?.sync_all()?;
-        Ok((copied, kept))
-    });
-    replaced.map_err(|source| {
-        // The error that is on its way tells more than this one would; the next repair overwrites the copy.
-        let _ = fs::remove_file(&copy);
-        RepairError::Write { path: copy, source }
+    Survey { end, last_indexes, contents }: Survey,
+) -> Result<(), RepairError> {
+    let ending = contents.into_ending(end, &last_indexes);
+    let failed = |source: io::Error| match DiskSpace::around(file) {
+        Ok(DiskSpace { free_bytes, .. }) if is_disk_full(&source) => {
+            RepairError::DiskFull { path: path.into(), needed_bytes: ending.len() as u64, free_bytes }
+        }
+        _ => RepairError::Write { path: path.into(), source },
+    };
+    let there = bytes_there(file, end, &ending).map_err(failed)?;
+    match fallocate(file, FallocateFlags::KEEP_SIZE, end, ending.len() as u64) {
+        Err(full) if is_disk_full(&full.into()) => {
+            let error = failed(full.into());
+            // Gives back what was found of room. The file is as it was, whether this succeeds or not.
+            let _ = file.metadata().and_then(|metadata| file.set_len(metadata.len()));
+            return Err(error);
+        }
+        // A file system that reserves nothing: its full disk shows below.
+        _ => {}
+    }
+    append(file, end + there, &ending[there as usize..]).map_err(|error| {
+        // What is whole stays; a part of the ending would be cut off by the next repair just as well.
+        let _ = file.set_len(end + there);
+        failed(error)
     })
 }
 
-fn write_finished_copy(damaged: File, copy: &Path, mut progress: impl FnMut(u64)) -> McapResult<Copied> {
-    let file = File::create(copy)?;
-    file.set_permissions(damaged.metadata()?.permissions())?;
-    let sink = NoSeek::new(BufWriter::with_capacity(BUFFER_BYTES, file.try_clone()?));
-    let options = write_options(RecorderSettings::DEFAULT_COMPRESSION_LEVEL).chunk_size(Some(CHUNK_BYTES));
-    let mut writer = options.create(sink)?;
-    let mut records = Records::new(BufReader::with_capacity(BUFFER_BYTES, damaged));
-    let mut done_to = 0;
-    while let Some(record) = records.next()? {
-        copy_record(&mut writer, record)?;
-        if records.position() > done_to {
-            done_to = records.position();
-            progress(done_to);
+/// How many bytes of the ending are in the file already: message indexes, or what an earlier repair has written.
+fn bytes_there(file: &File, end: u64, ending: &[u8]) -> io::Result<u64> {
+    let mut there = 0;
+    let mut block = [0; 1 << 14];
+    loop {
+        let read = file.read_at(&mut block, end + there as u64)?;
+        let same = block[..read].iter().zip(&ending[there..]).take_while(|(old, new)| old == new).count();
+        there += same;
+        if same == 0 || same < read {
+            // The last byte is written in any case, so that a file is finished by `append` alone.
+            return Ok(there.min(ending.len() - MAGIC.len()) as u64);
         }
     }
-    let summary = writer.finish()?;
-    file.sync_all()?;
-    let skipped_bytes = records.skipped_bytes();
-    let is_damaged = skipped_bytes > 0 || records.ending() == Some(Ending::Damaged);
-    Ok(Copied { frames: frames_in(&summary), skipped_bytes, is_damaged })
 }
 
-fn copy_record<W: io::Write + Seek>(writer: &mut Writer<W>, record: Record<'_>) -> McapResult<()> {
-    match record {
-        Record::Schema { header, data } => {
-            writer.add_schema_with_id(header.id, &header.name, &header.encoding, &data).map(drop)
-        }
-        Record::Channel(channel) => writer
-            .add_channel_with_id(
-                channel.id,
-                channel.schema_id,
-                &channel.topic,
-                &channel.message_encoding,
-                &channel.metadata,
-            )
-            .map(drop),
-        Record::Message { header, data } => writer.write_to_known_channel(&header, &data),
-        Record::Metadata(metadata) => writer.write_metadata(&metadata),
-        // The writer makes its own header and indexes.
-        _ => Ok(()),
+/// Puts the last bytes of a file at `begin`, and cuts off whatever else is there. Only when all but the magic bytes are on
+/// the disk, those are written.
+fn append(file: &File, begin: u64, bytes: &[u8]) -> io::Result<()> {
+    let (but_magic, magic) = bytes.split_at(bytes.len() - MAGIC.len());
+    let magic_begin = begin + but_magic.len() as u64;
+    if file.metadata()?.len() > begin {
+        file.set_len(begin)?;
     }
+    file.write_all_at(but_magic, begin)?;
+    file.sync_data()?;
+    file.write_all_at(magic, magic_begin)?;
+    // Gives back the room that the recorder had reserved for more.
+    file.set_len(magic_begin + magic.len() as u64)?;
+    file.sync_data()
 }

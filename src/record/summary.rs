@@ -29,8 +29,9 @@ const LONGEST_RECORD_BYTES: u64 = 1 << 20;
 ///
 /// # Errors
 /// Where the file cannot be read.
-pub(super) fn frames_of_finished(file: &mut File) -> io::Result<Option<u64>> {
-    let Some(Summary { channels, statistics: Some(Statistics { channel_message_counts, .. }) }) = read(file)? else {
+pub(super) fn frames_of_finished(file: &File) -> io::Result<Option<u64>> {
+    let Some(Summary { channels, statistics: Some(Statistics { channel_message_counts, .. }), .. }) = read(file)?
+    else {
         return Ok(None);
     };
     let is_of_frames = |id: u16| channels.iter().any(|channel| channel.id == id && channel.topic == schema::FRAMES);
@@ -42,19 +43,29 @@ pub(super) fn frames_of_finished(file: &mut File) -> io::Result<Option<u64>> {
 ///
 /// # Errors
 /// Where the file cannot be read.
-pub(super) fn channels_of_finished(file: &mut File) -> io::Result<Vec<Channel>> {
+pub(super) fn channels_of_finished(file: &File) -> io::Result<Vec<Channel>> {
     Ok(read(file)?.map(|summary| summary.channels).unwrap_or_default())
+}
+
+/// The schemas of a finished recording, and then its channels; none where the file has no whole summary.
+///
+/// # Errors
+/// Where the file cannot be read.
+pub(super) fn declared_in_finished(file: &File) -> io::Result<Vec<Record<'static>>> {
+    let Summary { schemas, channels, .. } = read(file)?.unwrap_or_default();
+    Ok(schemas.into_iter().chain(channels.into_iter().map(Record::Channel)).collect())
 }
 
 /// What is needed of a summary.
 #[derive(Default)]
 struct Summary {
+    schemas: Vec<Record<'static>>,
     channels: Vec<Channel>,
     statistics: Option<Statistics>,
 }
 
 /// Reads the summary; `None` where the file has no whole one.
-fn read(file: &mut File) -> io::Result<Option<Summary>> {
+fn read(mut file: &File) -> io::Result<Option<Summary>> {
     let Some(section) = Section::find(file)? else { return Ok(None) };
     if !section.is_sound(file)? {
         return Ok(None);
@@ -74,7 +85,7 @@ struct Section {
 }
 
 impl Section {
-    fn find(file: &mut File) -> io::Result<Option<Self>> {
+    fn find(mut file: &File) -> io::Result<Option<Self>> {
         let Some(end_begin) = file.seek(SeekFrom::End(0))?.checked_sub(END_BYTES) else { return Ok(None) };
         file.seek(SeekFrom::Start(end_begin))?;
         let (mut end, mut checksum, mut magic) = ([0; END_CHECKED_BYTES], [0; 4], [0; MAGIC.len()]);
@@ -90,7 +101,7 @@ impl Section {
     }
 
     /// Whether its checksum is right, where it has one.
-    fn is_sound(&self, file: &mut File) -> io::Result<bool> {
+    fn is_sound(&self, mut file: &File) -> io::Result<bool> {
         if self.checksum == 0 {
             return Ok(true);
         }
@@ -118,7 +129,7 @@ fn read_records<R: Read>(summary: &mut io::Take<R>) -> io::Result<Option<Summary
         }
         summary.read_exact(&mut head)?;
         let (opcode, length) = (head[0], u64_at(&head, 1));
-        let is_needed = matches!(opcode, op::CHANNEL | op::STATISTICS);
+        let is_needed = matches!(opcode, op::SCHEMA | op::CHANNEL | op::STATISTICS);
         if length > summary.limit() || is_needed && length > LONGEST_RECORD_BYTES {
             return Ok(None);
         }
@@ -130,6 +141,7 @@ fn read_records<R: Read>(summary: &mut io::Take<R>) -> io::Result<Option<Summary
         let mut body = Vec::new();
         rest.read_to_end(&mut body)?;
         match mcap::parse_record(opcode, &body) {
+            Ok(schema @ Record::Schema { .. }) => read.schemas.push(schema.into_owned()),
             Ok(Record::Channel(channel)) => read.channels.push(channel),
             Ok(Record::Statistics(statistics)) => read.statistics = Some(statistics),
             Ok(_) => {}

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use bench_dragon::record::cdr::encode_frame;
-use bench_dragon::record::{FrameReader, ReadError, RepairError, repair};
+use bench_dragon::record::{FrameReader, ReadError, RepairError, repair, repair_checked};
 use bench_dragon::replay::pace::Pace;
 
 /// More frames than this are not kept for comparison.
@@ -21,17 +21,28 @@ pub(crate) fn check(input: &[u8]) {
     fs::write(&path, input).expect("a file");
     let before = read(&path);
     match repair(&path) {
-        Ok(repaired) if repaired.was_unfinished => {
-            assert!(!repair(&path).expect("a finished recording").was_unfinished, "a repaired recording is finished");
-            if let Ok(before) = before {
-                assert!(read(&path).expect("a repaired recording is readable") == before, "repair keeps every frame");
-            }
-        }
+        Ok(repaired) if repaired.was_unfinished => check_finished(&path, &before),
         Ok(_) => {}
-        Err(RepairError::Foreign { .. } | RepairError::Write { .. }) => {
+        Err(RepairError::Foreign { .. } | RepairError::Damaged { .. }) => {
             assert!(fs::read(&path).expect("the file is still there") == input, "it is as it was");
         }
         Err(error) => panic!("the disk is in order, yet {error}"),
+    }
+    fs::write(&path, input).expect("a file");
+    match repair_checked(&path, |_| ()) {
+        Ok(_) => check_finished(&path, &before),
+        Err(RepairError::Foreign { .. } | RepairError::Write { .. }) => {
+            assert!(read(&path).ok() == before.ok(), "it is as it was, but for an index");
+        }
+        Err(error) => panic!("the disk is in order, yet {error}"),
+    }
+}
+
+/// A repaired recording is finished, and has every frame that was read before.
+fn check_finished(path: &Path, before: &Result<Vec<Vec<u8>>, ReadError>) {
+    assert!(!repair(path).expect("a finished recording").was_unfinished, "a repaired recording is finished");
+    if let Ok(before) = before {
+        assert!(read(path).expect("a repaired recording is readable") == *before, "repair keeps every frame");
     }
 }
 

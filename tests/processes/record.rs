@@ -1,6 +1,6 @@
 //! The recorder's process: every frame, bit for bit, whatever happens to it.
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::Path;
 
 use bench_dragon::record::FrameReader;
@@ -91,6 +91,83 @@ fn the_next_recorder_in_a_folder_finishes_what_a_killed_one_left() {
     }
     assert_eq!(read(&stage.path("a.mcap")).0.len(), frames);
     server.stop();
+}
+
+/// Longer than anything here by far: the zeros that a repair has to look through.
+const ZERO_BYTES: u64 = 1 << 40;
+
+#[test]
+fn a_recording_begins_and_ends_while_the_repair_of_another_takes_its_time() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "200"]);
+    let killed = stage.start(&["record", "a.mcap"]);
+    await_frames(&stage.path("a.mcap"));
+    killed.kill();
+    let frames = read(&stage.path("a.mcap")).0;
+    let file = File::options().write(true).open(stage.path("a.mcap")).expect("the recording");
+    let length = file.metadata().expect("its length").len();
+    file.set_len(length + ZERO_BYTES).expect("a file system that keeps no zeros");
+
+    let recorder = stage.start(&["record", "b.mcap"]);
+    await_frames(&stage.path("b.mcap"));
+    recorder.terminate().expect_clean();
+    assert!(!read(&stage.path("b.mcap")).1, "b.mcap is whole");
+    assert_eq!(file.metadata().expect("its length").len(), length + ZERO_BYTES, "its repair was still under way");
+    file.set_len(length + 5_000).expect("a shorter file");
+    let repaired = stage.run(&["record", "--repair", "a.mcap"]).expect_clean().stdout;
+    assert_eq!(repaired, format!("a.mcap finished: {} frames\n", frames.len()));
+    assert_eq!(read(&stage.path("a.mcap")), (frames, false));
+    server.stop();
+}
+
+#[test]
+fn a_recorder_finishes_the_unfinished_file_whose_name_it_was_given_and_refuses_it() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "200"]);
+    let killed = stage.start(&["record", "a.mcap"]);
+    await_frames(&stage.path("a.mcap"));
+    killed.kill();
+    let (frames, was_cut) = read(&stage.path("a.mcap"));
+    assert!(was_cut);
+    let refused = stage.run(&["record", "a.mcap"]);
+    assert_eq!(refused.code(), Some(2));
+    let finished = format!("finished a.mcap, which a killed recorder left: {} frames", frames.len());
+    assert!(refused.stderr.replace("./", "").contains(&finished), "{}", refused.stderr);
+    assert!(refused.stderr.contains("error: a.mcap exists already and is not overwritten"), "{}", refused.stderr);
+    assert_eq!(read(&stage.path("a.mcap")), (frames, false));
+    server.stop();
+}
+
+#[test]
+fn damage_is_found_by_a_check_and_never_cut_off() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "1000", "--until", "1", "--readers", "1"]);
+    let recorder = stage.start(&["record", "a.mcap"]);
+    server.summary();
+    recorder.terminate().expect_clean();
+    let check = ["record", "--repair", "--check", "a.mcap"];
+    let sound = "a.mcap was finished already: 1001 frames; every chunk of it was read and is sound\n";
+    assert_eq!(stage.run(&check).expect_clean().stdout, sound);
+
+    let whole = fs::read(stage.path("a.mcap")).expect("the recording");
+    let chunks = mcap::Summary::read(&whole).expect("a summary").expect("an index").chunk_indexes;
+    let chunk = &chunks[chunks.len() / 2];
+    let mut damaged = whole[..whole.len() - 1].to_vec();
+    damaged[chunk.chunk_start_offset as usize + 3] ^= 1; // its length
+    fs::write(stage.path("a.mcap"), &damaged).expect("a damaged recording");
+    let refused = stage.run(&["record", "--repair", "a.mcap"]);
+    assert_eq!(refused.code(), Some(2));
+    let at = chunk.chunk_start_offset;
+    let advice = "`record --repair --check` saves what can be read, and needs as much free disk as the file is large";
+    assert_eq!(refused.stderr, format!("error: a.mcap is damaged at byte {at}: {advice}\n"));
+    assert!(fs::read(stage.path("a.mcap")).expect("the recording") == damaged, "it is as it was");
+
+    let checked = stage.run(&[&check[..], &["--format", "json"]].concat()).expect_clean().last_json();
+    assert_eq!(checked["repaired"], true);
+    let kept = checked["kept"].as_str().expect("the old file's name");
+    assert!(kept.ends_with("/a.mcap.damaged") && fs::read(kept).expect("the old file") == damaged, "{kept}");
+    let (frames, was_cut) = read(&stage.path("a.mcap"));
+    assert!(!was_cut && checked["frames"] == frames.len() && frames.len() < 1001, "{checked}");
 }
 
 #[test]

@@ -2,11 +2,12 @@
 
 use std::{
     env, fs,
+    io::{self, Write as _},
     path::{Path, PathBuf},
     process::Command,
 };
 
-use bench_dragon::record::{Kept, RecordError, Recorder, repair};
+use bench_dragon::record::{Kept, RecordError, Recorder, RepairError, repair};
 use tempfile::tempdir;
 
 use crate::{
@@ -67,7 +68,45 @@ fn process_on_a_small_disk() {
 }
 
 #[test]
+#[ignore = "the process that a test below gives a small disk"]
+fn process_that_repairs_on_a_full_disk() {
+    let folder = folder_from_starter();
+    let frames = dance::frames(100, BENCHES);
+    let path = dance::record(dance::settings(&folder), &frames);
+    let finished = fs::read(&path).expect("the recording");
+    let summary_start = mcap::read::footer(&finished).expect("a footer").summary_start as usize;
+    // The index needs more than the file's last page has room for; its end is torn.
+    fs::write(&path, &finished[..summary_start + 40]).expect("an unfinished recording");
+    let unfinished = fs::read(&path).expect("the recording");
+    let mut filler = fs::File::create(folder.join("filler")).expect("a file");
+    let full = (0..).find_map(|_| filler.write_all(&[1; 4096]).err()).expect("a small disk");
+    assert_eq!(full.kind(), io::ErrorKind::StorageFull);
+    for _ in 0..2 {
+        let error = repair(&path).expect_err("a full disk");
+        assert!(matches!(error, RepairError::DiskFull { .. }), "{error:?}");
+        let text = error.to_string();
+        assert!(text.contains("the disk is full") && text.contains(path.to_str().expect("a path of text")), "{text}");
+        assert!(fs::read(&path).expect("the recording") == unfinished, "it is as it was");
+    }
+    // An open file keeps its room.
+    drop(filler);
+    fs::remove_file(folder.join("filler")).expect("the filler");
+    assert_eq!(repair(&path).expect("a repair").frames, 100);
+    dance::assert_same(&dance::read(&path).0, &frames);
+}
+
+#[test]
+fn a_repair_on_a_full_disk_is_a_clear_error_changes_nothing_and_can_be_repeated() {
+    on_a_small_disk("full_disk::process_that_repairs_on_a_full_disk");
+}
+
+#[test]
 fn a_full_disk_is_a_clear_error_and_leaves_a_finished_file() {
+    on_a_small_disk("full_disk::process_on_a_small_disk");
+}
+
+/// Runs one of the ignored tests here on a disk of its own.
+fn on_a_small_disk(test: &str) {
     let folder = tempdir().expect("a folder");
     let own_mounts = ["--user", "--map-root-user", "--mount"];
     let trial =
@@ -76,7 +115,7 @@ fn a_full_disk_is_a_clear_error_and_leaves_a_finished_file() {
         return;
     }
     let arguments = [&own_mounts[..], &["sh", "-c", ON_A_SMALL_DISK]].concat();
-    run("unshare", &arguments, "full_disk::process_on_a_small_disk", folder.path());
+    run("unshare", &arguments, test, folder.path());
     assert!(folder.path().read_dir().expect("a folder").next().is_none(), "the disk vanished with its process");
 }
 

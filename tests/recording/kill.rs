@@ -3,9 +3,11 @@
 use std::{
     env,
     ffi::OsStr,
+    fs,
     io::{self, Write},
+    os::unix::process::ExitStatusExt as _,
     path::Path,
-    process::Command,
+    process::{Command, Stdio},
 };
 
 use bench_dragon::record::{Recorder, repair};
@@ -15,6 +17,7 @@ use crate::{
     dance::{self, BENCHES},
     eventually::eventually,
     process::Process,
+    skip::is_possible,
 };
 
 /// Tells a test that plays a recording process where to record.
@@ -61,4 +64,54 @@ fn frames_reach_the_file_without_further_frames_and_outlive_a_kill() {
     dance::assert_same(&recorded, &dance::frames(FRAMES, BENCHES));
     assert_eq!(repair(&path).expect("a repair").frames, FRAMES);
     assert!(dance::summary(&path).is_some(), "an index");
+}
+
+#[test]
+#[ignore = "the process that the next test has killed"]
+fn repairing_process() {
+    let folder = env::var_os(FOLDER).expect("a folder from the test that starts this process");
+    repair(&Path::new(&folder).join("show.mcap")).expect("a repair");
+}
+
+#[test]
+fn a_repair_that_is_killed_at_some_byte_loses_nothing_and_is_repeated() {
+    const KILLS: u64 = 40;
+    if !is_possible(&["prlimit", "--fsize=100", "--core=0"]) {
+        return;
+    }
+    let folder = tempdir().expect("a folder");
+    let frames = dance::frames(FRAMES, BENCHES);
+    let path = dance::record(dance::settings(folder.path()), &frames);
+    let finished = fs::read(&path).expect("the recording");
+    let data_end = mcap::read::footer(&finished).expect("a footer").summary_start - 13;
+    let mut killed = 0;
+    for kill in 0..KILLS {
+        fs::write(&path, &finished[..data_end as usize]).expect("an unfinished recording");
+        // Spread over all that is written, and one over the last byte. What goes beyond a file's largest size ends a process
+        // that has not asked for an error instead.
+        let at = data_end + (finished.len() as u64 - data_end) * kill / (KILLS - 1);
+        let status = Command::new("prlimit")
+            .args([format!("--fsize={at}"), "--core=0".to_owned()])
+            .arg(env::current_exe().expect("this program"))
+            .args(arguments("kill::repairing_process"))
+            .env(FOLDER, folder.path())
+            .stdout(Stdio::null())
+            .status()
+            .expect("prlimit is there, of util-linux");
+        if at < finished.len() as u64 {
+            assert!(status.signal().is_some(), "byte {at}: {status}");
+            let length = fs::metadata(&path).expect("the recording").len();
+            assert_eq!(length, at, "it was killed in the middle of writing");
+            killed += 1;
+        }
+        dance::assert_same(&dance::read(&path).0, &frames);
+        let repaired = repair(&path).expect("a repair");
+        assert_eq!((repaired.frames, repaired.was_unfinished), (FRAMES, at < finished.len() as u64), "byte {at}");
+        dance::assert_same(&dance::read(&path).0, &frames);
+        assert_eq!(
+            dance::summary(&path).and_then(|summary| summary.stats).map(|stats| stats.message_count > FRAMES),
+            Some(true)
+        );
+    }
+    assert_eq!(killed, KILLS - 1);
 }

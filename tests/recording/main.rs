@@ -5,6 +5,7 @@ mod dance;
 #[allow(dead_code, reason = "these tests use a part of it")]
 mod eventually;
 mod full_disk;
+mod in_place;
 mod kill;
 mod lossless;
 #[path = "../processes/process.rs"]

@@ -8,7 +8,9 @@ use std::{
     sync::LazyLock,
 };
 
-use bench_dragon::record::{FrameReader, Recorder, RecorderSettings, RepairError, repair, repair_folder};
+use bench_dragon::record::{
+    FrameReader, Recorder, RecorderSettings, RepairError, repair, repair_checked, repair_folder,
+};
 use proptest::prelude::*;
 use tempfile::{TempDir, tempdir};
 
@@ -117,7 +119,7 @@ fn a_damaged_chunk_costs_its_own_frames_and_the_old_file_is_kept() {
     let chunk_bytes = chunk.chunk_length - RECORD_HEAD_BYTES;
     assert_eq!(reader.skipped_bytes(), chunk_bytes);
 
-    let repaired = repair(&path).expect("a repair");
+    let repaired = repair_checked(&path, |_| ()).expect("a repair");
     assert_eq!((repaired.frames, repaired.skipped_bytes), (expected.len() as u64, chunk_bytes));
     assert!(fs::read(repaired.kept.expect("damage inside")).expect("the old file") == bytes);
     dance::assert_same(&dance::read(&path).0, &expected);
@@ -148,7 +150,10 @@ fn a_recording_whose_records_can_no_longer_be_followed_ends_there_and_is_kept() 
     let (recorded, was_cut) = dance::read(&path);
     assert!(was_cut);
     dance::assert_same(&recorded, expected);
-    let repaired = repair(&path).expect("a repair");
+    let error = repair(&path).expect_err("there may be more behind the damage");
+    assert!(matches!(error, RepairError::Damaged { at_byte, .. } if at_byte == chunk.chunk_start_offset), "{error}");
+    assert!(fs::read(&path).expect("the recording") == bytes, "nothing is cut off");
+    let repaired = repair_checked(&path, |_| ()).expect("a repair");
     assert_eq!((repaired.frames, repaired.skipped_bytes), (expected.len() as u64, 0));
     assert!(fs::read(repaired.kept.expect("more behind the damage")).expect("the old file") == bytes);
 }
@@ -245,10 +250,66 @@ fn a_recording_that_another_process_has_open_is_left_alone() {
 }
 
 #[test]
-fn a_recording_that_cannot_be_repaired_stays_as_it_is() {
+fn a_damaged_recording_that_cannot_be_copied_stays_as_it_is() {
     let (folder, path) = ORIGINAL.cut_at(ORIGINAL.bytes.len() / 2);
+    let mut bytes = fs::read(&path).expect("the recording");
+    bytes[(ORIGINAL.chunks[2].chunk_start_offset + ORIGINAL.chunks[2].chunk_length / 2) as usize] ^= 0xff;
+    fs::write(&path, &bytes).expect("a damaged recording");
     fs::create_dir(folder.path().join("show.mcap.repairing")).expect("something in the way of the copy");
-    let error = repair(&path).expect_err("no room for the copy");
+    let error = repair_checked(&path, |_| ()).expect_err("no room for the copy");
     assert!(matches!(error, RepairError::Write { .. }), "{error}");
-    assert!(fs::read(&path).expect("the recording") == ORIGINAL.bytes[..ORIGINAL.bytes.len() / 2]);
+    assert!(fs::read(&path).expect("the recording") == bytes);
+}
+
+#[test]
+fn damage_in_the_first_chunk_costs_its_one_frame() {
+    let first = &ORIGINAL.chunks[0];
+    // Finished, its summary declares the channels; unfinished, this version knows which they are.
+    for length in [ORIGINAL.bytes.len(), ORIGINAL.chunks[6].chunk_start_offset as usize] {
+        let (_folder, path) = ORIGINAL.cut_at(length);
+        let mut bytes = fs::read(&path).expect("the recording");
+        bytes[(first.chunk_start_offset + first.chunk_length / 2) as usize] ^= 0xff;
+        fs::write(&path, &bytes).expect("a damaged recording");
+        let repaired = repair_checked(&path, |_| ()).expect("a repair");
+        assert_eq!(repaired.skipped_bytes, first.chunk_length - RECORD_HEAD_BYTES);
+        assert!(fs::read(repaired.kept.expect("damage inside")).expect("the old file") == bytes);
+        dance::assert_same(&dance::read(&path).0, &ORIGINAL.frames_within(length)[1..]);
+    }
+}
+
+#[test]
+fn damage_in_a_finished_recording_is_found_by_a_check_alone() {
+    let (folder, path) = ORIGINAL.cut_at(ORIGINAL.bytes.len());
+    for chunk in &ORIGINAL.chunks[3..5] {
+        let mut bytes = fs::read(&path).expect("the recording");
+        let middle = (chunk.chunk_start_offset + chunk.chunk_length / 2) as usize;
+        bytes[middle] ^= 0xff;
+        fs::write(&path, &bytes).expect("a damaged recording");
+        assert!(!repair(&path).expect("a finished recording").was_unfinished);
+        let repaired = repair_checked(&path, |_| ()).expect("a repair");
+        assert!(fs::read(repaired.kept.expect("damage inside")).expect("the old file") == bytes);
+        assert_eq!(dance::read(&path).0.len() as u64, repaired.frames);
+    }
+    let mut names: Vec<_> =
+        fs::read_dir(folder.path()).expect("the folder").map(|entry| entry.expect("a file").file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["show.mcap", "show.mcap.2.damaged", "show.mcap.damaged"]);
+}
+
+#[test]
+fn a_check_of_a_sound_recording_changes_no_more_than_a_repair() {
+    for length in [ORIGINAL.bytes.len(), ORIGINAL.bytes.len() / 2] {
+        let (folder, path) = ORIGINAL.cut_at(length);
+        let (_other, repaired) = ORIGINAL.cut_at(length);
+        let expected = repair(&repaired).expect("a repair");
+        let mut last_bytes = 0;
+        let checked = repair_checked(&path, |bytes| last_bytes = bytes).expect("a check");
+        assert_eq!(
+            (checked.frames, checked.was_unfinished, checked.kept),
+            (expected.frames, expected.was_unfinished, None)
+        );
+        assert!(fs::read(&path).expect("the recording") == fs::read(&repaired).expect("the repaired recording"));
+        assert!(last_bytes > length as u64 / 2, "{last_bytes} of {length} bytes were reported");
+        assert_eq!(fs::read_dir(folder.path()).expect("the folder").count(), 1);
+    }
 }

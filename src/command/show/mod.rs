@@ -21,7 +21,6 @@ use crate::command::{CONTACT, timecode};
 
 mod account;
 mod also;
-mod background_repair;
 mod bus;
 mod children;
 mod folder;

@@ -5,8 +5,7 @@ use std::path::PathBuf;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::Duration;
 
-use super::background_repair::BackgroundRepair;
-use bench_dragon::record::{Repair, RepairError};
+use bench_dragon::record::{BackgroundRepair, Repair, RepairError};
 
 /// How long the end of a show waits for its files to be finished.
 const PATIENCE: Duration = Duration::from_secs(30);
