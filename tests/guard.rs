@@ -45,6 +45,7 @@ impl<'a> Rehearsal<'a> {
             first_s: config.start_s(),
             last_s: config.end_s(),
             guarded_run: Some(RUN_ID),
+            most_jumped: config.most_jumped(),
             ..MotionPlan::plain(config.tick_s(), start_travel_m, dragon.end_travel_m())
         };
         Self {
@@ -69,9 +70,16 @@ impl<'a> Rehearsal<'a> {
 
     /// One tick, and what the guard makes of an earlier one.
     fn play(&mut self) -> HeadState {
+        self.play_after(0)
+    }
+
+    /// The same after missed releases.
+    fn play_after(&mut self, missed: u64) -> HeadState {
+        self.motion.miss(missed);
         self.motion.advance();
         let head = self.motion.head();
-        let header = head.header(RUN_ID, self.tick, 0, self.config.time_scale(), 0);
+        let time_scale = self.config.time_scale() * self.motion.catch_up().pace();
+        let header = head.header(RUN_ID, self.tick, 0, time_scale, 0);
         self.tick += 1;
         self.leg_m[1] = head.travel_m;
         self.late.push_back((header, self.motion.limits().asked_m));
@@ -181,6 +189,8 @@ enum Event {
     GuardRestart,
     Hold,
     Release,
+    /// So many releases missed.
+    Miss(u64),
 }
 
 fn events() -> impl Strategy<Value = Events> {
@@ -190,6 +200,7 @@ fn events() -> impl Strategy<Value = Events> {
         Just(Event::GuardRestart),
         Just(Event::Hold),
         Just(Event::Release),
+        (1..400_u64).prop_map(Event::Miss),
     ];
     prop::collection::vec((0..400_u32, event), 0..8)
 }
@@ -222,6 +233,9 @@ proptest! {
                 Event::Speed(speed_mps) => rehearsal.motion.request(Request::Speed { speed_mps }).expect("it is in range"),
                 Event::Hold => rehearsal.motion.request(Request::Hold).expect("hold is always accepted"),
                 Event::Release => rehearsal.release(),
+                Event::Miss(missed) => {
+                    rehearsal.play_after(missed);
+                }
             }
         }
         rehearsal.release();
@@ -281,5 +295,28 @@ fn large_steps_do_not_make_a_guarded_head_stop_at_every_tick() {
             assert_eq!(next.state, ShowState::Running, "{rate_hz} Hz, {time_scale} times");
             assert!((next.travel_m - expected_m).abs() < 1e-9, "{rate_hz} Hz, {time_scale} times: {next:?}");
         }
+    }
+}
+
+#[test]
+fn jumps_over_missed_releases_do_not_make_a_guarded_head_rest() {
+    for (rate_hz, time_scale, catch_up_s) in [(1000, 1.0, 0.25), (1000, 400.0, 0.25), (50, 20.0, 2.0), (7, 1.0, 10.0)] {
+        let text = format!(
+            "[serve]\nrate_hz = {rate_hz}\ntime_scale = {time_scale:?}\ncatch_up_s = {catch_up_s}\n[monitor]\nguard = true\n"
+        );
+        let config = Config::from_toml(&text).expect("a valid configuration");
+        let mut rehearsal = Rehearsal::new(&config, 0.0, 1);
+        while rehearsal.play().state == ShowState::Held {}
+        let mut last = rehearsal.play();
+        // As far as the show is free.
+        let jumps = (300.0 / (config.tick_s() * (config.most_jumped() + 1) as f64)).min(20.0) as u32;
+        for _ in 0..jumps {
+            let next = rehearsal.play_after(config.most_jumped());
+            let step_m = config.tick_s() * (config.most_jumped() + 1) as f64;
+            assert_eq!(next.state, ShowState::Running, "{text}: at {} m", next.travel_m);
+            assert!((next.travel_m - last.travel_m - step_m).abs() < 1e-9, "{text}: {last:?} {next:?}");
+            last = next;
+        }
+        assert!(jumps > 1);
     }
 }

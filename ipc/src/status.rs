@@ -8,7 +8,7 @@ use crate::time_histogram::TimeHistogram;
 /// How the server keeps its schedule. Published ten times a second and once more at the end.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("bench_dragon.Status.v2")]
+#[type_name("bench_dragon.Status.v3")]
 pub struct Status {
     /// Run that this is about.
     pub run_id: u64,
@@ -16,8 +16,14 @@ pub struct Status {
     pub tick: u64,
     /// Show time of that tick in nanoseconds.
     pub sim_time_ns: i64,
-    /// Releases that were missed since the start of the run, each a whole period by which the show is late.
+    /// Releases that were missed since the start of the run. The show jumps a few of them; it is behind by those of a longer
+    /// standstill.
     pub overruns: u64,
+    /// How far the show is behind the clock, in nanoseconds of wall time: what is left of standstills, which the show makes
+    /// up for.
+    pub behind_ns: u64,
+    /// The furthest that the show has been behind since the start of the run, in nanoseconds of wall time.
+    pub most_behind_ns: u64,
     /// Lateness of the releases since the start of the run, from when each was due to the start of its tick: median, in
     /// nanoseconds. Percentiles are those of the histogram, so at most 1/32 too much.
     pub lateness_p50_ns: u64,
@@ -54,7 +60,7 @@ pub struct Status {
     pub tick_time: TimeHistogram,
 }
 
-const _: () = assert!(size_of::<Status>() == 128 + 2 * size_of::<TimeHistogram>() && align_of::<Status>() == 8);
+const _: () = assert!(size_of::<Status>() == 144 + 2 * size_of::<TimeHistogram>() && align_of::<Status>() == 8);
 
 impl Status {
     /// The value of a travel that there is none of: not a number.

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use bench_dragon::config::Priority;
 use clap::{Args, ValueHint};
 
-use super::value::{cpu, finite, listen_address, priority, rate, readers, spin, time_scale};
+use super::value::{catch_up, cpu, finite, listen_address, priority, rate, readers, spin, time_scale};
 use super::{BusArgs, ConfigArgs, FormatArgs, TimecodeArgs};
 
 /// How a server paces.
@@ -18,6 +18,9 @@ pub(crate) struct PaceArgs {
     /// Show seconds per wall-clock second, 0.001 to 1000.
     #[arg(long, value_name = "FACTOR", allow_negative_numbers = true, value_parser = time_scale)]
     pub(crate) time_scale: Option<f64>,
+    /// Wall-clock seconds that a show jumps at once when releases were missed, 0 to 10; a longer standstill is made up slowly.
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = catch_up)]
+    pub(crate) catch_up: Option<f64>,
     /// Show time in seconds to start at [default: the run's start].
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) start_at: Option<f64>,

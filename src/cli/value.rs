@@ -5,7 +5,7 @@ use std::net::SocketAddr;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-use bench_dragon::config::{CPU, Priority, PriorityError, RATE_HZ, SPIN_US, TIME_SCALE};
+use bench_dragon::config::{CATCH_UP_S, CPU, Priority, PriorityError, RATE_HZ, SPIN_US, TIME_SCALE};
 use bench_dragon::replay::RATE;
 use bench_dragon_ipc::service::MAX_READERS;
 use bench_dragon_ipc::{Instance, Request};
@@ -59,6 +59,10 @@ pub(super) fn spin(text: &str) -> Result<u32, String> {
 
 pub(super) fn time_scale(text: &str) -> Result<f64, String> {
     within(text, &TIME_SCALE)
+}
+
+pub(super) fn catch_up(text: &str) -> Result<f64, String> {
+    within(text, &CATCH_UP_S)
 }
 
 pub(super) fn play_rate(text: &str) -> Result<f64, String> {

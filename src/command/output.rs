@@ -51,3 +51,11 @@ pub(crate) fn complain_of_flaws(recording: &Path, Flaws { cut, skipped_bytes }: 
 pub(crate) fn percentiles(Percentiles { p50, p99, p999, max }: Percentiles) -> String {
     format!("p50 {p50:.1} p99 {p99:.1} p99.9 {p999:.1} max {max:.1}")
 }
+
+/// How far a show was behind the clock, behind the count of its overruns; nothing where it kept time.
+pub(crate) fn behind(behind_s: f64, most_behind_s: f64) -> String {
+    if most_behind_s == 0.0 {
+        return String::new();
+    }
+    format!(", at most {most_behind_s:.3} s behind, {behind_s:.3} s at the end")
+}

@@ -13,7 +13,7 @@ use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{Domain, Request};
 
 use crate::cli::{ConfigArgs, Format, PaceArgs, RealTimeArgs, ServeArgs};
-use crate::command::output::{complain, percentiles, print_json, print_line};
+use crate::command::output::{behind, complain, percentiles, print_json, print_line};
 use crate::command::timecode::{Awaited, Followed};
 use crate::command::{BadInput, load_config};
 
@@ -35,7 +35,8 @@ pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
 /// The configuration with the flags over it, for a server on this machine.
 pub(crate) fn configure(args: &ConfigArgs, pace: &PaceArgs, guard: bool) -> anyhow::Result<Config> {
     let RealTimeArgs { cpu, priority, spin_us } = pace.real_time;
-    let overrides = Overrides { rate_hz: pace.rate, time_scale: pace.time_scale, cpu, priority, spin_us, guard };
+    let PaceArgs { rate: rate_hz, time_scale, catch_up: catch_up_s, .. } = *pace;
+    let overrides = Overrides { rate_hz, time_scale, catch_up_s, cpu, priority, spin_us, guard };
     let config = load_config(args, overrides)?;
     check_cpu(&config)?;
     Ok(config)
@@ -129,9 +130,10 @@ fn print_summary(format: Format, summary: ServerSummary) -> anyhow::Result<()> {
     if format == Format::Json {
         return print_json(&ServeLine::Summary(summary));
     }
-    let ServerSummary { frames, sim_time_s, overruns, lateness_us, tick_us, .. } = summary;
+    let ServerSummary { frames, sim_time_s, overruns, behind_s, most_behind_s, lateness_us, tick_us, .. } = summary;
     print_line(format_args!(
-        "{frames} frames to {sim_time_s:.6} s, {overruns} overruns, lateness {}, tick {} \u{b5}s",
+        "{frames} frames to {sim_time_s:.6} s, {overruns} overruns{}, lateness {}, tick {} \u{b5}s",
+        behind(behind_s, most_behind_s),
         percentiles(lateness_us),
         percentiles(tick_us)
     ))?;

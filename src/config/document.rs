@@ -54,6 +54,7 @@ pub(super) struct ServeTable {
     pub(super) cpu: Option<u32>,
     pub(super) priority: Priority,
     pub(super) spin_us: u32,
+    pub(super) catch_up_s: f64,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -98,7 +99,7 @@ impl Default for HeadTable {
 
 impl Default for ServeTable {
     fn default() -> Self {
-        Self { rate_hz: 1000, time_scale: 1.0, cpu: None, priority: Priority::Other, spin_us: 0 }
+        Self { rate_hz: 1000, time_scale: 1.0, cpu: None, priority: Priority::Other, spin_us: 0, catch_up_s: 0.25 }
     }
 }
 

@@ -30,6 +30,8 @@ pub const TIME_SCALE: RangeInclusive<f64> = 0.001..=1000.0;
 pub const CPU: RangeInclusive<u32> = 0..=1023;
 /// Microseconds that a server may spin before each release.
 pub const SPIN_US: RangeInclusive<u32> = 0..=1000;
+/// Seconds that a server may be told to jump in one go.
+pub const CATCH_UP_S: RangeInclusive<f64> = 0.0..=10.0;
 /// Speeds of the head that a show may be planned with, in metres per show second.
 pub const HEAD_SPEED_MPS: RangeInclusive<f64> = 0.001..=10.0;
 /// Greatest accelerations of the head that a show may be planned with, in m/s².
@@ -49,6 +51,8 @@ pub struct Overrides {
     pub rate_hz: Option<u32>,
     /// Show seconds per wall-clock second.
     pub time_scale: Option<f64>,
+    /// Seconds that a show may jump at once.
+    pub catch_up_s: Option<f64>,
     /// The processor that the server's loop runs on.
     pub cpu: Option<u32>,
     /// How the kernel schedules the server's loop.
@@ -135,6 +139,18 @@ impl Config {
         self.document.serve.spin_us
     }
 
+    /// Wall time in seconds: a show that stood still for no longer jumps to where it should be; after a longer standstill it
+    /// makes up for it slowly.
+    pub fn catch_up_s(&self) -> f64 {
+        self.document.serve.catch_up_s
+    }
+
+    /// Releases that a show may miss in one go and jump.
+    pub fn most_jumped(&self) -> u64 {
+        // The product may be rounded down from a whole number.
+        (self.catch_up_s() * f64::from(self.rate_hz()) * (1.0 + 2.0 * f64::EPSILON)) as u64
+    }
+
     /// Clearance in metres from which on the monitor warns.
     pub fn near_m(&self) -> f64 {
         self.document.monitor.near_m
@@ -196,6 +212,7 @@ impl Config {
         let serve = &mut document.serve;
         serve.rate_hz = overrides.rate_hz.unwrap_or(serve.rate_hz);
         serve.time_scale = overrides.time_scale.unwrap_or(serve.time_scale);
+        serve.catch_up_s = overrides.catch_up_s.unwrap_or(serve.catch_up_s);
         serve.cpu = overrides.cpu.or(serve.cpu);
         serve.priority = overrides.priority.unwrap_or(serve.priority);
         serve.spin_us = overrides.spin_us.unwrap_or(serve.spin_us);
@@ -203,6 +220,7 @@ impl Config {
         require("serve", "time_scale", serve.time_scale, &TIME_SCALE)?;
         serve.cpu.map_or(Ok(()), |cpu| require_whole("serve", "cpu", cpu, &CPU))?;
         require_whole("serve", "spin_us", serve.spin_us, &SPIN_US)?;
+        require("serve", "catch_up_s", serve.catch_up_s, &CATCH_UP_S)?;
         document.monitor.guard |= overrides.guard;
         require("head", "speed_mps", document.head.speed_mps, &HEAD_SPEED_MPS)?;
         if let Some(accel_mps2) = document.head.accel_mps2 {
@@ -264,11 +282,12 @@ mod tests {
         let config = Config::from_toml("").expect("every key has a default");
         assert_eq!(config.dragon().dimensions().benches(), 223);
         assert_eq!((config.rate_hz(), config.time_scale(), config.head_speed_mps()), (1000, 1.0, 1.0));
+        assert_eq!((config.catch_up_s(), config.most_jumped()), (0.25, 250));
     }
 
     #[test]
     fn the_written_document_reads_back_the_same() {
-        let text = "[route]\npitch_m = 0.6000000000000001\n[serve]\nrate_hz = 250\ncpu = 3\npriority = \"fifo:80\"\nspin_us = 9\n";
+        let text = "[route]\npitch_m = 0.6000000000000001\n[serve]\nrate_hz = 250\ncpu = 3\npriority = \"fifo:80\"\nspin_us = 9\ncatch_up_s = 0.5\n";
         let config = Config::from_toml(text).expect("the text is valid");
         let again = Config::from_toml(&config.to_toml()).expect("its own text is valid");
         assert_eq!(again.document, config.document);
@@ -302,6 +321,15 @@ mod tests {
     }
 
     #[test]
+    fn as_many_releases_are_jumped_as_lie_within_the_time() {
+        for (catch_up_s, rate_hz, most) in [(0.0, 1000, 0), (0.25, 50, 12), (0.29, 100, 29), (10.0, 100_000, 1_000_000)]
+        {
+            let text = format!("[serve]\nrate_hz = {rate_hz}\ncatch_up_s = {catch_up_s:?}\n");
+            assert_eq!(Config::from_toml(&text).expect("a valid text").most_jumped(), most, "{text}");
+        }
+    }
+
+    #[test]
     fn an_unknown_key_is_named_with_its_line() {
         let error = error_of("[route]\npitch_m = 0.55\npitsch = 1\n");
         assert!(error.starts_with("line 3, `pitsch = 1`: unknown field `pitsch`, expected one of"), "{error}");
@@ -320,6 +348,8 @@ mod tests {
             ("[serve]\nrate_hz = 10000000", "[serve] rate_hz is 10000000, must be from 1 to 100000"),
             ("[serve]\ntime_scale = nan", "[serve] time_scale is NaN, must be from 0.001 to 1000"),
             ("[serve]\ncpu = 1024", "[serve] cpu is 1024, must be from 0 to 1023"),
+            ("[serve]\ncatch_up_s = -0.25", "[serve] catch_up_s is -0.25, must be from 0 to 10"),
+            ("[serve]\ncatch_up_s = nan", "[serve] catch_up_s is NaN, must be from 0 to 10"),
             ("[serve]\nspin_us = 1001", "[serve] spin_us is 1001, must be from 0 to 1000"),
             (
                 "[serve]\npriority = \"fifo\"",

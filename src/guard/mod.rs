@@ -41,9 +41,10 @@ impl GuardSettings {
     /// Horizon where nothing else is wanted, in seconds of wall time.
     pub const DEFAULT_HORIZON_S: f64 = 0.5;
 
-    /// What a configuration asks for.
+    /// What a configuration asks for. A server that has missed releases jumps without a frame in between, so a grant reaches
+    /// as much further.
     pub fn of(config: &Config) -> Self {
-        Self { margin_m: config.margin_m(), horizon_s: Self::DEFAULT_HORIZON_S }
+        Self { margin_m: config.margin_m(), horizon_s: Self::DEFAULT_HORIZON_S + config.catch_up_s() }
     }
 }
 

@@ -11,10 +11,11 @@ pub(super) fn families(scene: &Scene) -> Vec<MetricFamily> {
     let status = scene.status.as_deref();
     vec![
         counter("ticks_total", "Ticks published in this run.", scene.frame.as_ref().map(|still| still.header.tick + 1)),
-        counter(
-            "overruns_total",
-            "Releases that were missed in this run, each a whole period by which the show is late.",
-            status.map(|status| status.overruns),
+        counter("overruns_total", "Releases that were missed in this run.", status.map(|status| status.overruns)),
+        gauge(
+            "behind_seconds",
+            "How far the show is behind the clock, in wall time: what is left of standstills, which the show makes up for.",
+            status.map(|status| status.behind_ns as f64 * 1e-9),
         ),
         gauge(
             "tick_rate_hertz",

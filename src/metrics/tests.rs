@@ -32,7 +32,13 @@ fn scene() -> Scene {
     report.set_name("record \"main\"\\");
     let mut readers = ReaderLog::default();
     readers.push(report);
-    let mut status = Status { overruns: 3, rate_hz: 1000, granted_to_m: Status::NONE, ..Status::default() };
+    let mut status = Status {
+        overruns: 3,
+        behind_ns: 1_500_000_000,
+        rate_hz: 1000,
+        granted_to_m: Status::NONE,
+        ..Status::default()
+    };
     status.lateness.record(60_000);
     Scene {
         seen_ns: 5_250_000_000,
@@ -69,6 +75,7 @@ fn a_scene_is_told_in_base_units() {
         "bench_dragon_forecast_contact_remaining_seconds 2",
         "bench_dragon_ticks_total 42",
         "bench_dragon_overruns_total 3",
+        "bench_dragon_behind_seconds 1.5",
         "bench_dragon_tick_lateness_seconds_bucket{le=\"0.000032767\"} 0",
         "bench_dragon_tick_lateness_seconds_bucket{le=\"0.000065535\"} 1",
         "bench_dragon_tick_lateness_seconds_bucket{le=\"+Inf\"} 1",
@@ -87,7 +94,9 @@ fn what_is_not_known_is_not_told() {
     let text = exposition(&Scene::default(), 5_250_000_000);
     let told: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
     assert!(told.contains(&"bench_dragon_up 0"), "{text}");
-    for name in ["show_", "clearance", "forecast", "ticks", "overruns", "tick_", "reader", "last_frame", "guard"] {
+    for name in
+        ["show_", "clearance", "forecast", "ticks", "overruns", "behind", "tick_", "reader", "last_frame", "guard"]
+    {
         assert!(!told.iter().any(|line| line.starts_with(&format!("bench_dragon_{name}"))), "{name} is in\n{text}");
     }
 }

@@ -59,7 +59,12 @@ impl Monitor {
     pub fn new(config: &Config) -> Self {
         let dragon = Arc::clone(config.dragon());
         Self {
-            pace: Pace { tick_s: config.tick_s(), rate_hz: config.rate_hz(), accel_mps2: config.head_accel_mps2() },
+            pace: Pace {
+                tick_s: config.tick_s(),
+                rate_hz: config.rate_hz(),
+                accel_mps2: config.head_accel_mps2(),
+                most_jumped: config.most_jumped(),
+            },
             near_m: config.near_m(),
             planned_speed_mps: config.head_speed_mps(),
             clearances: ClearanceSearch::default(),

@@ -3,6 +3,8 @@
 
 use bench_dragon_ipc::{FrameHeader, Request, ShowState};
 
+use crate::server::motion::FASTEST;
+
 /// How far show time may be from a whole number of steps, in seconds: its resolution on the wire.
 const SIM_TIME_TOLERANCE_S: f64 = 2e-9;
 /// How far travel may be from speed times show time, in metres: that resolution at the greatest speed.
@@ -10,6 +12,10 @@ const TRAVEL_TOLERANCE_M: f64 = SIM_TIME_TOLERANCE_S * Request::MAX_SPEED_MPS;
 
 /// How much faster than configured a source may have gone for a while that follows timecode, with some room.
 const TIMECODE_HASTE: f64 = 1.25;
+/// Rounding of the instants at which two frames were due, in seconds.
+const CLOCK_TOLERANCE_S: f64 = 2e-9;
+/// Periods between two frames from which on a release was missed.
+const MISSED_FROM: f64 = 1.5;
 
 /// How a source moves the head.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +26,8 @@ pub struct Pace {
     pub rate_hz: u32,
     /// Greatest acceleration in m/s²; without one the head starts and stops at once.
     pub accel_mps2: Option<f64>,
+    /// Releases that a server may miss between two of its frames and jump.
+    pub most_jumped: u64,
 }
 
 /// The way from one frame to the next.
@@ -39,20 +47,30 @@ impl Passage {
     }
 }
 
-fn walked(last: &FrameHeader, next: &FrameHeader, Pace { tick_s, rate_hz, accel_mps2 }: Pace) -> bool {
+/// A server that misses releases goes on by as many periods in its next tick. So two successive frames with missed releases
+/// between them are taken as frames with others lost between them: the head walked as long as the clock let it.
+fn walked(last: &FrameHeader, next: &FrameHeader, pace: Pace) -> bool {
+    let Pace { tick_s, rate_hz, accel_mps2, .. } = pace;
     let sim_step_s = (next.sim_time_ns - last.sim_time_ns) as f64 * 1e-9;
     let travel_step_m = next.head_travel_m - last.head_travel_m;
-    let ticks = next.tick - last.tick;
+    let (ticks, clock_s) = (next.tick - last.tick, clock_s(last, next));
     let [last_s, next_s] = [last, next].map(|header| header.time_scale / f64::from(rate_hz));
-    // Where the time scale is not the configured one, timecode is followed, or a recording replayed faster or slower, whose
-    // time scale tells nothing of its steps.
+    // Where the time scale is not the configured one, timecode is followed, a standstill is made up, or a recording is replayed
+    // faster or slower, whose time scale tells nothing of its steps.
     let longest_tick_s = if [last_s, next_s] == [tick_s; 2] { tick_s } else { TIMECODE_HASTE * tick_s };
-    let longest_s = ticks as f64 * longest_tick_s + SIM_TIME_TOLERANCE_S;
-    if !(0.0..=longest_s).contains(&sim_step_s) || travel_step_m < 0.0 {
+    let has_missed = clock_s > MISSED_FROM * longest_tick_s;
+    let longest_s = match ticks {
+        // On a run from another host frames are due when they come: a period more, for those that come early.
+        1 if has_missed => (clock_s + longest_tick_s).min((pace.most_jumped as f64 + 1.0) * longest_tick_s),
+        1 => longest_tick_s,
+        // Between them the source may have jumped, and made up for a standstill.
+        _ => FASTEST * clock_s.max(ticks as f64 * longest_tick_s),
+    };
+    if !(0.0..=longest_s + SIM_TIME_TOLERANCE_S).contains(&sim_step_s) || travel_step_m < 0.0 {
         return false;
     }
     let runs = next.show_state() == Some(ShowState::Running);
-    if ticks > 1 || !runs {
+    if ticks > 1 || has_missed || !runs {
         return travel_step_m <= sim_step_s * Request::MAX_SPEED_MPS + TRAVEL_TOLERANCE_M;
     }
     // Successive frames of a running show: one whole step, at the speed that the second one states or on a ramp up or down
@@ -68,11 +86,17 @@ fn walked(last: &FrameHeader, next: &FrameHeader, Pace { tick_s, rate_hz, accel_
     is_step && (travel_step_m - step_m).abs() <= off_m + TRAVEL_TOLERANCE_M
 }
 
+/// Show time that may have passed between the instants at which two frames were due, in seconds.
+fn clock_s(last: &FrameHeader, next: &FrameHeader) -> f64 {
+    let elapsed_s = next.scheduled_ns.saturating_sub(last.scheduled_ns) as f64 * 1e-9;
+    (elapsed_s + CLOCK_TOLERANCE_S) * last.time_scale.max(next.time_scale)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const PACE: Pace = Pace { tick_s: 0.02, rate_hz: 50, accel_mps2: None };
+    const PACE: Pace = Pace { tick_s: 0.02, rate_hz: 50, accel_mps2: None, most_jumped: 12 };
 
     fn frame(tick: u64, sim_time_s: f64, head_travel_m: f64) -> FrameHeader {
         FrameHeader {
@@ -121,6 +145,66 @@ mod tests {
             assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &next, PACE), Passage::Broken, "{sim_time_s}");
         }
         assert_eq!(Passage::between(&frame(5, 0.1, 0.1), &frame(15, 0.4, 0.4), PACE), Passage::Broken, "in a gap");
+    }
+
+    /// A frame that was due so many periods after instant 0.
+    fn due(periods: u64, frame: FrameHeader) -> FrameHeader {
+        FrameHeader { scheduled_ns: 7_000_000_000 + periods * 20_000_000, ..frame }
+    }
+
+    #[test]
+    fn a_jump_over_missed_releases_is_walked() {
+        let last = due(5, frame(5, 0.1, 0.1));
+        for missed in [1_u32, 5, 12] {
+            let time_s = 0.12 + 0.02 * f64::from(missed);
+            let next = due(6 + u64::from(missed), frame(6, time_s, time_s));
+            assert_eq!(Passage::between(&last, &next, PACE), Passage::Walked, "{missed} missed");
+            let rested = FrameHeader { state: ShowState::Held.to_wire(), head_speed_mps: 0.0, ..next };
+            assert_eq!(Passage::between(&last, &rested, PACE), Passage::Walked, "{missed} missed, at rest behind them");
+        }
+        let next = due(12, frame(8, 0.24, 0.24));
+        assert_eq!(Passage::between(&last, &next, PACE), Passage::Walked, "missed releases and lost frames");
+        let next = due(106, frame(105, 2.2, 2.2));
+        assert_eq!(Passage::between(&last, &next, PACE), Passage::Walked, "frames lost while it made up");
+    }
+
+    #[test]
+    fn a_seek_beyond_what_the_clock_allows_is_broken() {
+        let last = due(5, frame(5, 0.1, 0.1));
+        assert_eq!(
+            Passage::between(&last, &due(6, frame(6, 0.22, 0.22)), PACE),
+            Passage::Broken,
+            "no release is missed"
+        );
+        assert_eq!(Passage::between(&last, &due(11, frame(6, 0.32, 0.32)), PACE), Passage::Broken, "five are missed");
+        assert_eq!(
+            Passage::between(&last, &due(100, frame(6, 2.0, 2.0)), PACE),
+            Passage::Broken,
+            "more than are jumped"
+        );
+    }
+
+    #[test]
+    fn a_tick_that_makes_up_for_a_standstill_is_walked() {
+        let making_up = |frame: FrameHeader| FrameHeader { time_scale: 1.1, ..frame };
+        let stood = due(5, frame(5, 0.1, 0.1));
+        let first = making_up(due(105, frame(6, 0.122, 0.122)));
+        let second = making_up(due(106, frame(7, 0.144, 0.144)));
+        let jump = making_up(due(110, frame(8, 0.232, 0.232)));
+        let on_time = due(111, frame(9, 0.252, 0.252));
+        for pair in [stood, first, second, jump, on_time].windows(2) {
+            assert_eq!(Passage::between(&pair[0], &pair[1], PACE), Passage::Walked, "{pair:?}");
+        }
+    }
+
+    #[test]
+    fn frames_of_another_host_are_walked_though_they_are_due_when_they_come() {
+        let came = |at_ns: u64, frame: FrameHeader| FrameHeader { scheduled_ns: 7_000_000_000 + at_ns, ..frame };
+        let last = came(0, frame(5, 0.1, 0.1));
+        for (at_ns, time_s) in [(14_000_000, 0.12), (27_000_000, 0.12), (51_000_000, 0.16), (333_000_000, 0.34)] {
+            let next = came(at_ns, frame(6, time_s, time_s));
+            assert_eq!(Passage::between(&last, &next, PACE), Passage::Walked, "{time_s} s after {at_ns} ns");
+        }
     }
 
     #[test]

@@ -4,14 +4,16 @@
 //! recorded pace or faster or slower by a factor, once or several times. Each recorded run is a *pass*, each time: it has
 //! a new `run_id`, its ticks count from 0 without a hole, and `scheduled_ns` and `published_ns` are those of the replay;
 //! `time_scale` is multiplied by the factor, since a reader that looks ahead on its own clock needs show seconds per
-//! second; all else is bit for bit what was recorded. Its description is published before its first frame. Where the
+//! second, and by a tenth more while the replay makes up for frames that came too late; all else is bit for bit what was recorded. Its description is published before its first frame. Where the
 //! recorder lost frames, so does the replay; how many is in [`PassSummary::missing`], and to a reader the head was put
-//! across. So it was where frames outside of the interval are cut out.
+//! across, unless the time that has passed allows that it walked there. So it was where frames outside of the interval are
+//! cut out.
 //!
 //! **What is not.** Alerts: a monitor of the replay makes its own, of the same frames.
 //!
 //! **Who waits.** The file is read ahead on a thread of its own, into a bounded channel. A frame that comes too late is
-//! sent at once, and those behind it are put off by as much ([`pace`]). Nothing waits for a reader.
+//! sent at once, and those behind it follow a tenth faster until the replay is on time again ([`pace`]). Nothing waits for a
+//! reader.
 //!
 //! **What clients may ask.** To stop; whatever else is refused with [`Refusal::Replayed`](bench_dragon_ipc::Refusal).
 //!

@@ -30,7 +30,7 @@ pub struct PassSummary {
     pub missing: u64,
     /// Show time of the last one, in seconds.
     pub sim_time_s: f64,
-    /// How often a frame came too late, and all behind it were put off.
+    /// How often a frame came too late.
     pub overruns: u64,
     /// From the instant each frame was due to the start of its tick, in microseconds.
     pub lateness_us: Percentiles,
@@ -108,12 +108,13 @@ impl<'a> Pass<'a> {
             return Ok(());
         }
         let begun_ns = monotonic_ns();
-        let header = FrameHeader { time_scale: frame.header.time_scale * self.replay.settings.rate, ..frame.header };
+        let header = FrameHeader { time_scale: frame.header.time_scale * self.replay.pace.rate(), ..frame.header };
         let tick = self.progress.tick;
         self.stage.publish(&header, &frame.handles, tick, due_ns)?;
         self.progress.take(&header, missing);
         let overruns = self.overruns();
         self.stage.report().tell(&FrameHeader { tick, ..header }, overruns);
+        self.stage.report().tell_behind(self.replay.pace.behind_ns());
         // The reading thread is gone where it has read all: then the frame is given up here.
         let _ = self.run.played.send(frame);
         self.stage.report().count(begun_ns - due_ns, monotonic_ns() - begun_ns);

@@ -25,6 +25,10 @@ pub struct ShowSummary {
     pub latency_us: Percentiles,
     /// Releases that the server skipped.
     pub overruns: u64,
+    /// How far the show was behind the clock at the end, in seconds of wall time.
+    pub behind_s: f64,
+    /// The furthest that it was behind.
+    pub most_behind_s: f64,
     /// Processes that were started again.
     pub restarts: Restarts,
     /// Each process that ended before the show did, oldest first.

@@ -1,9 +1,12 @@
 //! The server: advances the dragon at a fixed rate and publishes every frame.
 //!
-//! One tick, in order: wait for the release; take commands; advance the motion; write the handles straight into the
-//! loaned sample; send it; wake the readers; loan the next sample. A server that follows timecode looks at the newest one
-//! before it advances the motion, and lets show time go on faster or slower. The loop neither locks nor formats, and allocates
-//! nothing of its own; what it counts, a slower thread publishes.
+//! One tick, in order: wait for the release; advance the motion by the releases that were missed; take commands; advance the
+//! motion by one period; write the handles straight into the loaned sample; send it; wake the readers; loan the next sample. A
+//! server that follows timecode looks at the newest one before the last advance, and lets show time go on faster or slower.
+//! The loop neither locks nor formats, and allocates nothing of its own; what it counts, a slower thread publishes.
+//!
+//! A command holds from the release at which the loop takes it: the show has gone on without it through those missed
+//! before. So a show that misses releases is, at every other one, where it would have been without.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -66,6 +69,10 @@ pub struct ServerSummary {
     pub sim_time_s: f64,
     /// Releases skipped.
     pub overruns: u64,
+    /// How far the show was behind the clock at the end, in seconds of wall time.
+    pub behind_s: f64,
+    /// The furthest that it was behind.
+    pub most_behind_s: f64,
     /// From each release to the start of its tick, in microseconds.
     pub lateness_us: Percentiles,
     /// From the start of each tick until the loop was ready for the next one, in microseconds.
@@ -155,7 +162,7 @@ impl Server {
         real_time::settle(&self.settings.config);
         let stopped_before = self.wait_for_readers(stop);
         let mut schedule = Schedule::new(monotonic_ns() + LEAD.as_nanos() as u64, self.settings.config.rate_hz());
-        let mut tick = 0;
+        let (mut tick, mut missed) = (0, 0);
         if stopped_before {
             return Ok(self.finish(tick, &schedule));
         }
@@ -167,7 +174,7 @@ impl Server {
                 }
             }
             let begun_ns = spin_until(schedule.due_ns());
-            let asked_to_stop = self.tick(tick, &schedule)?;
+            let asked_to_stop = self.tick(tick, missed, &schedule)?;
             tick += 1;
             let ended_ns = monotonic_ns();
             let lateness_ns = begun_ns - schedule.due_ns();
@@ -175,13 +182,18 @@ impl Server {
             if asked_to_stop || self.is_over() {
                 break;
             }
-            schedule.advance(ended_ns);
+            missed = schedule.advance(ended_ns);
         }
         Ok(self.finish(tick, &schedule))
     }
 
-    /// One tick. Returns whether a client asked the server to stop.
-    fn tick(&mut self, tick: u64, schedule: &Schedule) -> Result<bool, BusError> {
+    /// One tick, after so many missed releases. Returns whether a client asked the server to stop.
+    fn tick(&mut self, tick: u64, missed: u64, schedule: &Schedule) -> Result<bool, BusError> {
+        self.simulation.miss(missed);
+        if self.is_led() {
+            // The follower makes up what the timecode is ahead by.
+            self.simulation.forget_lag();
+        }
         let asked_to_stop = self.take_commands(tick);
         let Self { simulation, frames, following, time_scale, settings, run_id, .. } = self;
         let config = &settings.config;
@@ -191,13 +203,15 @@ impl Server {
         simulation.advance();
         let bench_count = config.dragon().dimensions().benches() as u32;
         let head = simulation.head();
-        let header = head.header(*run_id, tick, schedule.due_ns(), *time_scale, bench_count);
+        let time_scale = *time_scale * simulation.catch_up().pace();
+        let header = head.header(*run_id, tick, schedule.due_ns(), time_scale, bench_count);
         let fill = |handles: &mut [_]| {
             simulation.write(handles);
             header
         };
         frames.publish(fill, monotonic_ns)?;
         self.report.tell(&header, schedule.overruns());
+        self.report.tell_behind(self.simulation.catch_up().behind_ns(self.settings.config.rate_hz()));
         let Limits { granted_to_m, asked_m } = self.simulation.limits();
         self.report.tell_limits(granted_to_m, asked_m);
         Ok(asked_to_stop)
@@ -205,8 +219,8 @@ impl Server {
 
     /// Answers the commands that have come; they hold from this tick on. Returns whether a client asked the server to stop.
     fn take_commands(&mut self, tick: u64) -> bool {
-        let Self { simulation, commands, following, run_id, .. } = self;
-        let is_led = following.as_ref().is_some_and(Following::leads);
+        let is_led = self.is_led();
+        let Self { simulation, commands, run_id, .. } = self;
         let mut asked_to_stop = false;
         commands.drain(*run_id, tick, |request| {
             asked_to_stop |= request == Request::Stop;
@@ -217,6 +231,11 @@ impl Server {
             }
         });
         asked_to_stop
+    }
+
+    /// Whether it is a timecode that says where the show is.
+    fn is_led(&self) -> bool {
+        self.following.as_ref().is_some_and(Following::leads)
     }
 
     /// Whether the show time to end at is reached. Without one the server goes on publishing the finished show.
@@ -250,8 +269,12 @@ impl Server {
     fn finish(self, frames: u64, schedule: &Schedule) -> ServerSummary {
         service_manager::stopping();
         let sim_time_s = self.simulation.head().sim_time_ns as f64 * 1e-9;
+        let (catch_up, rate_hz) = (*self.simulation.catch_up(), self.settings.config.rate_hz());
+        let [behind_s, most_behind_s] =
+            [catch_up.behind_ns(rate_hz), catch_up.most_behind_ns(rate_hz)].map(|behind_ns| behind_ns as f64 * 1e-9);
+        let (run_id, overruns) = (self.run_id, schedule.overruns());
         let TimesOfAll { lateness_us, tick_us } = self.report.finish();
-        ServerSummary { run_id: self.run_id, frames, sim_time_s, overruns: schedule.overruns(), lateness_us, tick_us }
+        ServerSummary { run_id, frames, sim_time_s, overruns, behind_s, most_behind_s, lateness_us, tick_us }
     }
 }
 
@@ -272,5 +295,6 @@ fn plan(settings: &ServerSettings, run_id: u64) -> MotionPlan {
         held: settings.held,
         paused: settings.paused,
         guarded_run: config.is_guarded().then_some(run_id),
+        most_jumped: config.most_jumped(),
     }
 }

@@ -1,8 +1,8 @@
 //! When ticks are due.
 //!
-//! Release k is due at `epoch + k / rate`, computed in integers from the epoch, so that rounding never accumulates. A
-//! release that passes while the server is busy or suspended is skipped, not made up for; ticks are not skipped, so the
-//! show becomes late by whole periods and never jumps.
+//! Release k is due at `epoch + k / rate`, computed in integers from the epoch, so that rounding never accumulates. The
+//! schedule skips a release that passes while the server is busy or suspended, and counts it; ticks are not skipped. What
+//! a missed release means for the show is up to [`super::motion::CatchUp`].
 
 /// The releases of a server, counted from its epoch.
 #[derive(Clone, Copy, Debug)]
@@ -27,15 +27,14 @@ impl Schedule {
 
     /// Takes the next release at the end of a tick: the first one that is not past, `now_ns` being the present.
     ///
-    /// Returns when it is due.
+    /// Returns how many releases it skips.
     pub fn advance(&mut self, now_ns: u64) -> u64 {
         self.next += 1;
-        if self.due_ns() < now_ns {
-            let first_ahead = self.first_release_from(now_ns);
-            self.overruns += first_ahead - self.next;
-            self.next = first_ahead;
-        }
-        self.due_ns()
+        let first_ahead = if self.due_ns() < now_ns { self.first_release_from(now_ns) } else { self.next };
+        let missed = first_ahead - self.next;
+        self.overruns += missed;
+        self.next = first_ahead;
+        missed
     }
 
     /// Releases skipped so far.
@@ -62,7 +61,11 @@ mod tests {
     #[test]
     fn releases_are_counted_from_the_epoch_without_drift() {
         let mut schedule = Schedule::new(5, 3);
-        let due: Vec<u64> = (0..6).map(|_| schedule.advance(0)).collect();
+        let mut next_due_ns = || {
+            assert_eq!(schedule.advance(0), 0);
+            schedule.due_ns()
+        };
+        let due: Vec<u64> = (0..6).map(|_| next_due_ns()).collect();
         assert_eq!(due, [333_333_338, 666_666_671, 1_000_000_005, 1_333_333_338, 1_666_666_671, 2_000_000_005]);
         assert_eq!(schedule.overruns(), 0);
     }
@@ -70,9 +73,9 @@ mod tests {
     #[test]
     fn a_long_tick_skips_the_releases_that_have_passed_and_counts_them() {
         let mut schedule = Schedule::new(0, 1000);
-        assert_eq!(schedule.advance(2_500_000), 3_000_000, "releases 1 and 2 have passed");
+        assert_eq!((schedule.advance(2_500_000), schedule.due_ns()), (2, 3_000_000), "releases 1 and 2 have passed");
         assert_eq!(schedule.overruns(), 2);
-        assert_eq!(schedule.advance(3_000_001), 4_000_000);
+        assert_eq!((schedule.advance(3_000_001), schedule.due_ns()), (0, 4_000_000));
         assert_eq!(schedule.overruns(), 2);
     }
 
@@ -80,7 +83,7 @@ mod tests {
     fn a_release_due_now_is_not_skipped() {
         let mut schedule = Schedule::new(0, 3);
         let due = schedule.due_ns() + 333_333_333;
-        assert_eq!(schedule.advance(due), due);
+        assert_eq!((schedule.advance(due), schedule.due_ns()), (0, due));
         assert_eq!(schedule.overruns(), 0);
     }
 
@@ -88,7 +91,7 @@ mod tests {
     fn hours_of_suspension_are_skipped_at_once() {
         let mut schedule = Schedule::new(0, 10_000);
         let now = 7_200_000_000_000;
-        assert_eq!(schedule.advance(now), now);
+        assert_eq!((schedule.advance(now), schedule.due_ns()), (71_999_999, now));
         assert_eq!(schedule.overruns(), 71_999_999);
     }
 }

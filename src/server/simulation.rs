@@ -6,7 +6,7 @@ use bench_dragon_ipc::{FrameHeader, HandleState, Refusal, Request};
 use glam::DVec2;
 
 use crate::dragon::{ChainStepper, Dragon, HandleRecord};
-use crate::server::motion::{HeadState, Limits, Motion, MotionPlan};
+use crate::server::motion::{CatchUp, HeadState, Limits, Motion, MotionPlan};
 use crate::timecode::Show;
 
 /// The state of a whole dragon as a function of ticks and requests.
@@ -25,6 +25,21 @@ impl Simulation {
     /// Begins the next tick, after the requests that hold from it on.
     pub fn advance(&mut self) {
         self.motion.advance();
+    }
+
+    /// Takes note of releases that were missed since the last tick, before the requests of the next one.
+    pub fn miss(&mut self, releases: u64) {
+        self.motion.miss(releases);
+    }
+
+    /// Forgets how far the show is behind: something else steers it to where it should be.
+    pub fn forget_lag(&mut self) {
+        self.motion.forget_lag();
+    }
+
+    /// How the show keeps time.
+    pub fn catch_up(&self) -> &CatchUp {
+        self.motion.catch_up()
     }
 
     /// Takes a request at the start of a tick, from which on it holds.

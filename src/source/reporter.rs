@@ -31,6 +31,10 @@ pub(super) struct LoopGauges {
     pub(super) rate_hz: AtomicU32,
     /// Releases skipped so far.
     pub(super) overruns: AtomicU64,
+    /// How far the show is behind the clock, in nanoseconds.
+    pub(super) behind_ns: AtomicU64,
+    /// The furthest that it has been.
+    pub(super) most_behind_ns: AtomicU64,
     /// Counted up by the loop with every turn, so that it is seen to live.
     pub(super) beats: AtomicU64,
     /// Travel that a guarded head may walk to, the bits of a double.
@@ -49,6 +53,8 @@ impl LoopGauges {
             state: AtomicU32::default(),
             rate_hz: rate_hz.into(),
             overruns: AtomicU64::default(),
+            behind_ns: AtomicU64::default(),
+            most_behind_ns: AtomicU64::default(),
             granted_to_m: none(),
             asked_m: none(),
             beats: AtomicU64::default(),
@@ -60,8 +66,10 @@ impl LoopGauges {
     fn in_words(&self) -> String {
         let state = ShowState::from_wire(self.state.load(Ordering::Relaxed)).map_or("", ShowState::name);
         let sim_time_s = self.sim_time_ns.load(Ordering::Relaxed) as f64 * 1e-9;
-        let (tick, overruns) = (self.tick.load(Ordering::Relaxed), self.overruns.load(Ordering::Relaxed));
-        format!("{state} at {sim_time_s:.1} s, tick {tick}, {overruns} overruns")
+        let [tick, overruns, behind_ns] =
+            [&self.tick, &self.overruns, &self.behind_ns].map(|gauge| gauge.load(Ordering::Relaxed));
+        let behind = if behind_ns > 0 { format!(", {:.1} s behind", behind_ns as f64 * 1e-9) } else { String::new() };
+        format!("{state} at {sim_time_s:.1} s{behind}, tick {tick}, {overruns} overruns")
     }
 }
 
@@ -187,6 +195,8 @@ impl Report {
             tick,
             sim_time_ns: gauges.sim_time_ns.load(Ordering::Relaxed),
             overruns: gauges.overruns.load(Ordering::Relaxed),
+            behind_ns: gauges.behind_ns.load(Ordering::Relaxed),
+            most_behind_ns: gauges.most_behind_ns.load(Ordering::Relaxed),
             lateness_p50_ns: lateness.quantile_ns(0.5),
             lateness_p99_ns: lateness.quantile_ns(0.99),
             lateness_p999_ns: lateness.quantile_ns(0.999),

@@ -48,6 +48,12 @@ impl SourceReport {
         self.gauges.overruns.store(overruns, Ordering::Relaxed);
     }
 
+    /// Reports how far the show is behind the clock, in nanoseconds of wall time.
+    pub(crate) fn tell_behind(&self, behind_ns: u64) {
+        self.gauges.behind_ns.store(behind_ns, Ordering::Relaxed);
+        self.gauges.most_behind_ns.fetch_max(behind_ns, Ordering::Relaxed);
+    }
+
     /// Tells how many frames a second come from now on; 0 where that is not known.
     #[cfg(feature = "zenoh")]
     pub(crate) fn tell_rate(&self, rate_hz: u32) {

@@ -14,7 +14,7 @@ pub struct Shown {
     least: Option<(f64, f64)>,
     run: Option<u64>,
     traffic: [u64; 4],
-    lateness_ns: [u64; 4],
+    lateness_ns: [u64; 5],
     alerts: u64,
 }
 
@@ -35,8 +35,9 @@ impl Shown {
             least: scene.least,
             run: scene.run.as_ref().map(|run| run.run_id),
             traffic: [traffic.lost, traffic.restarts, traffic.rate_hz.to_bits(), traffic.latency.count()],
-            lateness_ns: status.map_or([0; 4], |status| {
-                [status.overruns, status.lateness_p50_ns, status.lateness_p99_ns, status.lateness_max_ns]
+            lateness_ns: status.map_or([0; 5], |status| {
+                let [p50_ns, p99_ns, max_ns] = [status.lateness_p50_ns, status.lateness_p99_ns, status.lateness_max_ns];
+                [status.overruns, status.behind_ns, p50_ns, p99_ns, max_ns]
             }),
             alerts: scene.alerts.total(),
         }

@@ -10,7 +10,9 @@ use crate::observe::Scene;
 /// Six lines of it.
 pub(super) fn lines(scene: &Scene, look: Look) -> Vec<Line<'static>> {
     let traffic = &scene.traffic;
-    let overruns = scene.status.as_ref().map(|status| status.overruns);
+    let (overruns, behind_ns) = scene.status.as_ref().map(|status| (status.overruns, status.behind_ns)).unzip();
+    let count = |count: Option<u64>| count.map(|count| (count.to_string(), count > 0));
+    let behind = behind_ns.map(|behind_ns| (span(behind_ns, look.glyphs).replace(' ', ""), behind_ns > 0));
     let latency = [0.5, 0.99, 1.0].map(|share| traffic.recent_latency.quantile_ns(share));
     let lateness = scene.status.as_ref().map(|it| [it.lateness_p50_ns, it.lateness_p99_ns, it.lateness_max_ns]);
     vec![
@@ -18,22 +20,22 @@ pub(super) fn lines(scene: &Scene, look: Look) -> Vec<Line<'static>> {
             Span::styled(format!("{:<10}", "frames"), look.theme.faint()),
             Span::styled(format!("{:.1} Hz", traffic.rate_hz), strong()),
         ]),
-        counts([("lost", Some(traffic.lost)), ("restarts", Some(traffic.restarts))], look),
-        counts([("overruns", overruns), ("", None)], look),
+        troubles([("lost", count(Some(traffic.lost))), ("restarts", count(Some(traffic.restarts)))], look),
+        troubles([("overruns", count(overruns)), ("behind", behind)], look),
         Line::styled(format!("{:10}{:>6} {:>6} {:>6}", "", "p50", "p99", "max"), look.theme.faint()),
         row("latency", (traffic.recent_latency.count() > 0).then_some(latency), look),
         row("lateness", lateness, look),
     ]
 }
 
-/// Counts of what should not happen.
-fn counts(counts: [(&'static str, Option<u64>); 2], look: Look) -> Line<'static> {
+/// Figures that should be 0, each with whether it is not.
+fn troubles(troubles: [(&'static str, Option<(String, bool)>); 2], look: Look) -> Line<'static> {
     let mut spans = Vec::new();
-    for (name, count) in counts {
-        let Some(count) = count else { continue };
-        let style = if count > 0 { look.theme.text(Tone::Caution) } else { strong() };
+    for (name, trouble) in troubles {
+        let Some((figure, is_bad)) = trouble else { continue };
+        let style = if is_bad { look.theme.text(Tone::Caution) } else { strong() };
         spans.push(Span::styled(format!("{name:<10}"), look.theme.faint()));
-        spans.push(Span::styled(format!("{count:<6}"), style));
+        spans.push(Span::styled(format!("{figure:<6}"), style));
     }
     Line::from(spans)
 }

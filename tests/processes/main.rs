@@ -45,6 +45,7 @@ mod reader_reports;
 mod readers_end;
 mod real_time;
 mod record;
+mod releases;
 mod replay;
 mod resources;
 mod restart;

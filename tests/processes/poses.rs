@@ -8,14 +8,17 @@ use serde_json::Value;
 
 use crate::process::Process;
 use crate::reader::{Reader, Shot, assert_whole};
+use crate::releases::{assert_released, release};
 use crate::stage::{Stage, program};
 
-/// All frames of a short show.
-fn play(stage: &Stage, args: &[&str]) -> Vec<Shot> {
+/// All frames of a short show of so many releases.
+fn play(stage: &Stage, releases: u64, args: &[&str]) -> Vec<Shot> {
     let server = stage.serve(&[&["--readers", "1"], args].concat());
     let shots = Reader::join(stage).read_to_end();
     assert_whole(&shots, server.run_id);
-    assert_eq!(server.summary()["frames"], shots.len());
+    let summary = server.summary();
+    assert_eq!(summary["frames"], shots.len());
+    assert_released(&summary, releases);
     shots
 }
 
@@ -28,8 +31,7 @@ pub(crate) fn assert_near(live: [f64; 3], solved: DVec2) {
 #[test]
 fn every_handle_of_every_frame_is_the_solvers() {
     let stage = Stage::new();
-    let shots = play(&stage, &["--start-at", "123.4", "--time-scale", "900", "--until", "300"]);
-    assert_eq!(shots.len(), 198);
+    let shots = play(&stage, 198, &["--start-at", "123.4", "--time-scale", "900", "--until", "300"]);
     let dragon = Config::from_toml("").expect("the paper's dragon").dragon().clone();
     let mut solver = ChainSolver::new(&dragon);
     for Shot { header, handles, .. } in &shots {
@@ -46,7 +48,7 @@ fn every_handle_of_every_frame_is_the_solvers() {
 #[test]
 fn the_planner_prints_the_numbers_that_are_live() {
     let stage = Stage::new();
-    let shots = play(&stage, &["--start-at", "17.3", "--rate", "7", "--time-scale", "100", "--until", "400"]);
+    let shots = play(&stage, 28, &["--start-at", "17.3", "--rate", "7", "--time-scale", "100", "--until", "400"]);
     let times: Vec<String> = shots.iter().map(|shot| shot.header.head_travel_m.to_string()).collect();
     let solve = program(&["solve", "poses", "--format", "json", "--at", &times.join(",")]);
     let answer = Process::start(solve).end().expect_clean().last_json();
@@ -71,11 +73,11 @@ fn the_planner_prints_the_numbers_that_are_live() {
 #[test]
 fn show_time_is_counted_in_whole_steps_from_the_start() {
     let stage = Stage::new();
-    let shots = play(&stage, &["--rate", "7", "--time-scale", "60", "--until", "432"]);
+    let shots = play(&stage, 52, &["--rate", "7", "--time-scale", "60", "--until", "432", "--catch-up", "10"]);
     let (last, walked) = shots.split_last().expect("the frames of a show");
     for shot in walked {
         assert_eq!(shot.state(), ShowState::Running);
-        let sim_time_s = shot.header.tick as f64 * (60.0 / 7.0);
+        let sim_time_s = release(&shots[0].header, &shot.header, 7) as f64 * (60.0 / 7.0);
         assert_eq!(shot.header.sim_time_ns, (sim_time_s * 1e9).round() as i64, "tick {}", shot.header.tick);
         assert_eq!(shot.header.head_travel_m, sim_time_s);
     }
@@ -85,7 +87,7 @@ fn show_time_is_counted_in_whole_steps_from_the_start() {
 #[test]
 fn every_frame_is_due_a_whole_number_of_periods_after_the_first() {
     let stage = Stage::new();
-    let shots = play(&stage, &["--rate", "300", "--until", "0.5"]);
+    let shots = play(&stage, 151, &["--rate", "300", "--until", "0.5"]);
     let epoch_ns = shots[0].header.scheduled_ns;
     let mut last_release = None;
     for Shot { header, .. } in &shots {

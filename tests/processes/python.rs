@@ -9,7 +9,7 @@ use crate::stage::Stage;
 #[test]
 fn the_stock_iceoryx2_package_reads_the_bus_live() {
     let stage = Stage::new();
-    let server = stage.serve(&["--rate", "20", "--time-scale", "2"]);
+    let server = stage.serve(&["--rate", "20", "--time-scale", "2", "--catch-up", "10"]);
     let variables = [
         ("BENCH_DRAGON", OsStr::new(env!("CARGO_BIN_EXE_bench-dragon"))),
         ("BENCH_DRAGON_INSTANCE", OsStr::new(stage.domain().instance().as_str())),

@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use crate::eventually::eventually;
 use crate::pytest;
 use crate::reader::{Reader, Shot, assert_whole};
+use crate::releases::assert_released;
 use crate::stage::Stage;
 
 /// The frames of a recording, and whether its end is missing.
@@ -193,17 +194,19 @@ fn a_recording_goes_on_over_a_restart_of_the_server() {
     // Each long enough for a reader that stays to find it.
     let run = ["--rate", "25", "--until", "4", "--readers", "1"];
     let recorder = stage.start(&["record", "a.mcap", "--format", "json"]);
-    let runs: [u64; 2] = [(); 2].map(|()| {
+    let runs: [(u64, u64); 2] = [(); 2].map(|()| {
         let server = stage.serve(&run);
         let run_id = server.run_id;
-        server.summary();
-        run_id
+        let served = server.summary();
+        assert_released(&served, 101);
+        (run_id, served["frames"].as_u64().expect("a count"))
     });
     let summary = recorder.terminate().last_json();
-    assert_eq!((&summary["frames"], &summary["lost"]), (&json!(202), &json!(0)));
+    let frames: u64 = runs.iter().map(|(_, frames)| frames).sum();
+    assert_eq!((&summary["frames"], &summary["lost"]), (&json!(frames), &json!(0)));
     let (frames, _) = read(&stage.path("a.mcap"));
     let ticks: Vec<(u64, u64)> = frames.iter().map(|header| (header.run_id, header.tick)).collect();
-    let expected = runs.iter().flat_map(|&run_id| (0..=100).map(move |tick| (run_id, tick)));
+    let expected = runs.iter().flat_map(|&(run_id, frames)| (0..frames).map(move |tick| (run_id, tick)));
     assert_eq!(ticks, expected.collect::<Vec<_>>());
 }
 

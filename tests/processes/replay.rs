@@ -6,12 +6,14 @@ use std::hash::{Hash as _, Hasher as _};
 use std::path::Path;
 
 use bench_dragon::record::{FrameReader, RecordedFrame, Recorder, RecorderSettings};
+use bench_dragon::replay::pace::Pace;
 use bench_dragon_ipc::{DescriptionReader, FrameHeader, HandleState, ShowState, StatusReader};
 use serde_json::{Value, json};
 
 use crate::eventually::eventually;
 use crate::process::Process;
 use crate::reader::{Reader, Shot, assert_whole};
+use crate::releases::assert_released;
 use crate::stage::Stage;
 
 const SECOND_NS: u64 = 1_000_000_000;
@@ -37,12 +39,12 @@ pub(crate) fn recorded(path: &Path) -> Vec<(RecordedFrame, String)> {
     frames
 }
 
-/// A hash of all that a replay keeps of a frame: everything but run, tick and stamps.
+/// A hash of all that a replay keeps of a frame: everything but run, tick, stamps and time scale.
 fn content_hash(header: &FrameHeader, handles: &[HandleState]) -> u64 {
     let mut hasher = DefaultHasher::new();
-    let FrameHeader { sim_time_ns, head_travel_m, head_speed_mps, time_scale, bench_count, state, .. } = *header;
+    let FrameHeader { sim_time_ns, head_travel_m, head_speed_mps, bench_count, state, .. } = *header;
     (sim_time_ns, head_travel_m.to_bits(), head_speed_mps.to_bits()).hash(&mut hasher);
-    (time_scale.to_bits(), bench_count, state).hash(&mut hasher);
+    (bench_count, state).hash(&mut hasher);
     let values = handles.iter().flat_map(|handle| [handle.position_m, handle.velocity_mps]).flatten();
     values.for_each(|value| value.to_bits().hash(&mut hasher));
     hasher.finish()
@@ -54,6 +56,19 @@ pub(crate) fn hashes_of_shots(shots: &[Shot]) -> Vec<u64> {
 
 pub(crate) fn hashes_of_recorded(frames: &[(RecordedFrame, String)]) -> Vec<u64> {
     frames.iter().map(|(frame, _)| content_hash(&frame.header, &frame.handles)).collect()
+}
+
+/// Fails unless each frame of a pass came when it was due by the recorded instants, time scales and the rate, or too late and
+/// counted, with those behind it a tenth faster until the replay was on time again.
+pub(crate) fn assert_paced(shots: &[Shot], recorded: &[FrameHeader], rate: f64, overruns: &Value) {
+    assert_eq!(shots.len(), recorded.len());
+    let mut pace = Pace::new(rate);
+    for (shot, recorded) in shots.iter().zip(recorded) {
+        let came_ns = shot.header.scheduled_ns;
+        assert_eq!(pace.due_ns(recorded.scheduled_ns, came_ns), came_ns, "no frame comes too soon: {:?}", shot.header);
+        assert_eq!(shot.header.time_scale, recorded.time_scale * pace.rate(), "{:?}", shot.header);
+    }
+    assert_eq!(*overruns, pace.overruns(), "what came too late is counted");
 }
 
 /// The contacts that a monitor has told of, without their runs.
@@ -97,7 +112,8 @@ fn a_replay_is_the_recording_bit_for_bit_but_for_run_and_stamps() {
     let server = stage.serve(&pace);
     let recorder = stage.start(&["record", "a.mcap"]);
     let monitor = stage.start(&["monitor", "--format", "json"]);
-    server.summary();
+    let served = server.summary();
+    assert_released(&served, 101);
     recorder.terminate().expect_clean();
     let live = contact(&monitor.terminate().expect_clean().json_lines());
 
@@ -110,14 +126,14 @@ fn a_replay_is_the_recording_bit_for_bit_but_for_run_and_stamps() {
     let again = contact(&monitor.terminate().expect_clean().json_lines());
 
     let original = recorded(&stage.path("a.mcap"));
-    assert_eq!(original.len(), 101);
+    assert_eq!(served["frames"], original.len());
     assert_eq!(hashes_of_shots(&shots), hashes_of_recorded(&original));
     let run_id = started["run_id"].as_u64().expect("a run has a number");
     assert_whole(&shots, run_id);
     assert_ne!(run_id, original[0].0.header.run_id);
     assert_eq!(started["recorded_run_id"], original[0].0.header.run_id);
     assert!(shots.iter().all(|shot| shot.header.published_ns >= shot.header.scheduled_ns));
-    assert!(shots[0].header.scheduled_ns > original[100].0.header.published_ns, "restamped");
+    assert!(shots[0].header.scheduled_ns > original[original.len() - 1].0.header.published_ns, "restamped");
     assert_eq!(again, live, "the monitor finds the same contact");
 
     let copy = recorded(&stage.path("b.mcap"));
@@ -125,9 +141,14 @@ fn a_replay_is_the_recording_bit_for_bit_but_for_run_and_stamps() {
     let toml = |frames: &[(RecordedFrame, String)]| frames.iter().map(|(_, toml)| toml.clone()).collect::<Vec<_>>();
     assert_eq!(toml(&copy), toml(&original), "the description");
     let [pass, summary] = &lines[..] else { panic!("{lines:?}") };
-    assert_eq!((&pass["type"], &pass["frames"], &pass["missing"]), (&json!("pass"), &json!(101), &json!(0)));
+    assert_eq!((&pass["type"], &pass["frames"], &pass["missing"]), (&json!("pass"), &served["frames"], &json!(0)));
+    let headers: Vec<FrameHeader> = original.iter().map(|(frame, _)| frame.header).collect();
+    assert_paced(&shots, &headers, 1.0, &pass["overruns"]);
     assert_eq!((&pass["run_id"], &pass["sim_time_s"]), (&json!(run_id), &json!(413.0)));
-    assert_eq!(summary, &json!({ "type": "summary", "passes": 1, "frames": 101, "cut": false, "skipped_bytes": 0 }));
+    assert_eq!(
+        summary,
+        &json!({ "type": "summary", "passes": 1, "frames": served["frames"], "cut": false, "skipped_bytes": 0 })
+    );
 }
 
 #[test]
@@ -138,7 +159,7 @@ fn each_recorded_run_is_a_pass_with_its_own_description() {
         fs::write(stage.path("stage.toml"), format!("[dragon]\nbenches = {benches}\n")).expect("a file");
         // Each long enough for a reader that stays to find it.
         let run = ["--config", "stage.toml", "--rate", "20", "--until", "2.5", "--readers", "1"];
-        stage.serve(&run).summary();
+        assert_released(&stage.serve(&run).summary(), 51);
     }
     recorder.terminate();
     let original = recorded(&stage.path("a.mcap"));
@@ -159,7 +180,8 @@ fn each_recorded_run_is_a_pass_with_its_own_description() {
     let copy = recorded(&stage.path("b.mcap"));
     assert_eq!(hashes_of_recorded(&copy), hashes_of_recorded(&original));
     assert!(copy.iter().zip(&original).all(|((_, copy), (_, original))| copy == original), "the descriptions");
-    assert_eq!(summary, json!({ "type": "summary", "passes": 2, "frames": 102, "cut": false, "skipped_bytes": 0 }));
+    let frames = original.len();
+    assert_eq!(summary, json!({ "type": "summary", "passes": 2, "frames": frames, "cut": false, "skipped_bytes": 0 }));
 }
 
 #[test]
@@ -176,13 +198,8 @@ fn frames_that_the_recorder_lost_leave_a_pause_and_no_hole_in_the_ticks() {
     assert_eq!((&pass["frames"], &pass["missing"]), (&json!(70), &json!(20)));
     let replayed: Vec<i64> = shots.iter().map(|shot| shot.header.sim_time_ns).collect();
     assert_eq!(replayed, frames.iter().map(|&(tick, _)| tick as i64).collect::<Vec<_>>());
-    let mut put_off = 0;
-    for (shots, frames) in shots.windows(2).zip(frames.windows(2)) {
-        let apart_ns = shots[1].header.scheduled_ns - shots[0].header.scheduled_ns;
-        assert!(apart_ns >= frames[1].1 - frames[0].1, "no frame comes sooner than it was recorded");
-        put_off += u64::from(apart_ns > frames[1].1 - frames[0].1);
-    }
-    assert_eq!(pass["overruns"], put_off, "what was put off is counted");
+    let header = |&(tick, scheduled_ns): &(u64, u64)| FrameHeader { tick, scheduled_ns, ..Default::default() };
+    assert_paced(&shots, &frames.iter().map(header).collect::<Vec<_>>(), 1.0, &pass["overruns"]);
 }
 
 #[test]

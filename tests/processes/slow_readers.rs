@@ -9,27 +9,30 @@ use serde_json::Value;
 
 use crate::eventually::eventually;
 use crate::process::Process;
-use crate::reader::{Reader, assert_whole};
+use crate::reader::{Reader, Shot, assert_whole};
+use crate::releases::assert_released;
 use crate::stage::{Server, Stage};
 
 const RATE_HZ: usize = 100;
 const PAPER_BENCHES: usize = 223;
 
-/// Frames of a show that is longer than a reader's buffer, and leaves time to stop a reader.
-fn frames() -> usize {
+/// Releases of a show that is longer than a reader's buffer, and leaves time to stop a reader.
+fn planned() -> usize {
     3 * frame_buffer(PAPER_BENCHES)
 }
 
-/// A server that begins once so many readers are there and publishes [`frames`].
+/// A server that begins once so many readers are there, of a show of [`planned`] releases.
 fn serve(stage: &Stage, readers: usize) -> Server {
-    let until_s = ((frames() - 1) as f64 / RATE_HZ as f64).to_string();
+    let until_s = ((planned() - 1) as f64 / RATE_HZ as f64).to_string();
     stage.serve(&["--rate", &RATE_HZ.to_string(), "--until", &until_s, "--readers", &readers.to_string()])
 }
 
-/// Fails unless the server published a frame at each release but those that it counted as skipped.
-fn assert_steady(summary: &Value, first_ns: u64, last_ns: u64) {
-    assert_eq!(summary["frames"], frames());
-    assert_eq!(summary["overruns"], releases(first_ns, last_ns) - frames(), "{summary}");
+/// Fails unless the server published these frames: one at each release but those that it counted as skipped.
+fn assert_steady(summary: &Value, shots: &[Shot]) {
+    let [first_ns, last_ns] = [0, shots.len() - 1].map(|index| shots[index].header.scheduled_ns);
+    assert_released(summary, planned() as u64);
+    assert_eq!(summary["frames"], shots.len());
+    assert_eq!(summary["overruns"], releases(first_ns, last_ns) - shots.len(), "{summary}");
 }
 
 /// How many releases there were from one to another.
@@ -60,13 +63,13 @@ fn a_stopped_reader_loses_its_own_frames_alone_and_counts_them() {
     let run_id = server.run_id;
     let summary = server.summary();
     assert_whole(&shots, run_id);
-    assert_eq!((shots.len(), witness.lost()), (frames(), 0), "nobody else lost anything");
-    assert_steady(&summary, shots[0].header.scheduled_ns, shots[shots.len() - 1].header.scheduled_ns);
+    assert_eq!(witness.lost(), 0, "nobody else lost anything");
+    assert_steady(&summary, &shots);
     for process in stopped {
         process.signal(Signal::CONT);
         let account = process.terminate().expect_clean().last_json();
         let [read, lost] = ["frames", "lost"].map(|name| account[name].as_u64().expect("a number") as usize);
-        assert_eq!(read + lost, frames(), "what it did not get is what it counts: {account}");
+        assert_eq!(read + lost, shots.len(), "what it did not get is what it counts: {account}");
         assert!(lost > 0, "the show was longer than its buffer");
     }
 }
@@ -92,13 +95,13 @@ fn a_reader_that_holds_its_frames_keeps_them_unchanged_and_counts_what_it_loses(
     while holder.receive().expect("the bus is readable").is_some() {
         read += 1;
     }
-    assert_eq!(read as u64 + holder.lost(), frames() as u64);
+    assert_eq!(read as u64 + holder.lost(), shots.len() as u64);
     assert!(holder.lost() > 0, "the show was longer than its buffer");
     let run_id = server.run_id;
     let summary = server.summary();
     assert_whole(&shots, run_id);
-    assert_eq!((shots.len(), witness.lost()), (frames(), 0), "nobody else lost anything");
-    assert_steady(&summary, shots[0].header.scheduled_ns, shots[shots.len() - 1].header.scheduled_ns);
+    assert_eq!(witness.lost(), 0, "nobody else lost anything");
+    assert_steady(&summary, &shots);
 }
 
 fn bits(handles: &[HandleState]) -> Vec<u64> {

@@ -18,8 +18,14 @@ pub struct bd_status_t {
     pub tick: u64,
     /// Show time of that tick in nanoseconds.
     pub sim_time_ns: i64,
-    /// Releases that were missed since the start of the run, each a whole period by which the show is late.
+    /// Releases that were missed since the start of the run. The show jumps a few of them; it is behind by those of a longer
+    /// standstill.
     pub overruns: u64,
+    /// How far the show is behind the clock, in nanoseconds of wall time: what is left of standstills, which the show makes
+    /// up for.
+    pub behind_ns: u64,
+    /// The furthest that the show has been behind since the start of the run, in nanoseconds of wall time.
+    pub most_behind_ns: u64,
     /// Lateness of the ticks since the start of the run: median, in nanoseconds.
     pub lateness_p50_ns: u64,
     /// 99th percentile of the lateness, in nanoseconds.
@@ -63,6 +69,8 @@ impl From<&Status> for bd_status_t {
             tick: status.tick,
             sim_time_ns: status.sim_time_ns,
             overruns: status.overruns,
+            behind_ns: status.behind_ns,
+            most_behind_ns: status.most_behind_ns,
             lateness_p50_ns: status.lateness_p50_ns,
             lateness_p99_ns: status.lateness_p99_ns,
             lateness_p999_ns: status.lateness_p999_ns,

@@ -26,12 +26,13 @@ def test_the_description_is_the_configuration(stage):
 
 
 def test_the_status_is_the_servers(stage):
-    server = stage.serve("--rate", "20")
+    server = stage.serve("--rate", "20", "--catch-up", "10")
     with Dragon(stage.instance) as dragon:
         before, status = dragon.status(PATIENCE_S), dragon.status(PATIENCE_S)
         assert (status.run_id, status.pid, status.rate_hz) == (server.run_id, server.process.pid, 20)
         assert status.tick >= before.tick and status.show_state is ShowState.RUNNING
-        assert status.sim_time_ns == status.tick * 50_000_000
+        assert status.sim_time_ns == (status.tick + status.overruns) * 50_000_000
+        assert (status.behind_ns, status.most_behind_ns) == (0, 0)
         assert math.isnan(status.granted_to_m) and math.isnan(status.asked_m)
         for histogram, median_ns, max_ns in (
             (status.lateness, status.lateness_p50_ns, status.lateness_max_ns),

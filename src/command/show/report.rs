@@ -6,7 +6,7 @@ use bench_dragon::histogram::Percentiles;
 use bench_dragon::report::{ContactReport, GuardReport, RestartReport, Restarts, ShowSummary};
 
 use crate::cli::Format;
-use crate::command::output::{print_json, print_line};
+use crate::command::output::{behind, print_json, print_line};
 
 pub(super) fn print_report(format: Format, summary: &ShowSummary, folder: &Path) -> anyhow::Result<()> {
     if format == Format::Json {
@@ -31,7 +31,8 @@ pub(super) fn print_report(format: Format, summary: &ShowSummary, folder: &Path)
     ))?;
     print_line(format_args!("lateness        {}", percentiles(&summary.lateness_us)))?;
     print_line(format_args!("latency         {}, frame due to frame monitored", percentiles(&summary.latency_us)))?;
-    print_line(format_args!("overruns        {}", summary.overruns))?;
+    let behind = behind(summary.behind_s, summary.most_behind_s);
+    print_line(format_args!("overruns        {}{behind}", summary.overruns))?;
     print_restarts(summary)?;
     print_line(format_args!("in              {}", folder.display()))?;
     Ok(())

@@ -21,6 +21,8 @@ pub(super) struct Tally {
     monitored: u64,
     recorded: u64,
     overruns: BTreeMap<u64, u64>,
+    behind_s: f64,
+    most_behind_s: f64,
     lateness: MergedTimes,
     latency: MergedTimes,
     /// Monitors that have ended.
@@ -43,6 +45,8 @@ impl Tally {
     /// Takes note of a server's present account.
     pub(super) fn see_status(&mut self, status: &Status) {
         self.overruns.insert(status.run_id, status.overruns);
+        let seconds = |nanos: u64| nanos as f64 * 1e-9;
+        self.see_behind(seconds(status.behind_ns), seconds(status.most_behind_ns));
         self.lateness.report(status.run_id, &status.lateness);
     }
 
@@ -51,11 +55,18 @@ impl Tally {
         self.last_run_id = summary.run_id;
         self.published.insert(summary.run_id, summary.frames);
         self.overruns.insert(summary.run_id, summary.overruns);
+        self.see_behind(summary.behind_s, summary.most_behind_s);
     }
 
     /// Takes note of the latency that the present monitor has measured so far.
     pub(super) fn see_latency(&mut self, latency: &TimesReport) {
         self.latency.report(self.monitors, &latency.into());
+    }
+
+    /// Takes note of how far a server is behind the clock, and the furthest that it has been.
+    fn see_behind(&mut self, behind_s: f64, most_behind_s: f64) {
+        self.behind_s = behind_s;
+        self.most_behind_s = self.most_behind_s.max(most_behind_s);
     }
 
     /// Adds a monitor's last account.
@@ -106,6 +117,8 @@ impl Tally {
             lateness_us: Percentiles::from(&self.lateness.all()),
             latency_us: Percentiles::from(&self.latency.all()),
             overruns: self.overruns.values().sum(),
+            behind_s: self.behind_s,
+            most_behind_s: self.most_behind_s,
             restarts: self.restarts.clone(),
             restart_log: self.restart_log.clone(),
             recording: recordings.first().cloned().unwrap_or_default(),

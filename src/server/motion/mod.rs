@@ -1,102 +1,39 @@
 //! The head's way through the show: from ticks and requests to show time, travel, speed and state.
 //!
-//! Pure: no clock, no geometry. Every running tick advances show time by exactly `time_scale / rate`; the one in which the
-//! head comes to rest ends at that instant. Show time is counted in ticks from the last seek, such a rest, or change of the
-//! time scale, and travel in closed form from the last change of speed, so rounding does not grow.
+//! Pure: no clock, no geometry. Every running tick advances show time by exactly one period, `time_scale / rate`; the one
+//! in which the head comes to rest ends at that instant. Show time is counted in periods from the last seek, such a rest, or
+//! change of the time scale, and travel in closed form from the last change of speed, so rounding does not grow.
+//!
+//! The show keeps time with the clock: before a tick, [`Motion::miss`] advances the show by the releases that were missed
+//! ([`CatchUp`]). Nothing depends on how periods are grouped, so a show that missed releases has the same show time and
+//! travel, to the bit, as one that did not.
 //!
 //! A guarded head starts where it is and goes no further than its guard has granted ([`Request::Grant`]); there it stands
 //! held, until a further grant moves it on.
 
 mod authority;
+mod catch_up;
+#[cfg(test)]
+mod missed_releases;
+mod plan;
 #[cfg(test)]
 mod tests;
 mod walk;
 
 use bench_dragon_ipc::{Refusal, Request, ShowState};
 
+pub use catch_up::{CatchUp, FASTEST};
+pub use plan::{HeadState, Limits, MotionPlan};
+
 use authority::Authority;
 use walk::Walk;
-
-/// What a motion starts from. All values are finite.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MotionPlan {
-    /// Speed of the head that travel is planned with, above 0, in metres per show second.
-    pub speed_mps: f64,
-    /// Greatest acceleration of the head, above 0, in m/s²; without one it starts and stops at once.
-    pub accel_mps2: Option<f64>,
-    /// Show seconds that one running tick advances, until [`Motion::set_tick`].
-    pub tick_s: f64,
-    /// Show time at tick 0.
-    pub start_s: f64,
-    /// Travel at tick 0, in metres.
-    pub start_travel_m: f64,
-    /// Speed to walk at from tick 0 on, from 0 to [`Request::MAX_SPEED_MPS`], in metres per show second.
-    pub start_speed_mps: f64,
-    /// Show time of the run's start: the least that may be sought.
-    pub first_s: f64,
-    /// Show time of the run's end at the planned speed: the most that may be sought.
-    pub last_s: f64,
-    /// Travel at which the run ends, in metres.
-    pub end_travel_m: f64,
-    /// Show time at which the show is over, where that comes first.
-    pub until_s: Option<f64>,
-    /// Whether tick 0 is held.
-    pub held: bool,
-    /// Whether tick 0 is paused, or will be once the hold is lifted.
-    pub paused: bool,
-    /// The run whose guard's grants the head waits for; without one it walks freely.
-    pub guarded_run: Option<u64>,
-}
-
-impl MotionPlan {
-    /// A run at 1 m/s, between two travels, of which nothing else is wanted.
-    pub fn plain(tick_s: f64, start_travel_m: f64, end_travel_m: f64) -> Self {
-        Self {
-            speed_mps: 1.0,
-            accel_mps2: None,
-            tick_s,
-            start_s: start_travel_m,
-            start_travel_m,
-            start_speed_mps: 1.0,
-            first_s: start_travel_m,
-            last_s: end_travel_m,
-            end_travel_m,
-            until_s: None,
-            held: false,
-            paused: false,
-            guarded_run: None,
-        }
-    }
-}
-
-/// The head at one tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HeadState {
-    /// Show time in nanoseconds.
-    pub sim_time_ns: i64,
-    /// Signed arc length walked since t = 0, in metres.
-    pub travel_m: f64,
-    /// Speed in metres per show second; 0 unless running.
-    pub speed_mps: f64,
-    /// What the show is doing.
-    pub state: ShowState,
-}
-
-/// What a guard has to do with a head. Without a guard there is nothing.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
-    /// Travel up to which the head may walk, in metres.
-    pub granted_to_m: Option<f64>,
-    /// Travel that a seek has asked for and that is not proved yet.
-    pub asked_m: Option<f64>,
-}
 
 /// A stretch of the show in which time goes on evenly.
 #[derive(Clone, Copy, Debug)]
 struct Leg {
     start_s: f64,
-    /// Running ticks since its start.
-    ticks: u64,
+    /// Tenths of a period since its start.
+    parts: u64,
     /// Whether the tick that shows its start has begun.
     shown: bool,
 }
@@ -111,6 +48,7 @@ pub struct Motion {
     /// Speed to walk at unless something stops the head.
     speed_mps: f64,
     authority: Option<Authority>,
+    catch_up: CatchUp,
     paused: bool,
     held: bool,
     /// Whether what the show follows has it stand.
@@ -126,10 +64,11 @@ impl Motion {
     pub fn new(plan: MotionPlan) -> Self {
         let mut motion = Self {
             plan,
-            leg: Leg { start_s: plan.start_s, ticks: 0, shown: false },
+            leg: Leg { start_s: plan.start_s, parts: 0, shown: false },
             walk: Walk::at_rest(plan.tick_s, plan.accel_mps2, plan.start_travel_m),
             speed_mps: plan.start_speed_mps,
             authority: plan.guarded_run.map(Authority::none),
+            catch_up: CatchUp::new(plan.most_jumped),
             paused: plan.paused,
             held: plan.held,
             stands: false,
@@ -145,15 +84,45 @@ impl Motion {
     /// A tick that starts a leg, by a seek or as the first of all, shows the leg's start.
     pub fn advance(&mut self) {
         let starts_leg = !std::mem::replace(&mut self.leg.shown, true);
-        if starts_leg || self.state() != ShowState::Running {
+        let runs = !starts_leg && self.state() == ShowState::Running;
+        let parts = self.catch_up.tick(runs);
+        if runs {
+            self.go_on(parts);
+        }
+    }
+
+    /// Takes note of releases that were missed since the last tick, before the requests of the next one.
+    ///
+    /// A running show goes on by as many periods, as if it had ticked; where they are more than may be jumped, it is behind
+    /// by them instead.
+    pub fn miss(&mut self, releases: u64) {
+        if releases > 0 && self.leg.shown && self.state() == ShowState::Running {
+            let parts = self.catch_up.miss(releases);
+            self.go_on(parts);
+        }
+    }
+
+    /// Forgets how far the show is behind: something else steers it to where it should be.
+    pub fn forget_lag(&mut self) {
+        self.catch_up.clear();
+    }
+
+    /// How the show keeps time.
+    pub fn catch_up(&self) -> &CatchUp {
+        &self.catch_up
+    }
+
+    /// Lets show time go on within a leg.
+    fn go_on(&mut self, parts: u64) {
+        if parts == 0 {
             return;
         }
         self.put = false;
-        let next = self.leg.ticks + 1;
-        if self.plan.until_s.is_some_and(|until_s| self.sim_s_at(next as f64) >= until_s) {
+        let next = self.leg.parts + parts;
+        if self.plan.until_s.is_some_and(|until_s| self.sim_s_at(periods(next)) >= until_s) {
             return self.end_show();
         }
-        self.leg.ticks = next;
+        self.leg.parts = next;
         self.walk.advance_to(self.ticks());
         self.stop_time_at_rest();
     }
@@ -246,7 +215,7 @@ impl Motion {
     }
 
     fn ticks(&self) -> f64 {
-        self.leg.ticks as f64
+        periods(self.leg.parts)
     }
 
     fn sim_s(&self) -> f64 {
@@ -271,7 +240,7 @@ impl Motion {
     /// Lets a leg begin at the instant at which the head has come to rest, where that is within this tick.
     fn stop_time_at_rest(&mut self) {
         if let Some(since) = self.walk.rests_since()
-            && since < self.ticks()
+            && since <= self.ticks()
             && self.state() != ShowState::Running
         {
             self.begin_leg(self.sim_s_at(since), since);
@@ -295,7 +264,7 @@ impl Motion {
     /// Begins a leg at an instant of the present one, which has been shown.
     fn begin_leg(&mut self, start_s: f64, ticks: f64) {
         self.walk.count_from(ticks);
-        self.leg = Leg { start_s, ticks: 0, shown: true };
+        self.leg = Leg { start_s, parts: 0, shown: true };
     }
 
     fn resume(&mut self) -> Result<(), Refusal> {
@@ -330,7 +299,8 @@ impl Motion {
         if let Some(authority) = &mut self.authority {
             authority.seek(travel_m)?;
         }
-        self.leg = Leg { start_s: sim_time_s, ticks: 0, shown: false };
+        self.catch_up.clear();
+        self.leg = Leg { start_s: sim_time_s, parts: 0, shown: false };
         self.walk = Walk::at_rest(self.plan.tick_s, self.plan.accel_mps2, travel_m);
         self.over = self.plan.until_s.is_some_and(|until_s| sim_time_s >= until_s);
         self.put = true;
@@ -345,6 +315,11 @@ impl Motion {
         require(to_m, from_m, end_m)?;
         authority.grant(run_id, from_m, to_m, travel_m)
     }
+}
+
+/// Periods of so many parts: exact where they are whole, and the same bits however they were counted up.
+fn periods(parts: u64) -> f64 {
+    parts as f64 / catch_up::PARTS as f64
 }
 
 fn require(value: f64, lowest: f64, highest: f64) -> Result<(), Refusal> {

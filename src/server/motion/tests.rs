@@ -2,16 +2,16 @@
 
 use super::*;
 
-fn plan() -> MotionPlan {
+pub(super) fn plan() -> MotionPlan {
     MotionPlan::plain(0.001, 0.0, 400.0)
 }
 
 /// The motion at tick 0.
-fn start(plan: MotionPlan) -> Motion {
+pub(super) fn start(plan: MotionPlan) -> Motion {
     after(Motion::new(plan), 1)
 }
 
-fn after(mut motion: Motion, ticks: u64) -> Motion {
+pub(super) fn after(mut motion: Motion, ticks: u64) -> Motion {
     for _ in 0..ticks {
         motion.advance();
     }
@@ -125,11 +125,11 @@ fn a_show_that_starts_at_its_end_is_finished() {
     assert_eq!(start(MotionPlan { start_s: 400.0, start_travel_m: 400.0, ..plan() }).head().state, ShowState::Finished);
 }
 
-fn guarded() -> MotionPlan {
+pub(super) fn guarded() -> MotionPlan {
     MotionPlan { guarded_run: Some(7), ..plan() }
 }
 
-fn grant(motion: &mut Motion, from_m: f64, to_m: f64) -> Result<(), Refusal> {
+pub(super) fn grant(motion: &mut Motion, from_m: f64, to_m: f64) -> Result<(), Refusal> {
     motion.request(Request::Grant { run_id: 7, from_m, to_m })
 }
 

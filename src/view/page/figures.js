@@ -96,6 +96,8 @@ function writeHealth({ traffic, server }) {
   write(html('latency'), percentiles(traffic.latency_us));
   write(html('overruns'), format.count(server?.overruns));
   html('overruns').dataset.bad = String((server?.overruns ?? 0) > 0);
+  write(html('behind'), server === null ? '–' : format.shortTime(server.behind_s * 1e6));
+  html('behind').dataset.bad = String((server?.behind_s ?? 0) > 0);
   write(html('lateness'), percentiles(server?.lateness_us));
   write(html('tick'), percentiles(server?.tick_us));
 }

@@ -28,8 +28,8 @@
  * @typedef {object} Status how things are, five times a second
  * @property {{state: 'waiting' | 'live' | 'silent' | 'gone' | 'failed', age_s: number | null, reason: string | null}} link
  * @property {{rate_hz: number, frames: number, lost: number, restarts: number, latency_us: Percentiles | null}} traffic
- * @property {{rate_hz: number, overruns: number, lateness_us: Percentiles, tick_us: Percentiles,
- *   is_at_grants_end: boolean} | null} server
+ * @property {{rate_hz: number, overruns: number, behind_s: number, lateness_us: Percentiles,
+ *   tick_us: Percentiles, is_at_grants_end: boolean} | null} server
  * @property {Outlook} outlook
  * @property {{clearance_m: number, time_s: number} | null} least
  * @property {{start_s: number, step_s: number, bins: number, changed: [number, number][]} | null} chart

@@ -44,6 +44,8 @@ struct TrafficReport {
 struct ServerReport {
     rate_hz: u32,
     overruns: u64,
+    /// How far the show is behind the clock, in seconds of wall time.
+    behind_s: f64,
     lateness_us: Percentiles,
     tick_us: Percentiles,
     /// Whether the head is where its guard lets it go no further.
@@ -100,6 +102,7 @@ impl ServerReport {
         Self {
             rate_hz: status.rate_hz,
             overruns: status.overruns,
+            behind_s: status.behind_ns as f64 * 1e-9,
             lateness_us: percentiles(&status.lateness),
             tick_us: percentiles(&status.tick_time),
             // Of a server that is not guarded it is not a number.

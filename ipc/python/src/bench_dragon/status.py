@@ -26,7 +26,7 @@ class Status(WireType):
     next one; both since the start of the run. Percentiles are those of the histograms, so at most 1/32 too much.
     """
 
-    TYPE_NAME = "bench_dragon.Status.v2"
+    TYPE_NAME = "bench_dragon.Status.v3"
 
     run_id: int
     """Run that this is about."""
@@ -35,7 +35,13 @@ class Status(WireType):
     sim_time_ns: int
     """Show time of that tick in nanoseconds."""
     overruns: int
-    """Releases that were missed since the start of the run, each a whole period by which the show is late."""
+    """Releases that were missed since the start of the run. The show jumps a few of them; it is behind by those of a longer
+    standstill."""
+    behind_ns: int
+    """How far the show is behind the clock, in nanoseconds of wall time: what is left of standstills, which the show makes up
+    for."""
+    most_behind_ns: int
+    """The furthest that the show has been behind since the start of the run, in nanoseconds of wall time."""
     lateness_p50_ns: int
     """Median of the lateness, in nanoseconds."""
     lateness_p99_ns: int
@@ -74,6 +80,8 @@ class Status(WireType):
         ("tick", ctypes.c_uint64),
         ("sim_time_ns", ctypes.c_int64),
         ("overruns", ctypes.c_uint64),
+        ("behind_ns", ctypes.c_uint64),
+        ("most_behind_ns", ctypes.c_uint64),
         ("lateness_p50_ns", ctypes.c_uint64),
         ("lateness_p99_ns", ctypes.c_uint64),
         ("lateness_p999_ns", ctypes.c_uint64),

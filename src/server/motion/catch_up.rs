@@ -1,0 +1,132 @@
+//! How a show keeps time with the clock although releases are missed. Pure.
+//!
+//! - *A jump.* A show that has missed a few releases goes on by as many periods at once, so that the next frame shows the
+//!   dragon where it should be when that frame is due.
+//! - *Making up.* After a longer standstill the show is *behind* by all the releases missed. Every tick from then on goes on
+//!   by a tenth of a period more than it should, until the show is behind by nothing.
+//!
+//! Show time is counted in *parts*, ten to a period: whole numbers, so that nothing drifts, and a show that has caught up is
+//! exactly where it would have been. Only a running show falls behind or makes up; one that stands keeps what it is behind.
+
+/// Parts of a period.
+pub(super) const PARTS: u64 = 10;
+
+/// The most that a show which makes up goes on by, in times its pace.
+pub const FASTEST: f64 = (PARTS + 1) as f64 / PARTS as f64;
+
+/// How far a show is behind the clock, and what it does about missed releases.
+#[derive(Clone, Copy, Debug)]
+pub struct CatchUp {
+    most_jumped: u64,
+    behind: u64,
+    most_behind: u64,
+    /// Releases jumped since the last tick, and the parts that the show went on by.
+    jumped: (u64, u64),
+    pace: f64,
+}
+
+impl CatchUp {
+    /// A show that is on time, and that jumps at most so many releases at once.
+    pub(super) fn new(most_jumped: u64) -> Self {
+        Self { most_jumped, behind: 0, most_behind: 0, jumped: (0, 0), pace: 1.0 }
+    }
+
+    /// How far the show is behind the clock, in nanoseconds of wall time, at a rate.
+    pub fn behind_ns(&self, rate_hz: u32) -> u64 {
+        duration_ns(self.behind, rate_hz)
+    }
+
+    /// The furthest that it has been behind, in nanoseconds of wall time, at a rate.
+    pub fn most_behind_ns(&self, rate_hz: u32) -> u64 {
+        duration_ns(self.most_behind, rate_hz)
+    }
+
+    /// How fast show time went on to the last tick, over the releases since the tick before: 1, or up to [`FASTEST`] while
+    /// the show makes up.
+    pub fn pace(&self) -> f64 {
+        self.pace
+    }
+
+    /// Parts by which a running show goes on because of missed releases, before its tick: none after a longer standstill.
+    pub(super) fn miss(&mut self, releases: u64) -> u64 {
+        if releases > self.most_jumped {
+            self.behind = self.behind.saturating_add(releases.saturating_mul(PARTS));
+            return 0;
+        }
+        let parts = self.go_on(releases);
+        self.jumped = (releases, parts);
+        parts
+    }
+
+    /// Parts by which a tick goes on, if the show runs.
+    pub(super) fn tick(&mut self, runs: bool) -> u64 {
+        self.most_behind = self.most_behind.max(self.behind);
+        let (releases, parts) = std::mem::take(&mut self.jumped);
+        let tick_parts = if runs { self.go_on(1) } else { PARTS };
+        self.pace = (parts + tick_parts) as f64 / ((releases + 1) * PARTS) as f64;
+        tick_parts
+    }
+
+    /// Puts the show on time.
+    pub(super) fn clear(&mut self) {
+        self.behind = 0;
+    }
+
+    /// Parts of so many periods, and of what is made up in them.
+    fn go_on(&mut self, releases: u64) -> u64 {
+        let made_up = self.behind.min(releases);
+        self.behind -= made_up;
+        releases * PARTS + made_up
+    }
+}
+
+fn duration_ns(parts: u64, rate_hz: u32) -> u64 {
+    let duration_ns = u128::from(parts) * (1_000_000_000 / u128::from(PARTS)) / u128::from(rate_hz);
+    u64::try_from(duration_ns).unwrap_or(u64::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_short_miss_is_jumped_at_the_same_pace() {
+        let mut catch_up = CatchUp::new(5);
+        assert_eq!((catch_up.miss(5), catch_up.tick(true), catch_up.pace()), (50, 10, 1.0));
+        assert_eq!((catch_up.behind_ns(1000), catch_up.most_behind_ns(1000)), (0, 0));
+    }
+
+    #[test]
+    fn a_standstill_is_made_up_by_a_tenth_more_a_tick_and_no_more() {
+        let mut catch_up = CatchUp::new(5);
+        assert_eq!((catch_up.miss(6), catch_up.behind_ns(1000)), (0, 6_000_000));
+        let parts: Vec<u64> = (0..62).map(|_| catch_up.tick(true)).collect();
+        assert_eq!(parts, [[11; 60].as_slice(), &[10; 2]].concat());
+        assert_eq!((catch_up.behind_ns(1000), catch_up.most_behind_ns(1000)), (0, 6_000_000));
+    }
+
+    #[test]
+    fn a_jump_while_it_makes_up_makes_up_for_each_release() {
+        let mut catch_up = CatchUp::new(5);
+        catch_up.miss(6);
+        assert_eq!((catch_up.miss(3), catch_up.tick(true), catch_up.pace()), (33, 11, 1.1));
+        assert_eq!(catch_up.behind_ns(1000), 5_600_000);
+    }
+
+    #[test]
+    fn a_show_that_stands_makes_up_nothing_and_a_seek_puts_it_on_time() {
+        let mut catch_up = CatchUp::new(0);
+        catch_up.miss(1);
+        assert_eq!((catch_up.tick(false), catch_up.pace(), catch_up.behind_ns(1000)), (10, 1.0, 1_000_000));
+        catch_up.clear();
+        assert_eq!((catch_up.tick(true), catch_up.behind_ns(1000), catch_up.most_behind_ns(1000)), (10, 0, 1_000_000));
+    }
+
+    #[test]
+    fn a_standstill_of_any_length_overflows_nothing() {
+        let mut catch_up = CatchUp::new(0);
+        catch_up.miss(u64::MAX);
+        catch_up.miss(u64::MAX);
+        assert_eq!((catch_up.tick(true), catch_up.behind_ns(1)), (11, u64::MAX));
+    }
+}
