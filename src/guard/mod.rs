@@ -41,10 +41,10 @@ impl GuardSettings {
     /// Horizon where nothing else is wanted, in seconds of wall time.
     pub const DEFAULT_HORIZON_S: f64 = 0.5;
 
-    /// What a configuration asks for. A server that has missed releases jumps without a frame in between, so a grant reaches
-    /// as much further.
+    /// What a configuration asks for. A server that has missed releases jumps without a frame in between. The guard's answer
+    /// to a frame may come after the next jump, so a grant reaches two jumps further.
     pub fn of(config: &Config) -> Self {
-        Self { margin_m: config.margin_m(), horizon_s: Self::DEFAULT_HORIZON_S + config.catch_up_s() }
+        Self { margin_m: config.margin_m(), horizon_s: Self::DEFAULT_HORIZON_S + 2.0 * config.catch_up_s() }
     }
 }
 

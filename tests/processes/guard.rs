@@ -88,7 +88,7 @@ fn a_guarded_server_stands_held_until_there_is_a_guard_and_walks_with_it() {
 #[test]
 fn a_dead_guard_leaves_the_head_at_rest_within_its_grant_and_the_next_one_moves_it_on() {
     let stage = Stage::new();
-    let server = stage.serve(&["--guarded", "--rate", "100"]);
+    let server = stage.serve(&["--guarded", "--rate", "100", "--catch-up", "0"]);
     let mut reader = Reader::join(&stage);
     let mut travel_m = 0.0;
     for _ in 0..3 {

@@ -402,9 +402,19 @@ typedef struct {
    */
   int64_t sim_time_ns;
   /**
-   * Releases that were missed since the start of the run, each a whole period by which the show is late.
+   * Releases that were missed since the start of the run. The show jumps a few of them; it is behind by those of a longer
+   * standstill.
    */
   uint64_t overruns;
+  /**
+   * How far the show is behind the clock, in nanoseconds of wall time: what is left of standstills, which the show makes
+   * up for.
+   */
+  uint64_t behind_ns;
+  /**
+   * The furthest that the show has been behind since the start of the run, in nanoseconds of wall time.
+   */
+  uint64_t most_behind_ns;
   /**
    * Lateness of the ticks since the start of the run: median, in nanoseconds.
    */
