@@ -15,18 +15,18 @@ use crate::releases::assert_released;
 use crate::stage::Stage;
 
 /// Slow enough for a reader's buffer to hold five seconds.
-const CALM: [&str; 6] = ["show", "--rate", "50", "--start-at", "100", "--format"];
+pub(crate) const CALM: [&str; 6] = ["show", "--rate", "50", "--start-at", "100", "--format"];
 /// The folder of such a show.
 const OUT: [&str; 2] = ["--out", "out"];
 
 /// A show that walks: all three children have seen a frame or will.
-struct Playing {
-    show: Process,
-    stage: Stage,
+pub(crate) struct Playing {
+    pub(crate) show: Process,
+    pub(crate) stage: Stage,
 }
 
 impl Playing {
-    fn start(args: &[&str]) -> Self {
+    pub(crate) fn start(args: &[&str]) -> Self {
         let stage = Stage::new();
         let show = stage.start(&[&CALM[..], &["json"], &OUT, args].concat());
         let playing = Self { show, stage };
@@ -35,20 +35,20 @@ impl Playing {
     }
 
     /// Waits for a state of the server, first of all for the server.
-    fn await_status(&self, is_wanted: impl Fn(&Status) -> bool) -> Status {
+    pub(crate) fn await_status(&self, is_wanted: impl Fn(&Status) -> bool) -> Status {
         let status =
             eventually("a server has made the services", || StatusReader::open(self.stage.domain(), "test").ok());
         eventually("the status is as wanted", || status.poll().expect("the bus is readable").filter(&is_wanted))
     }
 
     /// Interrupts the show, as Ctrl-C does, and returns its summary.
-    fn interrupt(self) -> (Value, Ended) {
+    pub(crate) fn interrupt(self) -> (Value, Ended) {
         let (summary, ended, _) = self.interrupt_and_read();
         (summary, ended)
     }
 
     /// Interrupts the show and returns what its first recording has, too.
-    fn interrupt_and_read(self) -> (Value, Ended, Vec<FrameHeader>) {
+    pub(crate) fn interrupt_and_read(self) -> (Value, Ended, Vec<FrameHeader>) {
         self.end_by(Signal::INT)
     }
 

@@ -23,6 +23,7 @@ mod account;
 mod also;
 mod bus;
 mod children;
+mod death_signal;
 mod folder;
 mod last_seen;
 mod life;

@@ -11,6 +11,7 @@ use anyhow::Context as _;
 use crossbeam::channel::Sender;
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process, waitid};
 
+use super::death_signal::kill_with_parent;
 use super::role::Role;
 
 /// How long a process that has closed its stdout may take to end, and one that was asked to.
@@ -71,15 +72,11 @@ impl Process {
         let program = std::env::current_exe().context("cannot find this program")?;
         let is_read = output.is_none();
         let name = args.first().cloned().unwrap_or_default();
-        let mut child = Command::new(program)
-            .args(args)
-            .args(["--parent", &std::process::id().to_string()])
-            .envs(environment)
-            .stdin(Stdio::null())
-            .stdout(output.map_or_else(Stdio::piped, Stdio::from))
-            .process_group(0)
-            .spawn()
-            .with_context(|| format!("cannot start {name}"))?;
+        let mut command = Command::new(program);
+        command.args(args).args(["--parent", &std::process::id().to_string()]).envs(environment);
+        command.stdin(Stdio::null()).stdout(output.map_or_else(Stdio::piped, Stdio::from)).process_group(0);
+        let started = kill_with_parent(&mut command).spawn();
+        let mut child = started.with_context(|| format!("cannot start {name}"))?;
         let stdout = child.stdout.take();
         let process = Self { child, stdout: if is_read { Stdout::Open } else { Stdout::File }, killed: None };
         if let Some(stdout) = stdout {
