@@ -67,7 +67,10 @@ pub(crate) enum Command {
   bench-dragon show --guard --start-at 405
   bench-dragon show --view --time-scale 20    with a page for the browser, whose address is printed
 
-With --timecode it goes on until Ctrl-C or `ctl stop`: the timecode may come back from wherever it has gone.")]
+With --timecode it goes on until Ctrl-C or `ctl stop`: the timecode may come back from wherever it has gone.
+
+The configuration may name up to eight commands that run beside the show and are started again as its own children are: \
+[[show.also]] command = \"bridge psn --interface 10.0.0.5\". They may be bridge, view, metrics, monitor, hz and echo.")]
     Show(ShowArgs),
     /// Advance the dragon at a fixed rate and publish every frame.
     #[command(after_help = "Examples:

@@ -56,7 +56,7 @@ pub(crate) struct ShowArgs {
     pub(crate) pace: PaceArgs,
     #[command(flatten)]
     pub(crate) timecode: TimecodeArgs,
-    /// Folder for the recording and summary.json [default: show-DATE-TIME in the current folder].
+    /// Folder for the recording and summary.json, without those of an earlier show [default: show-DATE-TIME in the current folder].
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
     /// Let a restarted server walk on at once, instead of standing held until `ctl release`.
