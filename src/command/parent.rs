@@ -58,7 +58,11 @@ fn outlive_no_parent(parent: u32, prepared: &Sender<nix::Result<()>>) {
     let event = SigEvent::new(SigevNotify::SigevSignal { signal: TimerSignal::SIGCONT, si_value: 0 });
     let mut timer = match Timer::new(ClockId::CLOCK_MONOTONIC, event) {
         Ok(timer) => timer,
-        Err(error) => return drop(prepared.send(Err(error))),
+        Err(error) => {
+            // The main thread waits for it.
+            let _ = prepared.send(Err(error));
+            return;
+        }
     };
     let mut orphaned: Option<Instant> = None;
     loop {
