@@ -15,7 +15,7 @@ use tracing_subscriber::fmt::format;
 use tracing_subscriber::prelude::*;
 
 use crate::command::colour::is_coloured;
-use crate::held_stderr::HeldStderr;
+use crate::output::Stderr;
 
 /// What the targets of libraries begin with whose warnings are not shown. All of iceoryx2's lines have that of its logger.
 const ERRORS_ONLY: [&str; 2] = ["iceoryx2", "zenoh"];
@@ -33,7 +33,7 @@ pub(crate) fn to_stderr() {
         .fmt_fields(fields)
         .with_target(false)
         .with_ansi(is_coloured(&io::stderr()))
-        .with_writer(|| HeldStderr)
+        .with_writer(|| Stderr)
         .without_time();
     tracing_subscriber::registry().with(lines.with_filter(asked.unwrap_or_else(usual))).init();
 }

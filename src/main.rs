@@ -13,19 +13,35 @@ use clap::error::ErrorKind as ClapErrorKind;
 
 mod cli;
 mod command;
-mod held_stderr;
 mod limits;
 mod log;
+mod output;
 
 use cli::Cli;
 use command::BadInput;
 use command::colour::{Painted, is_coloured};
-use command::output::complain;
+use output::complain;
 
 /// Exit status of bad arguments or configuration.
 const BAD_INPUT: u8 = 2;
 
 fn main() -> ExitCode {
+    output::start();
+    let status = run();
+    let printed = output::finish_stdout();
+    let status = match printed {
+        // A command that has failed has given its reason.
+        Err(error) if status == ExitCode::SUCCESS => {
+            complain_of(&error.into());
+            ExitCode::FAILURE
+        }
+        _ => status,
+    };
+    output::finish_stderr();
+    status
+}
+
+fn run() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return report_usage(&error),
@@ -36,22 +52,29 @@ fn main() -> ExitCode {
         Ok(status) => status,
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            let remedy = remedy(&error).map_or_else(String::new, |remedy| format!(": {remedy}"));
-            let label = Painted::on(&io::stderr(), *Styles::styled().get_error(), "error:");
-            complain(&format!("{label} {error:#}{remedy}"));
+            complain_of(&error);
             ExitCode::from(if is_bad_input(&error) { BAD_INPUT } else { 1 })
         }
     }
 }
 
+/// Prints an error in one line.
+fn complain_of(error: &anyhow::Error) {
+    let remedy = remedy(error).map_or_else(String::new, |remedy| format!(": {remedy}"));
+    let label = Painted::on(&io::stderr(), *Styles::styled().get_error(), "error:");
+    complain(&format!("{label} {error:#}{remedy}"));
+}
+
 /// Prints help and version as clap does, an error in one line.
 fn report_usage(error: &clap::Error) -> ExitCode {
+    let rendered = error.render();
     if matches!(error.kind(), ClapErrorKind::DisplayHelp | ClapErrorKind::DisplayVersion) {
-        // Nobody is left to tell where stdout is gone.
-        let _ = error.print();
+        let text = if is_coloured(&io::stdout()) { rendered.ansi().to_string() } else { rendered.to_string() };
+        output::wait_for_reader(None);
+        // Where it fails, the end of the process reports it.
+        let _ = output::print(text.into_bytes());
         return ExitCode::SUCCESS;
     }
-    let rendered = error.render();
     let plain = rendered.to_string();
     let shown = if is_coloured(&io::stderr()) { rendered.ansi().to_string() } else { plain.clone() };
     if error.kind() == ClapErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {

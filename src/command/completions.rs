@@ -13,7 +13,7 @@ const NAME: &str = "bench-dragon";
 const NAME_IN_BASH: &str = "bench_dragon";
 
 pub(crate) fn run(args: CompletionsArgs) -> anyhow::Result<ExitCode> {
-    print_bytes(script(args.shell)?.as_bytes())?;
+    print_bytes(script(args.shell)?)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -10,6 +10,7 @@ use serde::Serialize;
 use crate::cli::{EchoArgs, Format};
 use crate::command::follow::{WAIT_PERIOD, open_when_there};
 use crate::command::output::{print_json, print_line};
+use crate::output::wait_for_reader;
 
 #[derive(Serialize)]
 struct FrameLine {
@@ -35,6 +36,7 @@ struct HandleLine {
 pub(crate) fn run(args: &EchoArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
+    wait_for_reader(Some(&stop));
     let opened = open_when_there(domain.instance(), &stop, || FrameSubscriber::open(&domain, "echo"))?;
     let Some(mut frames) = opened else { return Ok(ExitCode::SUCCESS) };
     let mut left = args.count.unwrap_or(u64::MAX);

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 use std::fs;
-use std::io::{self, BufWriter};
+use std::io::BufWriter;
 use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 use std::process::ExitCode;
@@ -15,6 +15,7 @@ use super::whole_file::{self, WholeFile};
 use crate::cli::{ExportArgs, Format, TableFile};
 use crate::command::BadInput;
 use crate::command::output::{complain_of_flaws, print_json, print_line};
+use crate::output::Stdout;
 
 const WRITE_BUFFER_BYTES: usize = 1 << 20;
 
@@ -25,7 +26,7 @@ pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
     let mut reading = Reading::of(&args.file);
     match &args.out {
         TableFile::Stdout => {
-            let sink = BufWriter::with_capacity(WRITE_BUFFER_BYTES, io::stdout().lock());
+            let sink = BufWriter::with_capacity(WRITE_BUFFER_BYTES, Stdout);
             let written = write_csv(&mut selection, sink, |selection| reading.show(selection));
             written.map_err(|error| named(error, "to stdout"))?;
             drop(reading);

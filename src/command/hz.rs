@@ -11,6 +11,7 @@ use serde::Serialize;
 use crate::cli::{Format, HzArgs};
 use crate::command::follow::{WAIT_PERIOD, open_when_there};
 use crate::command::output::{print_json, print_line};
+use crate::output::wait_for_reader;
 
 const SECOND_NS: u64 = 1_000_000_000;
 
@@ -59,6 +60,7 @@ impl Window {
 pub(crate) fn run(args: &HzArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
+    wait_for_reader(Some(&stop));
     let opened = open_when_there(domain.instance(), &stop, || FrameSubscriber::open(&domain, "hz"))?;
     let Some(mut frames) = opened else { return Ok(ExitCode::SUCCESS) };
     let mut left = args.seconds.unwrap_or(u64::MAX);

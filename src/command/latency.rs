@@ -14,6 +14,7 @@ use crate::cli::{Format, LatencyArgs};
 use crate::command::follow::{WAIT_PERIOD, open_when_there};
 use crate::command::output::{print_bytes, print_json, print_line};
 use crate::command::whole_file;
+use crate::output::wait_for_reader;
 
 /// What has been read.
 #[derive(Default)]
@@ -47,6 +48,7 @@ pub(crate) fn run(args: &LatencyArgs) -> anyhow::Result<ExitCode> {
     }
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
+    wait_for_reader(Some(&stop));
     let opened = open_when_there(domain.instance(), &stop, || FrameSubscriber::open(&domain, "latency"))?;
     let Some(mut frames) = opened else { return Ok(ExitCode::SUCCESS) };
     let mode = if args.poll { ReadMode::Polling } else { ReadMode::Woken };
@@ -129,9 +131,9 @@ fn print_text(report: &LatencyReport, due: &LatencyHistogram) -> anyhow::Result<
         row.extend([p50, p99, p999, max].map(|&micros| Cell::from(micros)));
         table.push(row);
     }
-    print_bytes(&Text.export(&[table])?)?;
+    print_bytes(Text.export(&[table])?)?;
     if *frames > 0 {
-        print_bytes(format!("\nframes by latency from due to read in \u{b5}s\n{}", Bars(due)).as_bytes())?;
+        print_bytes(format!("\nframes by latency from due to read in \u{b5}s\n{}", Bars(due)))?;
     }
     Ok(())
 }

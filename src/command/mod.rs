@@ -6,6 +6,7 @@ use anyhow::Context as _;
 use bench_dragon::config::{Config, Overrides};
 
 use crate::cli::{Cli, Command, ConfigArgs};
+use crate::output::wait_for_reader;
 
 mod bridge;
 mod completions;
@@ -60,6 +61,9 @@ fn load_config(args: &ConfigArgs, overrides: Overrides) -> anyhow::Result<Config
 /// Runs a command. The result is the process's exit status.
 pub(crate) fn run(cli: Cli) -> anyhow::Result<ExitCode> {
     parent::follow_parent(cli.child)?;
+    if is_only_output(&cli.command) {
+        wait_for_reader(None);
+    }
     match cli.command {
         Command::Show(args) => show::run(&args),
         Command::Serve(args) => serve::run(&args),
@@ -81,4 +85,10 @@ pub(crate) fn run(cli: Cli) -> anyhow::Result<ExitCode> {
         Command::Completions(args) => completions::run(args),
         Command::Man(args) => man::run(&args),
     }
+}
+
+/// Whether a command has nothing to do but its output, and leaves signals as they are.
+fn is_only_output(command: &Command) -> bool {
+    use Command::{Completions, Doctor, Export, Iox2Config, Man, Solve};
+    matches!(command, Solve(_) | Export(_) | Doctor(_) | Iox2Config(_) | Completions(_) | Man(_))
 }

@@ -1,39 +1,31 @@
-//! Writing to stdout and stderr, without the panic of `println!` where nobody reads any more.
+//! Lines for stdout and stderr, on their way to [`crate::output`].
 
 use std::fmt::Display;
-use std::io::{self, Write as _};
+use std::io;
 use std::path::Path;
 
 use bench_dragon::histogram::Percentiles;
 use bench_dragon::record::Flaws;
 use serde::Serialize;
 
+pub(crate) use crate::output::complain;
+use crate::output::print;
+
 /// Prints one line.
 pub(crate) fn print_line(line: impl Display) -> io::Result<()> {
-    print(format!("{line}\n").as_bytes())
+    print(format!("{line}\n").into_bytes())
 }
 
 /// Prints a value as one line of JSON.
 pub(crate) fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
-    Ok(print_line(serde_json::to_string(value)?)?)
+    let mut line = serde_json::to_vec(value)?;
+    line.push(b'\n');
+    Ok(print(line)?)
 }
 
 /// Prints lines that have their ends.
-pub(crate) fn print_bytes(lines: &[u8]) -> anyhow::Result<()> {
-    Ok(print(lines)?)
-}
-
-/// An error says what could not be written, and keeps its kind: nobody reading any more is none for `head`.
-fn print(bytes: &[u8]) -> io::Result<()> {
-    let mut stdout = io::stdout().lock();
-    let printed = stdout.write_all(bytes).and_then(|()| stdout.flush());
-    printed.map_err(|error| io::Error::new(error.kind(), format!("cannot write to stdout: {error}")))
-}
-
-/// Prints one line to stderr.
-pub(crate) fn complain(line: &str) {
-    // Where stderr is gone too, there is nobody left to tell.
-    let _ = writeln!(io::stderr().lock(), "{line}");
+pub(crate) fn print_bytes(lines: impl Into<Vec<u8>>) -> anyhow::Result<()> {
+    Ok(print(lines.into())?)
 }
 
 /// Says what could not be read of a recording. `done` is what was done with the rest.

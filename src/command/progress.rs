@@ -3,31 +3,31 @@
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use crate::output::{bar, set_live_line};
 
 /// An answer that is there sooner shows no bar.
 const PATIENCE: Duration = Duration::from_millis(500);
-
-/// The bar is this many steps long.
-const STEPS: u64 = 1000;
+/// The bar is drawn anew this often at most.
+const DRAW_PERIOD: Duration = Duration::from_millis(50);
 
 /// The bar, taken away when it is dropped. Where stderr is no terminal it is not drawn.
 #[derive(Debug)]
 pub(crate) struct Progress {
-    bar: ProgressBar,
-    began: Instant,
+    what: &'static str,
     total: f64,
-    done: Mutex<f64>,
+    state: Mutex<State>,
+}
+
+#[derive(Debug)]
+struct State {
+    done: f64,
+    due: Instant,
 }
 
 impl Progress {
     /// A bar for this much work.
     pub(crate) fn new(what: &'static str, total: f64) -> Self {
-        let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::hidden());
-        let style = ProgressStyle::with_template("{bar:24} {percent:>3} %  {msg}").expect("the template is valid");
-        bar.set_style(style);
-        bar.set_message(what);
-        Self { bar, began: Instant::now(), total, done: Mutex::new(0.0) }
+        Self { what, total, state: Mutex::new(State { done: 0.0, due: Instant::now() + PATIENCE }) }
     }
 
     /// So much more is done.
@@ -40,18 +40,20 @@ impl Progress {
         self.change(|_| work);
     }
 
-    fn change(&self, now: impl FnOnce(f64) -> f64) {
-        let mut done = self.done.lock().expect("nothing panics under the lock");
-        *done = now(*done);
-        if self.bar.is_hidden() && self.began.elapsed() > PATIENCE {
-            self.bar.set_draw_target(ProgressDrawTarget::stderr());
+    fn change(&self, change: impl FnOnce(f64) -> f64) {
+        let mut state = self.state.lock().expect("nothing panics under the lock");
+        state.done = change(state.done);
+        let now = Instant::now();
+        if now >= state.due {
+            state.due = now + DRAW_PERIOD;
+            let fraction = state.done / self.total;
+            set_live_line(Some(format!("{} {:>3.0} %  {}", bar(fraction), fraction * 100.0, self.what)));
         }
-        self.bar.set_position((*done / self.total * STEPS as f64) as u64);
     }
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        self.bar.finish_and_clear();
+        set_live_line(None);
     }
 }

@@ -21,7 +21,7 @@ pub(crate) fn run(args: &ManArgs) -> anyhow::Result<ExitCode> {
     program.build();
     match &args.out {
         Some(folder) => write_all(&program, folder)?,
-        None => print_bytes(Page::of(find(&program, &args.command)?).text()?.as_bytes())?,
+        None => print_bytes(Page::of(find(&program, &args.command)?).text()?)?,
     }
     Ok(ExitCode::SUCCESS)
 }

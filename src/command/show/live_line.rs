@@ -4,15 +4,15 @@ use std::time::{Duration, Instant};
 
 use bench_dragon::report::MonitorProgress;
 use bench_dragon_ipc::FrameHeader;
-use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::output::{bar, complain, set_live_line};
 
 /// How often the rate is measured anew.
 const RATE_PERIOD: Duration = Duration::from_secs(1);
 
-/// The line. Where stderr is no terminal it is not drawn.
+/// The line. Where stderr is no terminal it is not drawn. A terminal that takes nothing shows the newest one when it does again.
 #[derive(Debug)]
 pub(super) struct LiveLine {
-    bar: ProgressBar,
     start_s: f64,
     end_s: f64,
     /// When and at which tick the rate was last measured.
@@ -23,10 +23,7 @@ pub(super) struct LiveLine {
 impl LiveLine {
     /// A line for a show between two show times.
     pub(super) fn new(start_s: f64, end_s: f64) -> Self {
-        let bar = ProgressBar::new(milliseconds(end_s - start_s));
-        let style = ProgressStyle::with_template("{bar:24} {msg}").expect("the template is valid");
-        bar.set_style(style);
-        Self { bar, start_s, end_s, measured: None, rate_hz: 0.0 }
+        Self { start_s, end_s, measured: None, rate_hz: 0.0 }
     }
 
     /// Draws the present.
@@ -35,21 +32,25 @@ impl LiveLine {
         let sim_time_s = header.sim_time_s();
         let clearance = progress.clearance_m.map_or("-".to_owned(), |clearance_m| format!("{clearance_m:.4} m"));
         let state = header.show_state().map_or("unknown", |state| state.name());
-        self.bar.set_position(milliseconds(sim_time_s - self.start_s));
-        self.bar.set_message(format!(
-            "{sim_time_s:.2} of {:.2} s  {state}  clearance {clearance}  {:.0} Hz  lost {}",
-            self.end_s, self.rate_hz, progress.lost
-        ));
+        set_live_line(Some(format!(
+            "{} {sim_time_s:.2} of {:.2} s  {state}  clearance {clearance}  {:.0} Hz  lost {}",
+            bar((sim_time_s - self.start_s) / (self.end_s - self.start_s)),
+            self.end_s,
+            self.rate_hz,
+            progress.lost
+        )));
     }
 
     /// Prints a line above it.
+    #[expect(clippy::unused_self, reason = "the terminal has one live line: this one")]
     pub(super) fn say(&self, line: &str) {
-        self.bar.suspend(|| crate::command::output::complain(line));
+        complain(line);
     }
 
     /// Takes the line away.
+    #[expect(clippy::unused_self, reason = "as above")]
     pub(super) fn clear(&self) {
-        self.bar.finish_and_clear();
+        set_live_line(None);
     }
 
     fn measure_rate(&mut self, tick: u64) {
@@ -65,8 +66,4 @@ impl LiveLine {
             _ => self.measured = Some((now, tick)),
         }
     }
-}
-
-fn milliseconds(seconds: f64) -> u64 {
-    (seconds * 1e3).max(0.0) as u64
 }

@@ -52,9 +52,9 @@ pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
     }
     match args.format {
         TableFormat::Json => print_json(&answer),
-        TableFormat::Csv => print_bytes(&Csv.export(&[answer.by_time()])?),
+        TableFormat::Csv => print_bytes(Csv.export(&[answer.by_time()])?),
         TableFormat::Text if args.xlsx.is_some() || args.figure.figure.is_some() => answer.print_files(args),
-        TableFormat::Text => print_bytes(&Text.export(&answer.poses.iter().map(Pose::table).collect::<Vec<_>>())?),
+        TableFormat::Text => print_bytes(Text.export(&answer.poses.iter().map(Pose::table).collect::<Vec<_>>())?),
     }
 }
 

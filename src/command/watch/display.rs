@@ -1,9 +1,9 @@
 //! The terminal while it is drawn on, given back however that ends.
 
-use std::io::{self, IsTerminal as _, Stdout, Write as _};
+use std::io::{self, Write as _};
 use std::panic;
-use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Once};
 
 use ratatui::backend::CrosstermBackend;
 use ratatui::crossterm::cursor::{Hide, MoveTo, Show};
@@ -16,22 +16,25 @@ use ratatui::{Frame, Terminal};
 use signal_hook::consts::SIGTSTP;
 use signal_hook::low_level::emulate_default_handler;
 
-use crate::held_stderr::{hold_back, let_go};
+use super::mailbox::Mailbox;
+use crate::output::{Screen, hold_terminal, release_terminal};
 
 /// Whether the terminal is ours.
 static IS_OURS: AtomicBool = AtomicBool::new(false);
 
 /// The terminal: without echo, on its other screen, with a log that leads to a terminal held back.
 pub(super) struct Display {
-    terminal: Terminal<CrosstermBackend<Stdout>>,
+    terminal: Terminal<CrosstermBackend<Screen>>,
+    mailbox: Arc<Mailbox>,
 }
 
 impl Display {
-    /// Takes the terminal. It is given back when this is dropped, and at a panic of whatever thread.
-    pub(super) fn open() -> io::Result<Self> {
+    /// Takes the terminal. It is given back when this is dropped, and at a panic of whatever thread. Once the mailbox has an end,
+    /// a terminal that takes nothing is waited for no more.
+    pub(super) fn open(mailbox: Arc<Mailbox>) -> io::Result<Self> {
         give_back_at_panics();
-        let terminal = enter()?;
-        Ok(Self { terminal })
+        let terminal = enter(&mailbox)?;
+        Ok(Self { terminal, mailbox })
     }
 
     /// Draws what has changed. An error also where a panic of another thread has given the terminal back.
@@ -54,7 +57,7 @@ impl Display {
     pub(super) fn resume(&mut self) -> io::Result<()> {
         // The mode that was found at first may no longer be there: it is set anew.
         disable_raw_mode()?;
-        self.terminal = enter()?;
+        self.terminal = enter(&self.mailbox)?;
         Ok(())
     }
 }
@@ -73,11 +76,10 @@ pub(super) fn leave() {
     }
     // The mode first: that does not wait.
     restore_keys();
-    let mut stdout = io::stdout().lock();
+    let mut screen = Screen::new(|| true);
     // Terminals without another screen get an empty one.
-    let _ = execute!(stdout, ResetColor, Clear(ClearType::All), MoveTo(0, 0), LeaveAlternateScreen, Show);
-    drop(stdout);
-    let_go();
+    let _ = execute!(screen, ResetColor, Clear(ClearType::All), MoveTo(0, 0), LeaveAlternateScreen, Show);
+    release_terminal();
 }
 
 /// Keys are echoed again. This does not wait for a terminal that takes nothing.
@@ -86,17 +88,15 @@ pub(super) fn restore_keys() {
     let _ = disable_raw_mode();
 }
 
-fn enter() -> io::Result<Terminal<CrosstermBackend<Stdout>>> {
-    // Where the log goes elsewhere, it does not go across what is drawn.
-    if io::stderr().is_terminal() {
-        hold_back();
-    }
+fn enter(mailbox: &Arc<Mailbox>) -> io::Result<Terminal<CrosstermBackend<Screen>>> {
+    hold_terminal();
     IS_OURS.store(true, Ordering::SeqCst);
     enable_raw_mode()?;
-    let mut stdout = io::stdout();
-    queue!(stdout, EnterAlternateScreen, Hide, Clear(ClearType::All))?;
-    stdout.flush()?;
-    Terminal::new(CrosstermBackend::new(stdout))
+    let mailbox = Arc::clone(mailbox);
+    let mut screen = Screen::new(move || mailbox.is_ending());
+    queue!(screen, EnterAlternateScreen, Hide, Clear(ClearType::All))?;
+    screen.flush()?;
+    Terminal::new(CrosstermBackend::new(screen))
 }
 
 /// A panic tells its reason on a terminal that shows it; the next drawing then ends the watch.

@@ -104,6 +104,11 @@ impl Mailbox {
         since
     }
 
+    /// Whether the end is asked for.
+    pub(super) fn is_ending(&self) -> bool {
+        self.mail().end.is_some()
+    }
+
     /// Closes it: none who has something to say waits any more. Scenes and keys are over.
     pub(super) fn close(&self) {
         self.put(|mail| {

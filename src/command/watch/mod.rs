@@ -17,6 +17,7 @@ use bench_dragon::observe::{Observer, Scene};
 use bench_dragon::watch::{Action, Screen, Shown, draw};
 use bench_dragon_ipc::Domain;
 use ratatui::crossterm::event::Event as Input;
+use rustix::io::Errno;
 
 use crate::cli::WatchArgs;
 use crate::command::output::complain;
@@ -35,7 +36,7 @@ pub(crate) fn run(args: &WatchArgs) -> anyhow::Result<ExitCode> {
     signals::send_to(Arc::clone(&mailbox))?;
     let screen = Screen::new(domain.instance().as_str(), look, args.read_only);
     let clerk = Clerk::start(&domain, &mailbox)?;
-    let display = Display::open().context("cannot draw on this terminal")?;
+    let display = Display::open(Arc::clone(&mailbox)).context("cannot draw on this terminal")?;
     mailbox::send_input_to(Arc::clone(&mailbox))?;
     let stop = Arc::new(AtomicBool::new(false));
     let observing = observe(domain, Arc::clone(&stop), Arc::clone(&mailbox))?;
@@ -115,6 +116,8 @@ impl Watch {
             Event::Suspend => self.display.suspend()?,
             Event::Continue => self.display.resume()?,
             Event::End => return Ok(false),
+            // The terminal is closed.
+            Event::Failed(error) if error.raw_os_error() == Some(Errno::IO.raw_os_error()) => return Ok(false),
             Event::Failed(error) => return Err(error).context("cannot read the terminal's keys"),
         }
         self.shown = None;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
+use bench_dragon::stop::is_hangup_ignored;
 use signal_hook::consts::{SIGCONT, SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
 use signal_hook::iterator::Signals;
 
@@ -16,21 +17,28 @@ use super::mailbox::Mailbox;
 const FORCED_EXIT_STATUS: i32 = 130;
 /// A signal this soon after the first is the same wish: some tools signal a process and its group.
 const GRACE: Duration = Duration::from_secs(1);
-/// How long a terminal may take the last few bytes, where it may take none.
-const FAREWELL: Duration = Duration::from_millis(200);
 
 /// Hands them over. One to end that comes a second after the end was first asked for ends the process, whatever the screen or
-/// a command waits for.
+/// a command waits for. A terminal that takes nothing keeps what was drawn; its keys are echoed again.
 pub(super) fn send_to(mailbox: Arc<Mailbox>) -> io::Result<()> {
-    let mut signals = Signals::new([SIGCONT, SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP])?;
+    let mut signals = Signals::new([SIGCONT, SIGINT, SIGQUIT, SIGTERM, SIGTSTP])?;
+    if !is_hangup_ignored() {
+        signals.add_signal(SIGHUP)?;
+    }
     let send = move || {
         for signal in signals.forever() {
             match signal {
                 SIGTSTP => mailbox.suspend(),
                 SIGCONT => mailbox.go_on(),
+                SIGHUP => {
+                    mailbox.end();
+                }
                 _ => {
                     if mailbox.end() > GRACE {
-                        force_end();
+                        // First, for the screen may be left already by a thread that has not come to the keys.
+                        display::restore_keys();
+                        display::leave();
+                        process::exit(FORCED_EXIT_STATUS);
                     }
                 }
             }
@@ -38,13 +46,4 @@ pub(super) fn send_to(mailbox: Arc<Mailbox>) -> io::Result<()> {
     };
     thread::Builder::new().name("signals".to_owned()).spawn(send)?;
     Ok(())
-}
-
-/// Ends the process although the terminal may take nothing: then what was drawn stays, but keys are echoed again.
-fn force_end() -> ! {
-    // Not by the thread: on a busy machine it may not run before the process ends.
-    display::restore_keys();
-    thread::spawn(display::leave);
-    thread::sleep(FAREWELL);
-    process::exit(FORCED_EXIT_STATUS);
 }

@@ -27,7 +27,7 @@ pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<()> {
     if args.format.format == Format::Json {
         return print_json(&answer::answer(&sensitivity, &responses));
     }
-    print_bytes(&Text.export(&tables::texts(&sensitivity, &responses))?)?;
+    print_bytes(Text.export(&tables::texts(&sensitivity, &responses))?)?;
     let notes = tables::notes(&responses);
     if !notes.is_empty() {
         print_line("")?;

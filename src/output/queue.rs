@@ -1,0 +1,254 @@
+//! What waits to be written to one file: lines in their order, and the newest state of a live line.
+//!
+//! The queue is bounded and never waits. A line for which there is no room is dropped and counted, and so is every line after
+//! it until all lines before it are written; then a report of the count takes their place. So the lines that are written are in
+//! their order, and one knows where some are missing.
+
+use std::collections::VecDeque;
+use std::mem;
+
+/// A standard stream.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Stream {
+    /// Standard output.
+    Stdout,
+    /// Standard error.
+    Stderr,
+}
+
+/// What the writer does next.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Piece {
+    /// Write whole lines, or a state of the live line.
+    Bytes(Stream, Vec<u8>),
+    /// Report that so many lines were dropped.
+    Report(u64),
+}
+
+/// The queue of one file.
+#[derive(Debug)]
+pub(super) struct Queue {
+    room_bytes: usize,
+    lines: VecDeque<(Stream, Vec<u8>)>,
+    bytes: usize,
+    dropped: u64,
+    live: Live,
+    /// A frame of a screen that is drawn on the whole terminal. It goes past all lines.
+    screen: Vec<u8>,
+    is_held: bool,
+    is_writing: bool,
+}
+
+/// The line that is drawn anew in its place.
+#[derive(Debug, Default)]
+struct Live {
+    text: Option<String>,
+    /// What stands on the terminal.
+    drawn: Option<String>,
+}
+
+/// Goes to the beginning of the line and erases it (ECMA-48: CR, EL 0).
+const ERASE: &str = "\r\u{1b}[K";
+
+impl Queue {
+    /// An empty queue for so many bytes.
+    pub(super) fn new(room_bytes: usize) -> Self {
+        Self {
+            room_bytes,
+            lines: VecDeque::new(),
+            bytes: 0,
+            dropped: 0,
+            live: Live::default(),
+            screen: Vec::new(),
+            is_held: false,
+            is_writing: false,
+        }
+    }
+
+    /// Leaves no more room than this.
+    pub(super) fn shrink(&mut self, room_bytes: usize) {
+        self.room_bytes = self.room_bytes.min(room_bytes);
+    }
+
+    /// Whether so many bytes would be taken. An empty queue takes a line of any length.
+    pub(super) fn has_room(&self, bytes: usize) -> bool {
+        self.dropped == 0 && (self.lines.is_empty() || self.bytes + bytes <= self.room_bytes)
+    }
+
+    /// Takes whole lines, or drops and counts them.
+    pub(super) fn push(&mut self, stream: Stream, lines: Vec<u8>) {
+        if self.has_room(lines.len()) {
+            self.bytes += lines.len();
+            self.lines.push_back((stream, lines));
+        } else {
+            self.dropped += line_count(&lines);
+        }
+    }
+
+    /// Replaces the live line, or takes it away.
+    pub(super) fn set_live(&mut self, text: Option<String>) {
+        self.live.text = text;
+    }
+
+    /// Takes a frame of a screen, behind one that has not been written yet.
+    pub(super) fn push_screen(&mut self, frame: &[u8]) {
+        self.screen.extend_from_slice(frame);
+    }
+
+    /// Holds the lines back from now on, or lets them go.
+    pub(super) fn hold(&mut self, is_held: bool) {
+        self.is_held = is_held;
+    }
+
+    /// What to write next, which [`Queue::end_piece`] ends; `None` where there is nothing.
+    pub(super) fn next(&mut self) -> Option<Piece> {
+        let piece = self.next_piece();
+        self.is_writing = piece.is_some();
+        piece
+    }
+
+    /// Takes note that the last piece is written.
+    pub(super) fn end_piece(&mut self) {
+        self.is_writing = false;
+    }
+
+    /// Whether all is written that is not held back.
+    pub(super) fn is_idle(&self) -> bool {
+        let waits = self.has_lines() && !self.is_held || self.live.is_due() || !self.screen.is_empty();
+        !self.is_writing && !waits
+    }
+
+    /// The lines that nobody has seen: those that wait, and those that were dropped.
+    pub(super) fn unseen(&self) -> u64 {
+        self.dropped + self.lines.iter().map(|(_, lines)| line_count(lines)).sum::<u64>()
+    }
+
+    fn has_lines(&self) -> bool {
+        !self.lines.is_empty() || self.dropped > 0
+    }
+
+    fn next_piece(&mut self) -> Option<Piece> {
+        if !self.screen.is_empty() {
+            return Some(Piece::Bytes(Stream::Stdout, mem::take(&mut self.screen)));
+        }
+        if self.has_lines() && !self.is_held {
+            if let Some(erasing) = self.live.erase() {
+                return Some(Piece::Bytes(Stream::Stderr, erasing));
+            }
+            let Some((stream, lines)) = self.lines.pop_front() else {
+                return Some(Piece::Report(mem::take(&mut self.dropped)));
+            };
+            self.bytes -= lines.len();
+            return Some(Piece::Bytes(stream, lines));
+        }
+        self.live.draw().map(|drawing| Piece::Bytes(Stream::Stderr, drawing))
+    }
+}
+
+impl Live {
+    fn is_due(&self) -> bool {
+        self.text != self.drawn
+    }
+
+    fn erase(&mut self) -> Option<Vec<u8>> {
+        self.drawn.take().map(|_| ERASE.as_bytes().to_vec())
+    }
+
+    /// Makes what stands on the terminal the newest text.
+    fn draw(&mut self) -> Option<Vec<u8>> {
+        if !self.is_due() {
+            return None;
+        }
+        let text = self.text.clone();
+        self.drawn.clone_from(&text);
+        Some(format!("{ERASE}{}", text.unwrap_or_default()).into_bytes())
+    }
+}
+
+fn line_count(lines: &[u8]) -> u64 {
+    lines.split_inclusive(|byte| *byte == b'\n').count() as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(text: &str) -> Vec<u8> {
+        format!("{text}\n").into_bytes()
+    }
+
+    /// All pieces that are due, as one text.
+    fn written(queue: &mut Queue) -> String {
+        let mut text = String::new();
+        while let Some(piece) = queue.next() {
+            match piece {
+                Piece::Bytes(_, bytes) => text += &String::from_utf8(bytes).expect("UTF-8"),
+                Piece::Report(lines) => text += &[lines.to_string().as_str(), " dropped\n"].concat(),
+            }
+            queue.end_piece();
+        }
+        assert!(queue.is_idle());
+        text
+    }
+
+    #[test]
+    fn lines_of_both_streams_leave_in_their_order() {
+        let mut queue = Queue::new(100);
+        queue.push(Stream::Stdout, line("one"));
+        queue.push(Stream::Stderr, line("two"));
+        assert!(!queue.is_idle());
+        assert_eq!(queue.next(), Some(Piece::Bytes(Stream::Stdout, line("one"))));
+        assert_eq!(queue.next(), Some(Piece::Bytes(Stream::Stderr, line("two"))));
+        assert!(!queue.is_idle(), "the second one is being written");
+        assert_eq!(queue.next(), None);
+        assert!(queue.is_idle());
+    }
+
+    #[test]
+    fn lines_without_room_are_counted_and_reported_where_they_are_missing() {
+        let mut queue = Queue::new(8);
+        for text in ["one", "two", "three\nfour", "5"] {
+            queue.push(Stream::Stdout, line(text));
+        }
+        assert_eq!(queue.unseen(), 5);
+        assert_eq!(written(&mut queue), "one\ntwo\n3 dropped\n", "the short line does not go past the long one");
+        queue.push(Stream::Stdout, line("six"));
+        assert_eq!(written(&mut queue), "six\n");
+    }
+
+    #[test]
+    fn an_empty_queue_takes_a_line_of_any_length() {
+        let mut queue = Queue::new(2);
+        assert!(queue.has_room(100));
+        queue.push(Stream::Stdout, line("long"));
+        assert!(!queue.has_room(1));
+        assert_eq!(written(&mut queue), "long\n");
+    }
+
+    #[test]
+    fn the_live_line_is_the_newest_one_and_gives_way_to_lines() {
+        let mut queue = Queue::new(100);
+        queue.set_live(Some("1 %".to_owned()));
+        queue.set_live(Some("2 %".to_owned()));
+        assert_eq!(written(&mut queue), "\r\u{1b}[K2 %");
+        assert_eq!(written(&mut queue), "", "it stands there already");
+        queue.push(Stream::Stdout, line("one"));
+        queue.push(Stream::Stderr, line("two"));
+        assert_eq!(written(&mut queue), "\r\u{1b}[Kone\ntwo\n\r\u{1b}[K2 %");
+        queue.set_live(None);
+        assert_eq!(written(&mut queue), "\r\u{1b}[K");
+    }
+
+    #[test]
+    fn held_lines_wait_for_their_release_and_a_screen_does_not() {
+        let mut queue = Queue::new(4);
+        queue.hold(true);
+        queue.push(Stream::Stderr, line("log"));
+        queue.push(Stream::Stderr, line("more"));
+        queue.push_screen(b"frame");
+        assert_eq!(written(&mut queue), "frame");
+        queue.hold(false);
+        assert!(!queue.is_idle());
+        assert_eq!(written(&mut queue), "log\n1 dropped\n");
+    }
+}

@@ -1,0 +1,116 @@
+//! A pseudo-terminal that a program is run on, and that takes output only when it is asked to.
+
+use std::fs::{File, OpenOptions};
+use std::io::{ErrorKind, Read as _, Write as _};
+use std::os::unix::fs::OpenOptionsExt as _;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::thread::{self, JoinHandle};
+
+use nix::fcntl::OFlag;
+use nix::pty::{PtyMaster, grantpt, posix_openpt, ptsname_r, unlockpt};
+use rustix::process::{Pid, Signal, kill_process};
+
+use crate::eventually::eventually;
+
+/// Both ends of the terminal.
+#[derive(Debug)]
+pub(crate) struct Pty {
+    master: PtyMaster,
+    slave: File,
+    path: String,
+}
+
+/// A process on a terminal. One that a failing test leaves is killed.
+#[derive(Debug)]
+pub(crate) struct OnPty(Child);
+
+impl Pty {
+    /// A terminal whose output nobody reads yet. No process has its other end, so that it can be closed.
+    pub(crate) fn open() -> Self {
+        let master =
+            posix_openpt(OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_CLOEXEC).expect("the system has terminals");
+        grantpt(&master).and_then(|()| unlockpt(&master)).expect("it is ours");
+        let path = ptsname_r(&master).expect("it has a name");
+        let slave = open_slave(&path, OFlag::empty());
+        Self { master, slave, path }
+    }
+
+    /// The same, full: it takes nothing.
+    pub(crate) fn stuck() -> Self {
+        let pty = Self::open();
+        let mut filler = open_slave(&pty.path, OFlag::O_NONBLOCK);
+        let full = loop {
+            if let Err(error) = filler.write(&[b'x'; 64]) {
+                break error;
+            }
+        };
+        assert_eq!(full.kind(), ErrorKind::WouldBlock, "the terminal is full");
+        pty
+    }
+
+    /// Starts a program whose stdout and stderr are this terminal.
+    pub(crate) fn start(&self, mut command: Command) -> OnPty {
+        command.stdin(Stdio::null()).stdout(self.slave()).stderr(self.slave()).env("TERM", "xterm");
+        OnPty(command.spawn().expect("the program is there"))
+    }
+
+    /// Starts a program whose own terminal this is: it gets a SIGHUP when the terminal is closed. `launcher` runs it.
+    pub(crate) fn start_session(&self, launcher: &[&str], command: &Command) -> OnPty {
+        let mut session = Command::new("setsid");
+        session.arg("--ctty").args(launcher).arg(command.get_program()).args(command.get_args());
+        session.env_remove("RUST_LOG").env("TERM", "xterm");
+        session.current_dir(command.get_current_dir().expect("the stage has a folder"));
+        session.stdin(self.slave()).stdout(self.slave()).stderr(self.slave());
+        OnPty(session.spawn().expect("setsid is part of util-linux"))
+    }
+
+    /// A handle of the terminal for a program.
+    pub(crate) fn slave(&self) -> Stdio {
+        Stdio::from(self.slave.try_clone().expect("a descriptor"))
+    }
+
+    /// Takes all output from now on, until no process has the terminal any more. Gives all of it, without what filled it.
+    pub(crate) fn read(self) -> JoinHandle<String> {
+        let Self { mut master, slave, .. } = self;
+        drop(slave);
+        thread::spawn(move || {
+            let mut output = Vec::new();
+            // EIO stands for the end.
+            let _ = master.read_to_end(&mut output);
+            String::from_utf8_lossy(&output).trim_start_matches('x').replace("\r\n", "\n")
+        })
+    }
+
+    /// Closes the terminal under whatever runs on it.
+    pub(crate) fn close(self) {
+        drop(self);
+    }
+}
+
+fn open_slave(path: &str, flags: OFlag) -> File {
+    let flags = flags.union(OFlag::O_NOCTTY).bits();
+    OpenOptions::new().read(true).write(true).custom_flags(flags).open(path).expect("our own terminal")
+}
+
+impl OnPty {
+    pub(crate) fn pid(&self) -> u32 {
+        self.0.id()
+    }
+
+    pub(crate) fn signal(&self, signal: Signal) {
+        kill_process(Pid::from_child(&self.0), signal).expect("the process has not been waited for");
+    }
+
+    /// Waits for its end.
+    pub(crate) fn end(mut self) -> ExitStatus {
+        eventually("a process on a terminal has ended", || self.0.try_wait().expect("a child can be waited for"))
+    }
+}
+
+impl Drop for OnPty {
+    fn drop(&mut self) {
+        // Without effect on one that has been waited for.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
