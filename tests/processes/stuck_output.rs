@@ -39,7 +39,7 @@ fn a_monitor_on_a_stuck_terminal_reads_every_frame_and_alerts_the_bus_of_all_tha
     let server = stage.serve(&[&TO_CONTACT[..], &["--readers", "1"]].concat());
     let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has made the services");
     let terminal = Pty::stuck();
-    let monitor = terminal.start(stage.command(&["monitor", "--format", "json", "--progress", "0.05"]));
+    let monitor = terminal.start(stage.command(&["monitor", "--format", "json"]));
     let frames = server.summary()["frames"].clone();
     let mut alerted = Vec::new();
     while let Some(alert) = alerts.receive().expect("the bus is readable") {
@@ -79,7 +79,7 @@ fn lines_that_a_terminal_does_not_take_are_counted_and_the_later_ones_follow() {
     let dropped = report.strip_suffix(" lines were dropped: the terminal took no output");
     let dropped: usize = dropped.and_then(|count| count.parse().ok()).unwrap_or_else(|| panic!("{report}"));
     let (last, lines) = (json_lines(&output).pop(), json_lines(&output).len());
-    assert!(dropped > 0 && lines > 100, "{dropped} of {lines}");
+    assert!(dropped > 0 && lines > 10, "{dropped} of {lines}");
     assert!(last.is_none_or(|line| line["type"] != "summary" || line["frames"] == frames), "{output}");
 }
 
