@@ -74,8 +74,7 @@ fn a_terminal_that_is_closed_from_the_start_is_no_failure() {
     let terminal = Pty::open();
     let server = terminal.start(stage.command(&["serve", "--rate", "100", "--readers", "1", "--until", "0.5"]));
     terminal.close();
-    eventually("there is a server", || StatusReader::open(stage.domain(), "test").ok());
-    let mut reader = Reader::join(&stage);
+    let mut reader = Reader::await_server(&stage);
     reader.read_to_tick(50);
     drop(reader);
     assert_eq!(server.end().code(), Some(0));
