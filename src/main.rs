@@ -7,6 +7,7 @@ use bench_dragon::config::ConfigError;
 use bench_dragon::export::ExportError;
 use bench_dragon::record::{NothingFound, RecordError, RepairError};
 use bench_dragon::replay::ReplayError;
+use bench_dragon_ipc::{BusError, DomainError};
 use clap::Parser as _;
 use clap::builder::Styles;
 use clap::error::ErrorKind as ClapErrorKind;
@@ -92,6 +93,8 @@ fn is_bad_input(error: &anyhow::Error) -> bool {
     error.chain().any(|cause| {
         cause.is::<BadInput>()
             || cause.is::<ConfigError>()
+            || matches!(cause.downcast_ref(), Some(DomainError::RootPath { .. }))
+            || matches!(cause.downcast_ref(), Some(BusError::Domain(DomainError::RootPath { .. })))
             || matches!(cause.downcast_ref(), Some(RecordError::Exists { .. } | RecordError::Create { .. }))
             || matches!(
                 cause.downcast_ref(),

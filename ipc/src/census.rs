@@ -7,16 +7,15 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use iceoryx2::node::{NodeState, NodeView};
-use iceoryx2::prelude::{CallbackProgression, Node};
 
+use crate::dead_nodes::{list as list_nodes, remove_dead_nodes};
 use crate::domain::Domain;
 use crate::domain_error::DomainError;
 use crate::error::BusError;
 use crate::membership::Membership;
-use crate::service::Service;
 use crate::service_layout::{ServiceLayout, service_layouts};
 use crate::source_lock::{self, SourceLock};
-use crate::sweep::SHARED_MEMORY;
+use crate::sweep::{SHARED_MEMORY, foreign_owner};
 
 /// What a look at a domain has found. The domain may have changed since.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -34,8 +33,19 @@ pub struct Census {
     pub half_made: Vec<PathBuf>,
     /// Everything of the domain that is on the machine.
     pub entries: Vec<PathBuf>,
+    /// Files of other users in shared memory whose names begin as the domain's do. They are in nobody's way.
+    pub foreign: Vec<ForeignFile>,
     /// How the services that are there are laid out.
     pub services: Vec<ServiceLayout>,
+}
+
+/// A file of another user.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ForeignFile {
+    /// Its path.
+    pub path: PathBuf,
+    /// Its owner.
+    pub owner: u32,
 }
 
 /// A process's entry in a domain.
@@ -62,20 +72,21 @@ impl Census {
     /// # Errors
     /// As [`Domain::check_directory`], but for a directory that is missing: then nobody is there.
     pub fn take(domain: &Domain) -> Result<Self, DomainError> {
-        let entries = entries(domain);
+        let (entries, foreign) = entries(domain);
         match domain.check_directory() {
             Ok(()) => {}
-            Err(DomainError::Missing { .. }) => return Ok(Self { entries, ..Self::default() }),
+            Err(DomainError::Missing { .. }) => return Ok(Self { entries, foreign, ..Self::default() }),
             Err(error) => return Err(error),
         }
         let mut census = Self {
             source: source_lock::holder(domain),
             half_made: source_lock::half_made(domain).unwrap_or_default(),
             entries,
+            foreign,
             services: service_layouts(domain),
             ..Self::default()
         };
-        for node in nodes(domain) {
+        for node in list_nodes(domain) {
             match node {
                 NodeState::Alive(node) => census.living.push(NodeEntry::of(&node)),
                 NodeState::Dead(node) => census.dead.push(NodeEntry::of(&node)),
@@ -92,7 +103,7 @@ impl Census {
 }
 
 impl NodeEntry {
-    fn of(node: &impl NodeView) -> Self {
+    pub(crate) fn of(node: &impl NodeView) -> Self {
         let details = node.details().as_ref();
         Self {
             name: details.map_or_else(String::new, |details| details.name().to_string()),
@@ -128,12 +139,7 @@ pub fn clear(domain: &Domain) -> Result<Cleared, BusError> {
     domain
         .set_fallback_configuration()
         .map_err(|error| DomainError::Io { path: domain.iceoryx2_toml_path(), error })?;
-    for node in nodes(domain) {
-        let NodeState::Dead(node) = node else { continue };
-        let entry = NodeEntry::of(&node);
-        node.try_remove_stale_resources().map_err(|error| BusError::failed("the entry of a killed process", error))?;
-        cleared.nodes.push(entry);
-    }
+    cleared.nodes = remove_dead_nodes(domain)?;
     drop(membership);
     if before.is_deserted() {
         // Whoever was alone has swept all of it away.
@@ -143,26 +149,25 @@ pub fn clear(domain: &Domain) -> Result<Cleared, BusError> {
     Ok(cleared)
 }
 
-fn nodes(domain: &Domain) -> Vec<NodeState<Service>> {
-    let mut nodes = Vec::new();
-    // Where they cannot be listed there is no directory of them.
-    let _ = Node::<Service>::list(&domain.iceoryx2_config(), |node| {
-        nodes.push(node);
-        CallbackProgression::Continue
-    });
-    nodes
-}
-
-/// Everything that bears the domain's prefix in shared memory, and the domain's directory with what is in it.
-fn entries(domain: &Domain) -> Vec<PathBuf> {
+/// Everything that bears the domain's prefix in shared memory, and the domain's directory with what is in it; beside it the
+/// files of other users that bear the prefix.
+fn entries(domain: &Domain) -> (Vec<PathBuf>, Vec<ForeignFile>) {
     let prefix = domain.prefix();
-    let is_ours = |path: &PathBuf| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(&prefix));
-    let mut entries: Vec<PathBuf> = list(Path::new(SHARED_MEMORY)).into_iter().filter(is_ours).collect();
+    let (mut entries, mut foreign) = (Vec::new(), Vec::new());
+    for path in list(Path::new(SHARED_MEMORY)) {
+        if !path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(&prefix)) {
+            continue;
+        }
+        match foreign_owner(&path, domain) {
+            Some(owner) => foreign.push(ForeignFile { path, owner }),
+            None => entries.push(path),
+        }
+    }
     if !matches!(fs::symlink_metadata(domain.root()), Err(error) if error.kind() == ErrorKind::NotFound) {
         entries.extend(list(domain.root()));
         entries.push(domain.root().to_owned());
     }
-    entries
+    (entries, foreign)
 }
 
 fn list(folder: &Path) -> Vec<PathBuf> {

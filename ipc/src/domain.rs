@@ -77,12 +77,13 @@ impl Domain {
     /// The domain of an instance of the user who runs this process. Touches nothing on disk.
     ///
     /// # Errors
-    /// [`DomainError::RootPath`] where the root path is relative, not UTF-8 or longer than [`MAX_ROOT_PATH_LEN`].
+    /// [`DomainError::RootPath`] where the root path is relative, not shorter than [`MAX_ROOT_PATH_LEN`], or has characters
+    /// that iceoryx2 does not take.
     pub fn new(instance: Instance) -> Result<Self, DomainError> {
         let uid = effective_uid()?;
         let root = base_directory(std::env::var_os("XDG_RUNTIME_DIR"), uid).join(instance.as_str());
-        let usable = root.is_absolute() && root.to_str().is_some_and(|path| path.len() < MAX_ROOT_PATH_LEN);
-        if !usable {
+        let path = root.as_os_str().as_encoded_bytes();
+        if !root.is_absolute() || path.len() >= MAX_ROOT_PATH_LEN || !path.iter().all(is_allowed) {
             return Err(DomainError::RootPath { root });
         }
         Ok(Self { instance, root, uid })
@@ -108,7 +109,7 @@ impl Domain {
         self.uid
     }
 
-    /// The configuration of every iceoryx2 node of this domain.
+    /// The configuration of every iceoryx2 node of this domain. Dead nodes are removed by us, when a member joins.
     ///
     /// # Panics
     /// Never: the constructor has checked what iceoryx2 requires of a path and a prefix.
@@ -116,10 +117,13 @@ impl Domain {
         let mut config = Config::default();
         config.global.set_root_path(
             &iceoryx2::prelude::Path::new(self.root_str().as_bytes())
-                .expect("the constructor limits the path's length"),
+                .expect("the constructor limits the path's length and characters"),
         );
         config.global.prefix =
             FileName::new(self.prefix().as_bytes()).expect("an instance's name has only characters of a file name");
+        config.global.node.cleanup_dead_nodes_on_creation = false;
+        config.global.node.cleanup_dead_nodes_on_destruction = false;
+        config.global.service.cleanup_dead_nodes_on_open = false;
         config
     }
 
@@ -201,13 +205,18 @@ impl Domain {
     }
 
     fn root_str(&self) -> &str {
-        self.root.to_str().expect("the constructor accepts only UTF-8")
+        self.root.to_str().expect("the constructor accepts only ASCII")
     }
 
     /// The directories that have to be ours, the outer one first.
     fn directories(&self) -> [&Path; 2] {
         [self.root.parent().expect("the root path ends with the instance's name"), &self.root]
     }
+}
+
+/// Whether a path may have this byte: iceoryx2 takes ASCII, without control characters and these.
+fn is_allowed(byte: &u8) -> bool {
+    matches!(byte, b' '..=b'~') && !b"<>\"|?*".contains(byte)
 }
 
 /// The directory that holds the instances' directories.

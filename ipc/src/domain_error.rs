@@ -17,7 +17,7 @@ pub enum DomainError {
         /// The name.
         name: String,
     },
-    /// The root path is relative, not UTF-8 or too long.
+    /// The root path is relative or too long, or has characters that iceoryx2 does not take.
     RootPath {
         /// The path.
         root: PathBuf,
@@ -103,6 +103,11 @@ fn remedy(path: &Path, error: &io::Error) -> &'static str {
     }
 }
 
+/// A path without control characters.
+fn printable(path: &Path) -> String {
+    path.to_string_lossy().replace(char::is_control, "\u{fffd}")
+}
+
 impl fmt::Display for DomainError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -111,9 +116,9 @@ impl fmt::Display for DomainError {
             }
             Self::RootPath { root } => write!(
                 formatter,
-                "the bus directory is {}, must be absolute, UTF-8 and under {MAX_ROOT_PATH_LEN} bytes: \
-                 set XDG_RUNTIME_DIR to a shorter path or unset it",
-                root.display()
+                "the bus directory is {}, must be absolute, under {MAX_ROOT_PATH_LEN} bytes and of printable ASCII characters \
+                 but <>\"|?*: set XDG_RUNTIME_DIR to another path or unset it",
+                printable(root)
             ),
             Self::RuntimeDirectory { path, error } => {
                 write!(formatter, "XDG_RUNTIME_DIR is {}, must be a directory that is there: {error}", path.display())

@@ -5,6 +5,7 @@ use std::io;
 use std::time::Duration;
 
 use crate::domain_error::DomainError;
+use crate::shortage::shortage;
 
 /// Why the bus could not be joined.
 #[derive(Debug)]
@@ -73,7 +74,7 @@ pub enum BusError {
         /// The service.
         service: &'static str,
     },
-    /// Anything else, in iceoryx2's words.
+    /// Anything else: what is lacking, or iceoryx2's word for it.
     Failed {
         /// The service, or what was to be done.
         service: &'static str,
@@ -89,8 +90,10 @@ impl BusError {
         matches!(self, Self::NoServer { .. } | Self::HalfMade { .. })
     }
 
-    pub(crate) fn failed(service: &'static str, reason: impl fmt::Debug) -> Self {
-        Self::Failed { service, reason: format!("{reason:?}") }
+    /// An error for which iceoryx2 has only a name: says what the machine or this process is short of, where that is found.
+    pub fn failed(service: &'static str, reason: impl fmt::Debug) -> Self {
+        let reason = shortage().unwrap_or_else(|| format!("iceoryx2 reports {reason:?}"));
+        Self::Failed { service, reason }
     }
 }
 

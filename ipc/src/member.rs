@@ -11,6 +11,7 @@ use iceoryx2::service::builder::publish_subscribe::Builder;
 
 use crate::alert::Alert;
 use crate::command::{Command, CommandReply};
+use crate::dead_nodes::remove_dead_nodes;
 use crate::domain::Domain;
 use crate::domain_error::DomainError;
 use crate::error::BusError;
@@ -96,6 +97,7 @@ impl Member {
         domain
             .set_fallback_configuration()
             .map_err(|error| DomainError::Io { path: domain.iceoryx2_toml_path(), error })?;
+        remove_dead_nodes(domain)?;
         let name = NodeName::new(name).map_err(|error| BusError::failed("the node's name", error))?;
         let node = NodeBuilder::new()
             .name(&name)

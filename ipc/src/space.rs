@@ -1,11 +1,13 @@
 //! Whether shared memory has room: iceoryx2 finds out by a SIGBUS at the first write.
 
 use std::fs::{self, File};
-use std::io::{ErrorKind, Write};
+use std::io::{self, ErrorKind, Write};
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::domain::Domain;
 use crate::error::BusError;
+use crate::sweep::SHARED_MEMORY;
 
 /// Checks that `/dev/shm` has `needed` bytes free, by writing as many into a file of the domain's prefix that is
 /// unlinked before the first byte: what a quota or a control group allows counts too.
@@ -14,13 +16,11 @@ use crate::error::BusError;
 /// [`BusError::SharedMemoryFull`], or [`BusError::SharedMemoryUnusable`] where `/dev/shm` cannot be written at all.
 pub fn require_shared_memory(domain: &Domain, needed: u64) -> Result<(), BusError> {
     static BLOCK: [u8; 64 * 1024] = [0; 64 * 1024];
-    let path = PathBuf::from(format!("/dev/shm/{}{}.space", domain.prefix(), std::process::id()));
-    let failed = |error: std::io::Error| match error.kind() {
+    let failed = |error: io::Error| match error.kind() {
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => BusError::SharedMemoryFull { needed },
         _ => BusError::SharedMemoryUnusable { error },
     };
-    let mut file = File::create(&path).map_err(failed)?;
-    fs::remove_file(&path).map_err(failed)?;
+    let mut file = unnamed_file(domain).map_err(failed)?;
     let mut left = needed;
     while left > 0 {
         let block = left.min(BLOCK.len() as u64) as usize;
@@ -28,4 +28,19 @@ pub fn require_shared_memory(domain: &Domain, needed: u64) -> Result<(), BusErro
         left -= block as u64;
     }
     Ok(())
+}
+
+/// A file in shared memory that has its name no longer. Another user's file of the same name is left alone.
+fn unnamed_file(domain: &Domain) -> io::Result<File> {
+    /// Threads of one process may ask at once.
+    static NUMBER: AtomicU64 = AtomicU64::new(0);
+    loop {
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let path = PathBuf::from(format!("{SHARED_MEMORY}/{}{}-{number}.space", domain.prefix(), std::process::id()));
+        match File::create_new(&path) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+            Err(error) => return Err(error),
+            Ok(file) => return fs::remove_file(&path).map(|()| file),
+        }
+    }
 }

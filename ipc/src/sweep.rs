@@ -22,10 +22,9 @@ const DIRECTORIES: [&str; 2] = ["nodes", "services"];
 /// are random. So does a file that cannot be removed. In the domain's own directory all has to go.
 pub(crate) fn sweep(domain: &Domain) -> Result<(), DomainError> {
     for entry in named_as_ours(Path::new(SHARED_MEMORY), domain)? {
-        if is_foreign(&entry.path(), domain) {
-            continue;
+        if foreign_owner(&entry.path(), domain).is_none() {
+            let _ = remove(&entry);
         }
-        let _ = remove(&entry);
     }
     for entry in named_as_ours(domain.root(), domain)? {
         remove(&entry).map_err(|error| DomainError::Io { path: entry.path(), error })?;
@@ -50,9 +49,9 @@ pub(crate) fn dissolve(domain: &Domain, members_lock: &Path) -> Result<(), Domai
     fs::remove_dir(&root).map_err(failed(root))
 }
 
-/// Whether a path belongs to another user.
-pub(crate) fn is_foreign(path: &Path, domain: &Domain) -> bool {
-    fs::symlink_metadata(path).is_ok_and(|metadata| metadata.uid() != domain.uid())
+/// The owner of a path, where that is another user than the domain's.
+pub(crate) fn foreign_owner(path: &Path, domain: &Domain) -> Option<u32> {
+    fs::symlink_metadata(path).ok().map(|metadata| metadata.uid()).filter(|&uid| uid != domain.uid())
 }
 
 /// Entries of a folder that bear the domain's prefix.

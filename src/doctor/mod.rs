@@ -8,6 +8,7 @@ mod clock_source;
 mod directory;
 mod disk;
 mod finding;
+mod foreign;
 mod governor;
 mod half_made;
 mod killed;
@@ -77,6 +78,7 @@ fn all() -> Vec<Box<dyn Check>> {
         Box::new(services::Services),
         Box::new(half_made::HalfMade),
         Box::new(killed::Killed),
+        Box::new(foreign::Foreign),
         Box::new(shared_memory::SharedMemory),
         Box::new(memory_limit::MemoryLimit),
         Box::new(disk::Disk),

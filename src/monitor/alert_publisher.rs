@@ -27,11 +27,11 @@ impl AlertPublisher {
             PublisherCreateError::ExceedsMaxSupportedPublishers => {
                 BusError::TooManyClients { service: service::ALERTS }
             }
-            error => failed(error.to_string()),
+            error => BusError::failed(service::ALERTS, error),
         })?;
         let notifier = events.notifier_builder().create().map_err(|error| match error {
             NotifierCreateError::ExceedsMaxSupportedNotifiers => BusError::TooManyClients { service: service::ALERTS },
-            error => failed(error.to_string()),
+            error => BusError::failed(service::ALERTS, error),
         })?;
         Ok(Self { publisher, notifier, _member: member })
     }
@@ -41,13 +41,9 @@ impl AlertPublisher {
     /// # Errors
     /// [`BusError::Failed`] where iceoryx2 has no memory left, which the limits of the service rule out.
     pub fn publish(&self, alert: &Alert) -> Result<(), BusError> {
-        self.publisher.send_copy(*alert).map_err(|error| failed(error.to_string()))?;
+        self.publisher.send_copy(*alert).map_err(|error| BusError::failed(service::ALERTS, error))?;
         // A reader that is gone or whose wake-ups are full is its own affair.
         let _ = self.notifier.notify();
         Ok(())
     }
-}
-
-fn failed(reason: String) -> BusError {
-    BusError::Failed { service: service::ALERTS, reason }
 }

@@ -24,10 +24,7 @@ impl CommandServer {
     /// As [`Member::commands`].
     pub(crate) fn create(member: &Member) -> Result<Self, BusError> {
         let commands = member.commands()?;
-        let server = commands
-            .server_builder()
-            .create()
-            .map_err(|error| BusError::Failed { service: service::COMMANDS, reason: error.to_string() })?;
+        let server = commands.server_builder().create().map_err(|error| BusError::failed(service::COMMANDS, error))?;
         Ok(Self { server, _commands: commands })
     }
 

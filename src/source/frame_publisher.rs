@@ -30,7 +30,6 @@ impl FramePublisher {
     /// [`Member::frames`].
     pub(crate) fn create(domain: &Domain, member: &Member, bench_count: usize) -> Result<Self, BusError> {
         require_shared_memory(domain, service::frame_memory(bench_count))?;
-        let failed = |reason: String| BusError::Failed { service: service::FRAMES, reason };
         let (frames, events) = (member.frames()?, member.frame_events()?);
         let handle_count = bench_count + 1;
         let publisher = frames
@@ -39,9 +38,9 @@ impl FramePublisher {
             .max_loaned_samples(1)
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create()
-            .map_err(|error| failed(error.to_string()))?;
-        let notifier = events.notifier_builder().create().map_err(|error| failed(error.to_string()))?;
-        let next = publisher.loan_slice(handle_count).map_err(|error| failed(error.to_string()))?;
+            .map_err(|error| BusError::failed(service::FRAMES, error))?;
+        let notifier = events.notifier_builder().create().map_err(|error| BusError::failed(service::FRAMES, error))?;
+        let next = publisher.loan_slice(handle_count).map_err(|error| BusError::failed(service::FRAMES, error))?;
         Ok(Self { next: Some(next), publisher, notifier, frames, _events: events, handle_count })
     }
 
@@ -59,14 +58,15 @@ impl FramePublisher {
         fill: impl FnOnce(&mut [HandleState]) -> FrameHeader,
         now_ns: impl FnOnce() -> u64,
     ) -> Result<(), BusError> {
-        let failed = |reason: String| BusError::Failed { service: service::FRAMES, reason };
         let mut sample = self.next.take().expect("a sample is loaned after each frame");
         let header = fill(sample.payload_mut());
         *sample.user_header_mut() = FrameHeader { published_ns: now_ns(), ..header };
-        sample.send().map_err(|error| failed(error.to_string()))?;
+        sample.send().map_err(|error| BusError::failed(service::FRAMES, error))?;
         // A reader that is gone or whose wake-ups are full is its own affair.
         let _ = self.notifier.notify();
-        self.next = Some(self.publisher.loan_slice(self.handle_count).map_err(|error| failed(error.to_string()))?);
+        self.next = Some(
+            self.publisher.loan_slice(self.handle_count).map_err(|error| BusError::failed(service::FRAMES, error))?,
+        );
         Ok(())
     }
 }

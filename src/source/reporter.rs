@@ -242,5 +242,5 @@ fn publish_description(
 }
 
 fn failed(service: &'static str, error: &dyn std::error::Error) -> BusError {
-    BusError::Failed { service, reason: error.to_string() }
+    BusError::failed(service, error)
 }

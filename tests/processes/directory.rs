@@ -24,9 +24,13 @@ fn runtime_dir() -> TempDir {
 }
 
 fn assert_refused(runtime_dir: &Path, why: &str) {
+    assert_ended(1, runtime_dir, why);
+}
+
+fn assert_ended(code: i32, runtime_dir: &Path, why: &str) {
     for args in [&["serve"][..], &["ctl", "pause"], &["echo"], &["monitor"]] {
         let Ended { status, stderr, .. } = run_in(runtime_dir, args);
-        assert_eq!((status.code(), stderr.lines().count()), (Some(1), 1), "{args:?}: {stderr}");
+        assert_eq!((status.code(), stderr.lines().count()), (Some(code), 1), "{args:?}: {stderr}");
         assert!(stderr.contains(why), "{args:?}: {stderr}");
     }
 }
@@ -75,12 +79,14 @@ fn a_link_in_place_of_the_directory_is_refused() {
 }
 
 #[test]
-fn a_directory_with_a_relative_or_long_path_is_refused() {
+fn a_directory_with_a_relative_or_long_path_or_of_other_characters_is_bad_input() {
     let long = format!("/tmp/{}", "d".repeat(60));
-    for path in ["relative", &long] {
-        assert_refused(
+    for path in ["relative", &long, "/tmp/\u{fc}", "/tmp/\"", "/tmp/*", "/tmp/\u{1b}[31m", "/tmp/\n"] {
+        assert_ended(
+            2,
             Path::new(path),
-            "must be absolute, UTF-8 and under 60 bytes: set XDG_RUNTIME_DIR to a shorter path or unset it",
+            "must be absolute, under 60 bytes and of printable ASCII characters but <>\"|?*: \
+             set XDG_RUNTIME_DIR to another path or unset it",
         );
     }
 }

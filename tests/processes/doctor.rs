@@ -1,7 +1,7 @@
 //! The doctor: what it finds on real remains and a running server, what it cleans up, and that it disturbs nobody.
 
 use std::fs::{self, Permissions};
-use std::os::unix::fs::PermissionsExt as _;
+use std::os::unix::fs::{PermissionsExt as _, lchown, symlink};
 use std::path::Path;
 
 use serde_json::Value;
@@ -110,6 +110,38 @@ fn remains_without_a_directory_are_found_and_removed() {
     let fixed = examine(&stage, &["--fix"]);
     assert!(fixed["fixed"].to_string().contains("1234.data"), "{fixed}");
     assert!(!segment.exists());
+}
+
+#[test]
+fn what_others_have_put_into_shared_memory_under_our_names_does_no_harm() {
+    const ANOTHER_USER: u32 = 12_345;
+    let stage = Stage::new();
+    let path = |name: &str| Path::new("/dev/shm").join(format!("{}{name}", stage.domain().prefix()));
+    let (file, folder, link) = (path("junk"), path("junk-folder"), path("junk-link"));
+    fs::write(&file, "junk").expect("shared memory");
+    fs::create_dir(&folder).expect("shared memory");
+    fs::write(folder.join("inner"), "junk").expect("shared memory");
+    symlink("/etc/hostname", &link).expect("shared memory");
+    let are_foreign = [&file, &folder, &link].iter().all(|path| lchown(path, Some(ANOTHER_USER), None).is_ok());
+    let server = stage.serve(&["--rate", "200"]);
+    let examination = examine(&stage, &[]);
+    server.stop();
+    if are_foreign {
+        // Only root may give files away.
+        let message = finding(&examination, "foreign files")["message"].as_str().expect("a line").to_owned();
+        assert!(message.contains("3 files of other users") && message.contains("of user 12345"), "{message}");
+        let fixed = examine(&stage, &["--fix"]);
+        assert_eq!((status(&fixed, "leftovers"), &fixed["fixed"]), ("ok", &Value::Array(Vec::new())), "{fixed}");
+        assert!(file.exists() && folder.join("inner").exists(), "they are not ours to remove");
+        fs::remove_file(&file).expect("root may");
+        fs::remove_dir_all(&folder).expect("root may");
+        fs::remove_file(&link).expect("root may");
+    }
+    // Our own of any kind are swept.
+    fs::create_dir(&folder).expect("shared memory");
+    symlink("/etc/hostname", &link).expect("shared memory");
+    stage.serve(&["--rate", "200"]).stop();
+    assert!(stage.remains().is_empty() && Path::new("/etc/hostname").exists(), "{:#?}", stage.remains());
 }
 
 #[test]

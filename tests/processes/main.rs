@@ -26,6 +26,7 @@ mod gate;
 mod guard;
 mod hangup;
 mod http;
+mod killed_cleaners;
 mod killed_recorders;
 mod late_join;
 mod latency;

@@ -104,11 +104,12 @@ def test_the_runtime_directory_must_be_there_and_short(stage, monkeypatch):
         Dragon(stage.instance)
 
 
-def test_a_runtime_directory_that_is_not_utf_8_is_refused_as_the_program_does(stage, monkeypatch):
-    monkeypatch.setenv("XDG_RUNTIME_DIR", os.fsdecode(b"/tmp/\xff"))
+@pytest.mark.parametrize(("name", "shown"), [(b"\xff", "\ufffd"), ("\u00fc".encode(), "\u00fc"), (b'"', '"'), (b"*", "*"), (b"\x1b", "\ufffd")])
+def test_a_runtime_directory_of_other_characters_is_refused_as_the_program_does(stage, monkeypatch, name, shown):
+    monkeypatch.setenv("XDG_RUNTIME_DIR", os.fsdecode(b"/tmp/" + name))
     with pytest.raises(DomainError) as refused:
         Dragon(stage.instance)
-    assert str(refused.value).startswith(f"the bus directory is /tmp/\ufffd/bench-dragon/{stage.instance}, must be")
+    assert str(refused.value).startswith(f"the bus directory is /tmp/{shown}/bench-dragon/{stage.instance}, must be")
     assert str(refused.value) in stage.run("iox2-config").stderr
 
 

@@ -40,17 +40,21 @@ class Domain:
         self.prefix = f"bd_{user}_{instance}_"
         """The prefix of everything that the domain puts into shared memory."""
         encoded = os.fsencode(self.root)
-        if not self.root.is_absolute() or not _is_utf8(encoded) or len(encoded) >= MAX_ROOT_PATH_LEN:
+        if not self.root.is_absolute() or not _is_usable(encoded) or len(encoded) >= MAX_ROOT_PATH_LEN:
+            shown = re.sub(r"[\x00-\x1f\x7f-\x9f]", "\ufffd", encoded.decode(errors="replace"))
             raise DomainError(
-                f"the bus directory is {encoded.decode(errors='replace')}, must be absolute, UTF-8 and under "
-                f"{MAX_ROOT_PATH_LEN} bytes: set XDG_RUNTIME_DIR to a shorter path or unset it"
+                f"the bus directory is {shown}, must be absolute, under {MAX_ROOT_PATH_LEN} bytes and of printable ASCII "
+                'characters but <>"|?*: set XDG_RUNTIME_DIR to another path or unset it'
             )
 
     def iceoryx2_config(self) -> Any:
-        """The configuration of every iceoryx2 node of this domain."""
+        """The configuration of every iceoryx2 node of this domain. Dead nodes are removed by us, when a member joins."""
         config = iox2.config.default()
         config.global_cfg.root_path = iox2.Path.new(str(self.root))
         config.global_cfg.prefix = iox2.FileName.new(self.prefix)
+        config.global_cfg.node.cleanup_dead_nodes_on_creation = False
+        config.global_cfg.node.cleanup_dead_nodes_on_destruction = False
+        config.global_cfg.service.cleanup_dead_nodes_on_open = False
         return config
 
     def set_fallback_configuration(self) -> None:
@@ -82,12 +86,9 @@ class Domain:
         _check_own(self.root)
 
 
-def _is_utf8(encoded: bytes) -> bool:
-    try:
-        encoded.decode()
-    except UnicodeDecodeError:
-        return False
-    return True
+def _is_usable(encoded: bytes) -> bool:
+    """Whether iceoryx2 takes these characters in a path."""
+    return all(0x20 <= byte < 0x7F and byte not in b'<>"|?*' for byte in encoded)
 
 
 def _check_runtime_directory(path: Path) -> None:

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 import iceoryx2 as iox2
 
+from bench_dragon.dead_nodes import remove_dead_nodes
 from bench_dragon.domain import Domain
 from bench_dragon.errors import (
     BusError,
@@ -180,6 +181,7 @@ def _require_services(domain: Domain) -> None:
 def _create_node(domain: Domain, name: str) -> Any:
     try:
         domain.set_fallback_configuration()
+        remove_dead_nodes(domain)
         builder = iox2.NodeBuilder.new().name(iox2.NodeName.new(name)).config(domain.iceoryx2_config())
         return builder.signal_handling_mode(iox2.SignalHandlingMode.Disabled).create(iox2.ServiceType.Ipc)
     except iox2.NodeCreationFailure as error:

@@ -1,0 +1,147 @@
+"""Removing the nodes of killed processes while others are in the domain, with a journal for each of them. This is what
+`ipc/src/dead_nodes.rs` does, which says why, in the same steps and with the same files."""
+
+import contextlib
+import fcntl
+import os
+import shutil
+from pathlib import Path
+
+import iceoryx2 as iox2
+
+from bench_dragon.domain import Domain
+
+_END = "end"
+_NO_PROCESS = bytes(16)
+
+
+def remove_dead_nodes(domain: Domain) -> None:
+    """Removes all dead nodes that nobody else is removing.
+
+    Raises `OSError` where the domain's directory cannot be written.
+    """
+    prefix = _journal_prefix(domain)
+    ids = [path.name.removeprefix(prefix) for path in domain.root.iterdir() if path.name.startswith(prefix)]
+    unfinished = {id: journal for id in ids if (journal := _Journal.open(domain, id))}
+    try:
+        try:
+            nodes = iox2.Node.list(iox2.ServiceType.Ipc, domain.iceoryx2_config())
+        except iox2.NodeListFailure:
+            return
+        for node in nodes:
+            match node:
+                case iox2.NodeState.Dead(view):
+                    id = str(view.id.value)
+                    journal = unfinished.pop(id, None) or _Journal.open(domain, id)
+                    if journal:
+                        _remove(view, journal)
+        # Their nodes are gone, but for a file or two.
+        for journal in unfinished.values():
+            journal.finish()
+    finally:
+        for journal in unfinished.values():
+            journal.close()
+
+
+def _remove(view: iox2.DeadNodeView, journal: "_Journal") -> None:
+    try:
+        view.try_remove_stale_resources()
+    except iox2.NodeCleanupFailure as failure:
+        # Otherwise the journal stays, and the next member tries again.
+        if str(failure) == "ResourcesAlreadyCleanedUp":
+            journal.finish()
+    else:
+        journal.finish()
+    finally:
+        journal.close()
+
+
+def _journal_prefix(domain: Domain) -> str:
+    """By the domain's prefix, so that it is swept away with the domain."""
+    return f"{domain.prefix}cleaning-"
+
+
+class _Journal:
+    """The journal of one dead node. This process alone removes that node until it is closed."""
+
+    def __init__(self, domain: Domain, id: str, path: Path, file: int) -> None:
+        nodes = domain.root / "nodes"
+        self._directory = nodes / id
+        self._details = self._directory / f"{domain.prefix}node.details"
+        self._monitor = nodes / f"{domain.prefix}{id}.node_monitor"
+        self._owner_lock = self._monitor.with_name(f"{self._monitor.name}_owner_lock")
+        self._context = self._monitor.with_name(f"{self._monitor.name}_context")
+        self._path = path
+        self._file = file
+
+    @classmethod
+    def open(cls, domain: Domain, id: str) -> "_Journal | None":
+        """`None` where another process removes the node, or where it has just been removed."""
+        path = domain.root / f"{_journal_prefix(domain)}{id}"
+        journal = cls(domain, id, path, os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600))
+        try:
+            if journal._begin():
+                return journal
+        except BaseException:
+            journal.close()
+            raise
+        journal.close()
+        return None
+
+    def _begin(self) -> bool:
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if not os.path.samestat(os.fstat(self._file), self._path.stat()):
+                return False
+        except (BlockingIOError, FileNotFoundError):
+            return False
+        *tags, last = self._path.read_text().splitlines() or [""]
+        if last == _END:
+            self._restore(tags)
+        else:
+            # Nothing has been removed yet.
+            os.ftruncate(self._file, 0)
+            os.write(self._file, "".join(f"{line}\n" for line in (*self._port_tags(), _END)).encode())
+        if self._details.exists():
+            return True
+        self.finish()
+        return False
+
+    def finish(self) -> None:
+        """Removes the journal, after the files that a killed process may have left of a node that is gone."""
+        for path in (self._monitor, self._owner_lock, self._context):
+            path.unlink(missing_ok=True)
+        with contextlib.suppress(FileNotFoundError):
+            shutil.rmtree(self._directory)
+        self._path.unlink(missing_ok=True)
+
+    def close(self) -> None:
+        """Drops the lock."""
+        if self._file >= 0:
+            os.close(self._file)
+            self._file = -1
+
+    def _port_tags(self) -> list[str]:
+        try:
+            return [path.name for path in self._directory.iterdir() if path.name.endswith(".port_tag")]
+        except FileNotFoundError:
+            return []
+
+    def _restore(self, tags: list[str]) -> None:
+        if not self._details.exists():
+            return
+        for tag in tags:
+            _make(self._directory / tag, b"", 0o400)
+        _make(self._context, _NO_PROCESS, 0o400)
+        _make(self._owner_lock, b"", 0o600)
+        _make(self._monitor, b"", 0o600)
+
+
+def _make(path: Path, content: bytes, mode: int) -> None:
+    """Makes a file, unless it is there."""
+    with contextlib.suppress(FileExistsError):
+        file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, mode)
+        try:
+            os.write(file, content)
+        finally:
+            os.close(file)

@@ -1,0 +1,115 @@
+//! A process that is killed, or stopped, while it removes the node of a killed server: the next server starts at the first try,
+//! while clients live on. The test takes the process from one removed file to the next and ends it there.
+#![cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+
+use nix::libc::{self, c_long};
+use nix::sys::ptrace::{self, Options};
+use nix::sys::signal::Signal;
+use nix::sys::wait::{WaitPidFlag, WaitStatus, waitpid};
+use nix::unistd::Pid;
+
+use crate::process::Process;
+use crate::reader::Reader;
+use crate::stage::Stage;
+
+/// Every stop is looked at; a stop is before or after the removal of a file.
+const KILLED_STRIDE: usize = 1;
+/// Of processes that are stopped, some are looked at.
+const STOPPED_STRIDE: usize = 7;
+/// Far more stops than a process of the program makes.
+const MOST_STOPS: usize = 1000;
+
+#[cfg(target_arch = "x86_64")]
+const REMOVALS: [c_long; 3] = [libc::SYS_unlink, libc::SYS_unlinkat, libc::SYS_rmdir];
+#[cfg(target_arch = "aarch64")]
+const REMOVALS: [c_long; 1] = [libc::SYS_unlinkat];
+
+/// What becomes of the process that cleans up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Fate {
+    Killed,
+    Stopped,
+}
+
+#[test]
+fn a_server_starts_at_first_try_wherever_a_cleaner_was_killed() {
+    let stops = servers_after_cleaners(Fate::Killed, KILLED_STRIDE);
+    println!("{stops} cleaners were killed");
+}
+
+#[test]
+fn a_server_starts_at_first_try_wherever_a_cleaner_is_stopped() {
+    let stops = servers_after_cleaners(Fate::Stopped, STOPPED_STRIDE);
+    println!("{stops} cleaners were stopped");
+}
+
+/// Kills a server, ends a cleaner of it at a later stop each time, and starts the next server, until a cleaner gets through.
+fn servers_after_cleaners(fate: Fate, stride: usize) -> usize {
+    let stage = Stage::new();
+    let mut server = stage.serve(&["--rate", "200"]);
+    let mut reader = Reader::join(&stage);
+    let monitor = stage.start(&["monitor", "--format", "json"]);
+    let mut cleaners = 0;
+    for stop in (0..MOST_STOPS).step_by(stride) {
+        server.process.kill();
+        let Some(cleaner) = cleaner_at(&stage, stop, fate) else { break };
+        cleaners += 1;
+        server = stage.serve(&["--rate", "200"]);
+        reader.read_until(|header| header.run_id == server.run_id);
+        cleaner.end_now();
+    }
+    assert!(cleaners > 1, "a cleaner removes files");
+    drop(reader);
+    monitor.signal(rustix::process::Signal::INT);
+    monitor.end();
+    // The last cleaner was not ended and no server runs: whoever is on the bus then removes all.
+    stage.serve(&["--rate", "200"]).stop();
+    cleaners
+}
+
+/// A process that was ended while it cleaned up.
+struct Cleaner(Process);
+
+impl Cleaner {
+    fn end_now(self) {
+        // Without effect on one that is dead already.
+        self.0.signal(rustix::process::Signal::KILL);
+        self.0.end();
+    }
+}
+
+/// Starts a client, which removes the killed server's nodes, and ends it at a stop. `None` where it gets through before.
+fn cleaner_at(stage: &Stage, stop: usize, fate: Fate) -> Option<Cleaner> {
+    let process = stage.start(&["ctl", "hold"]);
+    let pid = Pid::from_raw(process.pid() as i32);
+    ptrace::seize(pid, Options::PTRACE_O_TRACESYSGOOD).expect("a test may trace its children");
+    ptrace::interrupt(pid).expect("it was seized");
+    let mut stops = 0;
+    loop {
+        match waitpid(pid, Some(WaitPidFlag::__WALL)).expect("it is our child") {
+            WaitStatus::Exited(..) | WaitStatus::Signaled(..) => return None,
+            WaitStatus::PtraceSyscall(_) if REMOVALS.contains(&number(pid)) => stops += 1,
+            WaitStatus::Stopped(_, signal) if signal != Signal::SIGTRAP => {
+                ptrace::syscall(pid, signal).expect("it is stopped");
+                continue;
+            }
+            _ => {}
+        }
+        if stops > stop {
+            let signal = if fate == Fate::Killed { Signal::SIGKILL } else { Signal::SIGSTOP };
+            ptrace::detach(pid, signal).expect("it is stopped");
+            return Some(Cleaner(process));
+        }
+        ptrace::syscall(pid, None).expect("it is stopped");
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+fn number(pid: Pid) -> c_long {
+    ptrace::getregs(pid).expect("it is stopped").orig_rax.cast_signed()
+}
+
+#[cfg(target_arch = "aarch64")]
+fn number(pid: Pid) -> c_long {
+    ptrace::getregs(pid).expect("it is stopped").regs[8].cast_signed()
+}
