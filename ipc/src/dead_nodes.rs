@@ -16,7 +16,6 @@
 //! A journal that nobody has locked is of a process that was killed between 2 and 4. The next member makes the tags and the
 //! monitoring files that are missing again, and begins at 3: iceoryx2 passes over what has been removed already.
 
-use std::collections::HashMap;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Read as _, Write as _};
 use std::os::unix::fs::OpenOptionsExt as _;
@@ -48,21 +47,16 @@ pub(crate) fn remove_dead_nodes(domain: &Domain) -> Result<Vec<NodeEntry>, Domai
 }
 
 fn remove_all(domain: &Domain) -> io::Result<Vec<NodeEntry>> {
-    let mut unfinished = HashMap::new();
     for id in ids_of_journals(domain)? {
-        if let Some(journal) = Journal::open(domain, &id)? {
-            unfinished.insert(id, journal);
-        }
+        // Only to make again what is missing, so that the node is listed. One journal at a time is locked: whoever is stopped
+        // keeps others from one node at most.
+        drop(Journal::open(domain, &id)?);
     }
     let mut removed = Vec::new();
     for state in list(domain) {
         let NodeState::Dead(node) = state else { continue };
         let (id, entry) = (node.id().value().to_string(), NodeEntry::of(&node));
-        let journal = match unfinished.remove(&id) {
-            Some(journal) => Some(journal),
-            None => Journal::open(domain, &id)?,
-        };
-        let Some(journal) = journal else { continue };
+        let Some(journal) = Journal::open(domain, &id)? else { continue };
         match node.try_remove_stale_resources() {
             Ok(()) => removed.push(entry),
             Err(NodeCleanupFailure::ResourcesAlreadyCleanedUp) => {}
@@ -71,8 +65,6 @@ fn remove_all(domain: &Domain) -> io::Result<Vec<NodeEntry>> {
         }
         journal.finish()?;
     }
-    // Their nodes are gone, but for a file or two.
-    unfinished.into_values().try_for_each(Journal::finish)?;
     Ok(removed)
 }
 

@@ -69,6 +69,11 @@ pub enum BusError {
         /// The service.
         service: &'static str,
     },
+    /// A source cannot make the service, because a process that was the last to use it is removing it, and is stopped.
+    Blocked {
+        /// The service.
+        service: &'static str,
+    },
     /// As many clients as the service allows are connected.
     TooManyClients {
         /// The service.
@@ -146,6 +151,11 @@ impl fmt::Display for BusError {
                 formatter,
                 "{service} was left half made by a server that was killed: start one with `bench-dragon serve`, which \
                  removes it"
+            ),
+            Self::Blocked { service } => write!(
+                formatter,
+                "{service} is being removed by a client that does not go on: continue or kill it; a stopped process has \
+                 state T in `ps`"
             ),
             Self::TooManyClients { service } => {
                 write!(formatter, "{service} has as many clients as it allows: stop one of them")

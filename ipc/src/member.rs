@@ -263,6 +263,10 @@ impl Member {
 
     fn sort(&self, service: &'static str, error: &impl Sorted) -> BusError {
         match error.trouble() {
+            // A source makes what is absent, and has waited for what is in flux.
+            Trouble::Absent | Trouble::InFlux | Trouble::HalfMade if self.role != Role::Client => {
+                BusError::Blocked { service }
+            }
             Trouble::Absent | Trouble::InFlux => BusError::NoServer { instance: self.instance.clone() },
             Trouble::Mismatch => BusError::VersionMismatch { service },
             Trouble::Denied => BusError::PermissionDenied { service },

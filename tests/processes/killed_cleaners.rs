@@ -8,6 +8,8 @@ use nix::sys::signal::Signal;
 use nix::sys::wait::{WaitPidFlag, WaitStatus, waitpid};
 use nix::unistd::Pid;
 
+use bench_dragon_ipc::service::{Member, Role};
+
 use crate::process::Process;
 use crate::reader::Reader;
 use crate::stage::Stage;
@@ -48,6 +50,9 @@ fn servers_after_cleaners(fate: Fate, stride: usize) -> usize {
     let stage = Stage::new();
     let mut server = stage.serve(&["--rate", "200"]);
     let mut reader = Reader::join(&stage);
+    let keeper = Member::join(stage.domain(), "keeper", Role::Client).expect("a server is there");
+    // Where a stopped process is the last on a service, the next server names it and does not start.
+    let kept = (fate == Fate::Stopped).then(|| services_of(&keeper));
     let monitor = stage.start(&["monitor", "--format", "json"]);
     let mut cleaners = 0;
     for stop in (0..MOST_STOPS).step_by(stride) {
@@ -59,12 +64,20 @@ fn servers_after_cleaners(fate: Fate, stride: usize) -> usize {
         cleaner.end_now();
     }
     assert!(cleaners > 1, "a cleaner removes files");
-    drop(reader);
+    drop((reader, kept, keeper));
     monitor.signal(rustix::process::Signal::INT);
     monitor.end();
     // The last cleaner was not ended and no server runs: whoever is on the bus then removes all.
     stage.serve(&["--rate", "200"]).stop();
     cleaners
+}
+
+/// All services of the bus, held so that no other client is the last to use one.
+fn services_of(member: &Member) -> impl Sized + use<> {
+    let events = (member.frame_events().expect("a service"), member.alert_events().expect("a service"));
+    let latest = (member.description().expect("a service"), member.status().expect("a service"));
+    let others = (member.alerts().expect("a service"), member.readers().expect("a service"));
+    (events, latest, others, member.frames().expect("a service"), member.commands().expect("a service"))
 }
 
 /// A process that was ended while it cleaned up.

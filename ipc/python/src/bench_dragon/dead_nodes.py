@@ -22,25 +22,19 @@ def remove_dead_nodes(domain: Domain) -> None:
     """
     prefix = _journal_prefix(domain)
     ids = [path.name.removeprefix(prefix) for path in domain.root.iterdir() if path.name.startswith(prefix)]
-    unfinished = {id: journal for id in ids if (journal := _Journal.open(domain, id))}
-    try:
-        try:
-            nodes = iox2.Node.list(iox2.ServiceType.Ipc, domain.iceoryx2_config())
-        except iox2.NodeListFailure:
-            return
-        for node in nodes:
-            match node:
-                case iox2.NodeState.Dead(view):
-                    id = str(view.id.value)
-                    journal = unfinished.pop(id, None) or _Journal.open(domain, id)
-                    if journal:
-                        _remove(view, journal)
-        # Their nodes are gone, but for a file or two.
-        for journal in unfinished.values():
-            journal.finish()
-    finally:
-        for journal in unfinished.values():
+    for id in ids:
+        # Only to make again what is missing, so that the node is listed.
+        if journal := _Journal.open(domain, id):
             journal.close()
+    try:
+        nodes = iox2.Node.list(iox2.ServiceType.Ipc, domain.iceoryx2_config())
+    except iox2.NodeListFailure:
+        return
+    for node in nodes:
+        match node:
+            case iox2.NodeState.Dead(view):
+                if journal := _Journal.open(domain, str(view.id.value)):
+                    _remove(view, journal)
 
 
 def _remove(view: iox2.DeadNodeView, journal: "_Journal") -> None:
