@@ -60,7 +60,7 @@ fn servers_after_cleaners(fate: Fate, stride: usize) -> usize {
         let Some(cleaner) = cleaner_at(&stage, stop, fate) else { break };
         cleaners += 1;
         server = stage.serve(&["--rate", "200"]);
-        reader.read_until(|header| header.run_id == server.run_id);
+        reader.read_until("a frame of the next server", |header| header.run_id == server.run_id);
         cleaner.end_now();
     }
     assert!(cleaners > 1, "a cleaner removes files");
