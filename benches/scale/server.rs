@@ -123,7 +123,7 @@ fn process_cpu_s() -> f64 {
     time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
 }
 
-/// An overrun makes the run longer by a period.
+/// A missed release took its period without a frame.
 fn ticks_a_second(setting: &Setting, summary: &ServerSummary) -> f64 {
     f64::from(setting.rate_hz) * summary.frames as f64 / (summary.frames + summary.overruns) as f64
 }
