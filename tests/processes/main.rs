@@ -29,6 +29,7 @@ mod http;
 mod killed_recorders;
 mod late_join;
 mod latency;
+mod limits;
 mod log;
 mod lying_source;
 mod metrics;

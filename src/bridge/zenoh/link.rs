@@ -42,7 +42,9 @@ impl Link {
         })?;
         let (sender, opened) = channel::bounded(1);
         // Where it is not waited for any more, it ends with the process.
-        thread::spawn(move || sender.send(zenoh::open(config).wait()));
+        let open = move || sender.send(zenoh::open(config).wait());
+        let opening = thread::Builder::new().name("zenoh-open".to_owned()).spawn(open);
+        opening.map_err(|error| LinkError::Open { reason: format!("cannot start a thread: {error}") })?;
         let connects = endpoints(&document, "connect");
         let mut waiting = Some((Instant::now() + SILENT_WAIT, tell_waiting));
         let opened = loop {

@@ -34,7 +34,7 @@ pub(super) fn print_report(format: Format, summary: &ShowSummary, folder: &Path)
     let behind = behind(summary.behind_s, summary.most_behind_s);
     print_line(format_args!("overruns        {}{behind}", summary.overruns))?;
     print_restarts(summary)?;
-    print_line(format_args!("in              {}", folder.display()))?;
+    print_line(format_args!("in              {}", Printable(folder)))?;
     Ok(())
 }
 
