@@ -24,6 +24,8 @@ pub(super) const MAX_PAIRS: usize = 1 << 21;
 
 /// Discs that are looked at in the time of one step of work.
 const DISCS_PER_STEP: u64 = 16;
+/// Pairs that are put into a list in that time.
+const PAIRS_PER_STEP: u64 = 4;
 
 /// Two boards that are not neighbours.
 #[derive(Clone, Copy, Debug, Default)]
@@ -154,7 +156,7 @@ impl NearPairs {
             }
             round
         });
-        *steps += looked_at / DISCS_PER_STEP + count as u64;
+        *steps += looked_at / DISCS_PER_STEP + count as u64 / PAIRS_PER_STEP;
         pairs.truncate(count);
         round
     }

@@ -79,12 +79,16 @@ impl LeastClearance<'_> {
     /// The nearest approach at the ends of all strides, and the valley that it lies in, so that the search between them
     /// begins with a low limit.
     fn at_ends(&self, looked: &(impl Fn() + Sync)) -> Result<ClosestApproach, Spent> {
-        let nearest = self.on_stretches(|_, search, ends_m| {
+        let nearest = self.on_stretches(|dragon, search, ends_m| {
             let nearest = ends_m.iter().filter_map(|&travel_m| {
+                // A stretch that is broken off does not count.
+                if search.meter().is_spent() {
+                    return None;
+                }
                 search.stand(travel_m);
                 Some(ClosestApproach { travel_m, pair: search.nearest()? })
             });
-            let nearest = nearest.reduce(nearer).expect("three benches have a pair");
+            let nearest = nearest.reduce(nearer).ok_or(dragon.meter().spent(ends_m[0]))?;
             looked();
             Ok(nearest)
         })?;

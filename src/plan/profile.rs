@@ -47,7 +47,8 @@ pub fn clearance_profile(dragon: &Dragon, travels_m: &[f64], progress: impl Fn()
             progress();
             Some(ClosestApproach { travel_m, pair: search.nearest()? })
         };
-        chunk.iter().filter_map(point).collect::<Vec<_>>()
+        // A chunk that is broken off does not count.
+        chunk.iter().take_while(|_| !meter.is_spent()).filter_map(point).collect::<Vec<_>>()
     });
     let looked_at = (points.len() * TRAVELS_AT_A_TIME).min(travels_m.len());
     let last = looked_at.checked_sub(1).map_or(dragon.start_travel_m(), |last| travels_m[last]);
