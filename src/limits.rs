@@ -52,6 +52,12 @@ pub(crate) fn remedy(error: &io::Error) -> Option<String> {
     }
 }
 
+/// The same of an error that a library tells in words alone.
+pub(crate) fn remedy_in_words(error: &str) -> Option<String> {
+    let thread_refused = io::Error::from(rustix::io::Errno::AGAIN).to_string();
+    error.contains(&thread_refused).then(thread_remedy)
+}
+
 /// What to do where no thread can be started, for which the kernel gives one error whatever the reason.
 fn thread_remedy() -> String {
     let threads = getrlimit(Resource::Nproc).current;

@@ -123,7 +123,8 @@ fn is_bad_input(error: &anyhow::Error) -> bool {
 
 /// What to do about an error that comes of a limit of this process.
 fn remedy(error: &anyhow::Error) -> Option<String> {
-    error.chain().find_map(|cause| limits::remedy(cause.downcast_ref()?))
+    let of_cause = error.chain().find_map(|cause| limits::remedy(cause.downcast_ref()?));
+    of_cause.or_else(|| limits::remedy_in_words(&format!("{error:#}")))
 }
 
 /// Whether whoever read our output has had enough, as `head` does.

@@ -7,7 +7,7 @@
 use glam::DVec2;
 
 use super::board::Board;
-use super::near_pairs::NearPairs;
+use super::near_pairs::{MAX_PAIRS, NearPairs};
 
 /// Two benches and how near they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +44,15 @@ pub struct ClearanceSearch {
 }
 
 impl ClearanceSearch {
+    /// A search that finds at most twice so many pairs, the nearest; others find two million.
+    ///
+    /// # Panics
+    /// With no room at all.
+    pub fn with_room(pairs: usize) -> Self {
+        assert!((1..=MAX_PAIRS).contains(&pairs), "room for {pairs} pairs");
+        Self { near: NearPairs::with_room(pairs), ..Self::default() }
+    }
+
     /// Every pair with a clearance of at most `reach_m`, nearest first, equal ones by their indices. Of more than some two
     /// million it finds the nearest.
     pub fn within(&mut self, boards: &[Board], reach_m: f64) -> &[PairClearance] {

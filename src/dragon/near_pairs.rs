@@ -61,11 +61,18 @@ pub(super) struct NearPairs {
     poses: u32,
     discs: Vec<Disc>,
     grid: Grid,
+    /// Most pairs, where that is not [`MAX_PAIRS`].
+    room: Option<usize>,
     /// Work that was done and not yet counted, in steps.
     steps: u64,
 }
 
 impl NearPairs {
+    /// A list of so many pairs, or twice as many.
+    pub(super) fn with_room(pairs: usize) -> Self {
+        Self { room: Some(pairs), ..Self::default() }
+    }
+
     /// The steps of work since the last time that this was asked.
     pub(super) fn take_steps(&mut self) -> u64 {
         std::mem::take(&mut self.steps)
@@ -129,7 +136,8 @@ impl NearPairs {
     /// Gathers all pairs up to the horizon, or breaks with a nearer horizon where there are so many that another round
     /// up to there is the quicker way.
     fn gather_round(&mut self, boards: &[Board]) -> ControlFlow<()> {
-        let Self { discs, grid, pairs, horizon_m, steps, .. } = self;
+        let Self { discs, grid, pairs, horizon_m, steps, room, .. } = self;
+        let most = room.unwrap_or(MAX_PAIRS);
         let reach_m = horizon_m.max(0.0);
         grid.fill(discs, reach_m);
         let mut count = 0;
@@ -145,11 +153,11 @@ impl NearPairs {
                 pairs[count] = NearPair { benches: [first.min(second), first.max(second)], gap_m };
                 count += usize::from(first.abs_diff(second) > 1 && gap_m <= *horizon_m);
             }
-            if count > 2 * MAX_PAIRS {
-                let (_, last, _) = pairs[..count].select_nth_unstable_by(MAX_PAIRS - 1, NearPair::order);
+            if count > 2 * most {
+                let (_, last, _) = pairs[..count].select_nth_unstable_by(most - 1, NearPair::order);
                 // Of those that are as near as the last one some are left out.
                 *horizon_m = last.gap_m.next_down();
-                count = MAX_PAIRS;
+                count = most;
                 if horizon_m.max(0.0) < 0.5 * reach_m {
                     round = ControlFlow::Break(());
                 }

@@ -40,9 +40,9 @@ const FAREWELL: f64 = 1.25;
 const TOUCH_TOLERANCE_M: f64 = 1e-9;
 /// Pairs that are watched at most.
 pub const MAX_WATCHED: usize = 10_000;
-/// Work that the sweep up to a frame may take, in steps: some half a second. Between two frames of the paper's dragon it is
+/// Work that the sweep up to a frame may take, in steps: some fifth of a second. Between two frames of the paper's dragon it is
 /// a thousand.
-const SWEEP_STEPS: u64 = 15_000_000;
+const SWEEP_STEPS: u64 = 4_000_000;
 
 /// How a watched pair stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,7 +85,7 @@ impl Monitor {
             },
             near_m: config.near_m(),
             planned_speed_mps: config.head_speed_mps(),
-            clearances: ClearanceSearch::default(),
+            clearances: ClearanceSearch::with_room(MAX_WATCHED),
             contacts: ContactSearch::new(&dragon.metered(&sweeping)),
             boards: Vec::with_capacity(dragon.dimensions().benches()),
             pairs: BTreeMap::new(),
