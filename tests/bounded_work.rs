@@ -4,6 +4,7 @@
 //! `tests/stress` asks the program itself, of many more dragons, and measures seconds and memory.
 
 use std::fs;
+use std::hint::black_box;
 
 use allocation_counter::measure;
 use bench_dragon::config::{Config, RoutePlan};
@@ -89,7 +90,9 @@ fn is_bounded(text: &str) -> bool {
     let dragon = config.dragon();
     let (start_m, end_m, handles) = (dragon.start_travel_m(), dragon.end_travel_m(), dragon.dimensions().handles());
     let ask = |what: &str, question: &dyn Fn(&Meter)| ask(what, text, handles, question);
-    ask("the first contact", &|meter| drop(first_contact(&dragon.metered(meter), start_m, end_m)));
+    ask("the first contact", &|meter| {
+        black_box(first_contact(&dragon.metered(meter), start_m, end_m));
+    });
     ask("the profile", &|meter| {
         let travels_m: Vec<f64> = (0..1000).map(|i| start_m + (end_m - start_m) * f64::from(i) / 1000.0).collect();
         clearance_profile(&dragon.metered(meter), &travels_m, || ());
@@ -97,21 +100,35 @@ fn is_bounded(text: &str) -> bool {
     ask("the near misses", &|meter| {
         near_misses(&dragon.metered(meter), start_m, end_m, config.near_m(), |_| ());
     });
-    ask("the least clearance", &|meter| drop(least_clearance(&dragon.metered(meter), start_m, end_m, |_| ())));
-    ask("the speed limit", &|meter| drop(largest_speed_ratio(&dragon.metered(meter))));
-    ask("the pitch", &|meter| drop(smallest_pitch(dragon.dimensions(), 16.0, 9.0, meter)));
+    ask("the least clearance", &|meter| {
+        black_box(least_clearance(&dragon.metered(meter), start_m, end_m, |_| ()));
+    });
+    ask("the speed limit", &|meter| {
+        black_box(largest_speed_ratio(&dragon.metered(meter)));
+    });
+    ask("the pitch", &|meter| {
+        black_box(smallest_pitch(dragon.dimensions(), 16.0, 9.0, meter));
+    });
     if let RoutePlan::Turnaround(plan) = config.route() {
         let turnaround = plan.turnaround(config.head_speed_mps()).expect("a valid configuration has a route");
         let dimensions = *dragon.dimensions();
-        ask("the passage", &|meter| drop(passage_through(turnaround, dimensions, meter)));
-        ask("the turn", &|meter| drop(walk_through(turnaround, dimensions, meter, |_| ())));
-        ask("the shortest turn", &|meter| drop(shortest_turn(turnaround, dimensions, meter, |_| ())));
+        ask("the passage", &|meter| {
+            black_box(passage_through(turnaround, dimensions, meter));
+        });
+        ask("the turn", &|meter| {
+            black_box(walk_through(turnaround, dimensions, meter, |_| ()));
+        });
+        ask("the shortest turn", &|meter| {
+            black_box(shortest_turn(turnaround, dimensions, meter, |_| ()));
+        });
     }
     let setting =
         Setting { dimensions: *dragon.dimensions(), route: config.route(), speed_mps: config.head_speed_mps() };
     let parameters = vec![Parameter::Pitch, Parameter::Width];
     let study = Sensitivity { setting, turn_diameter_m: 9.0, range: 0.05, steps: 1, parameters };
-    ask("the sensitivity", &|meter| drop(study.study(meter, || ())));
+    ask("the sensitivity", &|meter| {
+        black_box(study.study(meter, || ()));
+    });
     watch(&config, text);
     true
 }
@@ -126,7 +143,9 @@ fn watch(config: &Config, text: &str) {
     for gap_s in FRAME_GAPS_S {
         header = next_header(&header, config, travel_m, gap_s);
         let handles = frame(&mut solver, dragon, travel_m);
-        let allocations = measure(|| drop(monitor.observe(&header, &handles, None)));
+        let allocations = measure(|| {
+            black_box(monitor.observe(&header, &handles, None));
+        });
         let alerts = monitor.alerts().len();
         assert!(alerts <= ALERT_BURST as usize, "{alerts} alerts of one frame:\n{text}");
         let bytes = allocations.bytes_max;
