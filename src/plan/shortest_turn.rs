@@ -28,7 +28,7 @@ use super::least_clearance::ClosestApproach;
 use super::passage::{Infeasible, passage_through};
 use super::turn::{TurnPassage, walk_through};
 use crate::dragon::{Contact, Dimensions, Dragon, DragonError, Meter, RunEnd, Spent, first_contact};
-use crate::route::{Route, Turnaround};
+use crate::route::{RADIUS_RATIO, Route, Turnaround};
 
 /// Radii tried, evenly up to the circle's.
 const RADII: usize = 64;
@@ -62,6 +62,9 @@ const FAR: f64 = 1e8;
 
 /// Halvings of the step out to where a ratio is no longer clear.
 const EDGE_HALVINGS: u32 = 12;
+
+/// What is left between any ratio tried and the least and the greatest that a turn may have: more than [`FAR`] steps.
+const RATIO_ROOM: f64 = 1.02;
 
 /// How far beside the answer's ratio the limits are told.
 const BESIDE: f64 = 1e-6;
@@ -179,6 +182,11 @@ struct Trial {
 /// The least radius and a ratio with which the dragon gets through, and what is in the way of a smaller radius.
 type Tightest = (f64, f64, [Option<Obstacle>; 2]);
 
+/// Whether turns with this ratio, and with those that are looked at beside it, may be.
+fn is_allowed(ratio: &f64) -> bool {
+    (RADIUS_RATIO.start() * RATIO_ROOM..=RADIUS_RATIO.end() / RATIO_ROOM).contains(ratio)
+}
+
 struct Search<'a> {
     turnaround: Turnaround,
     dimensions: Dimensions,
@@ -206,7 +214,8 @@ impl Search<'_> {
         let beside = LARGEST_RATIO.powf(2.0 / (RATIOS - 1) as f64);
         while clear_m - tight_m > TOLERANCE_M {
             let middle_m = 0.5 * (tight_m + clear_m);
-            let around = [-2, -1, 0, 1, 2].map(|i| ratio * beside.powi(i));
+            let around: Vec<f64> =
+                [-2, -1, 0, 1, 2].map(|i| ratio * beside.powi(i)).into_iter().filter(is_allowed).collect();
             match self.clear_ratio(middle_m, clear_m - tight_m, &around)? {
                 Some(found) => (clear_m, ratio) = (middle_m, found),
                 None => tight_m = middle_m,
