@@ -107,7 +107,7 @@ fn kept_text(skipped_bytes: u64, kept: &Path) -> String {
         0 => "its records or its indexes are damaged".to_owned(),
         bytes => format!("{bytes} bytes are damaged and were passed over"),
     };
-    format!("; {damage}, so the old file is kept as {}", kept.display())
+    format!("; {damage}, so the old file is kept as {}", Printable(kept))
 }
 
 /// Begins to finish what killed recorders left in a folder, in a thread of its own that reports each file by a line. A
@@ -237,7 +237,7 @@ fn print_summary(format: Format, summary: RecordSummary) -> anyhow::Result<()> {
         return print_json(&RecordLine::Summary(summary));
     }
     let RecordSummary { frames, lost, alerts, bytes, removed, files } = summary;
-    let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+    let files: Vec<String> = files.iter().map(|file| Printable(file).to_string()).collect();
     let removed = if removed > 0 { format!(", {removed} older files removed") } else { String::new() };
     print_line(format_args!(
         "{frames} frames, {alerts} alerts, {lost} lost, {} in {}{removed}",
