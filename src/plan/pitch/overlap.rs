@@ -51,7 +51,7 @@ impl Overlap {
     /// The deepest overlap in some poses just before the circle, if there is one. There the turns are tightest.
     pub(super) fn near_circle(way: &Way<'_>, pitch_m: f64) -> Option<Self> {
         let mut search = ClearanceSearch::default();
-        let poses = (0..POSES).filter_map(|pose| {
+        let poses = (0..POSES).take_while(|_| !way.meter.is_spent()).filter_map(|pose| {
             let arc_m = way.dimensions.link_m(1) * f64::from(pose) / f64::from(POSES);
             let radius_m = (way.circle_radius_m.powi(2) + pitch_m / PI * arc_m).sqrt().min(way.start_radius_m(pitch_m));
             let nearest = search.nearest(&nearest_turns(way, pitch_m, radius_m));
