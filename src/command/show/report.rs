@@ -7,6 +7,7 @@ use bench_dragon::report::{ContactReport, GuardReport, RestartReport, Restarts, 
 
 use crate::cli::Format;
 use crate::command::output::{behind, print_json, print_line};
+use crate::command::printable::Printable;
 
 pub(super) fn print_report(format: Format, summary: &ShowSummary, folder: &Path) -> anyhow::Result<()> {
     if format == Format::Json {
