@@ -24,7 +24,7 @@ const MOST_STEPS: u64 = 2_000_000;
 /// What is not broken off takes at most so many steps for each handle, as refining one near miss does, and so many besides,
 /// as lists of near pairs do.
 const STEPS_PER_HANDLE: u64 = 1_000;
-const STEPS_BESIDES: u64 = 60_000_000;
+const STEPS_BESIDES: u64 = 40_000_000;
 /// Memory that an answer may take at any time: lists of near pairs alone may take 150 MB.
 const MOST_BYTES: u64 = 400 << 20;
 /// Longest time between two frames, in show seconds, as after lost ones.

@@ -140,6 +140,9 @@ impl<'a> ApproachSearch<'a> {
         self.later.place_head(self.dragon, to_m);
         self.later.extend_to(self.dragon, usize::MAX);
         for benches in self.pairs_within(limit_m()).ok_or(spent)? {
+            if self.meter().is_spent() {
+                return Err(spent);
+            }
             let pair = Pair { dragon: self.dragon, benches };
             pair.halve(&pair.at(&self.earlier), &pair.at(&self.later), HALVINGS, limit_m, sink);
         }
@@ -158,7 +161,7 @@ impl<'a> ApproachSearch<'a> {
         // Where there are too many of them, or the meter is spent, nothing is proved.
         let nothing = Fall { benches: [0, 2], travel_m: self.earlier.travel_m };
         let pairs = self.pairs_within(limit_m).ok_or(nothing)?;
-        let falls = pairs.into_iter().filter_map(|benches| {
+        let falls = pairs.into_iter().take_while(|_| !self.meter().is_spent()).filter_map(|benches| {
             let pair = Pair { dragon: self.dragon, benches };
             let travel_m = pair.fall_m(&pair.at(&self.earlier), &pair.at(&self.later), limit_m, resolution_m)?;
             Some(Fall { benches, travel_m })

@@ -277,7 +277,8 @@ impl ContactSearch {
         let touch = |&benches: &[usize; 2]| {
             Follower::follow(&self.dragon, benches, &self.earlier, &self.later, &mut ControlFlow::Break).break_value()
         };
-        self.pairs.iter().filter_map(touch).min_by(PairEvent::order).map(|event| *event.contact())
+        let allowed = |_: &&[usize; 2]| !self.dragon.meter.is_spent();
+        self.pairs.iter().take_while(allowed).filter_map(touch).min_by(PairEvent::order).map(|event| *event.contact())
     }
 }
 
