@@ -222,6 +222,10 @@ impl Search<'_> {
             }
             progress(0.5 / 32.0);
         }
+        if tight_m == 0.0 {
+            // However tight the S, the dragon gets through.
+            return Ok(Some((clear_m, ratio, [None, None])));
+        }
         let [below, above] = [1.0 - BESIDE, 1.0 + BESIDE].map(|side| self.obstacle(self.meter, tight_m, ratio * side));
         Ok(Some((clear_m, ratio, [below?, above?])))
     }
