@@ -5,7 +5,7 @@ mod shared;
 
 use std::hint::black_box;
 
-use bench_dragon::dragon::{ChainSolver, first_contact};
+use bench_dragon::dragon::{ChainSolver, Meter, first_contact};
 use bench_dragon::plan::{largest_speed_ratio, passage_through, smallest_pitch};
 use bench_dragon::route::Turnaround;
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -14,7 +14,9 @@ use criterion::{Criterion, criterion_group, criterion_main};
 fn contact(criterion: &mut Criterion) {
     let first = || {
         let dragon = shared::dragon(223);
-        first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("the paper's dragon touches itself")
+        first_contact(&dragon, 0.0, dragon.end_travel_m())
+            .expect("no limit")
+            .expect("the paper's dragon touches itself")
     };
     let contact = first();
     assert_eq!(contact.benches, [0, 8]);
@@ -24,7 +26,8 @@ fn contact(criterion: &mut Criterion) {
 
 fn pitch(criterion: &mut Criterion) {
     let dimensions = shared::dimensions(223);
-    let smallest = || smallest_pitch(black_box(&dimensions), 16.0, 9.0).expect("there is a smallest pitch");
+    let smallest =
+        || smallest_pitch(black_box(&dimensions), 16.0, 9.0, &Meter::unlimited()).expect("there is a smallest pitch");
     assert!((smallest().pitch_m - 0.450_337).abs() <= 5.001e-7, "{:?}", smallest());
     criterion.bench_function("smallest pitch to a circle of 9 m", |bencher| bencher.iter(smallest));
 }
@@ -33,8 +36,8 @@ fn pitch(criterion: &mut Criterion) {
 fn speed_limit(criterion: &mut Criterion) {
     let turnaround = Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround is valid");
     let largest = || {
-        let dragon =
-            passage_through(black_box(turnaround), shared::dimensions(223)).expect("the paper's dragon gets through");
+        let dragon = passage_through(black_box(turnaround), shared::dimensions(223), &Meter::unlimited())
+            .expect("the paper's dragon gets through");
         largest_speed_ratio(&dragon).expect("every handle walks")
     };
     assert!((2.0 / largest().ratio - 1.246_266).abs() <= 5.001e-7, "{:?}", largest());

@@ -1,5 +1,6 @@
 //! The command line: parse, run, report.
 
+use std::borrow::Cow;
 use std::io::{self, ErrorKind};
 use std::process::ExitCode;
 
@@ -21,6 +22,7 @@ mod output;
 use cli::Cli;
 use command::BadInput;
 use command::colour::{Painted, is_coloured};
+use command::printable::printable;
 use output::complain;
 
 /// Exit status of bad arguments or configuration.
@@ -43,6 +45,10 @@ fn main() -> ExitCode {
 }
 
 fn run() -> ExitCode {
+    if let Err(error) = limits::require_stack() {
+        complain(&format!("error: {error}"));
+        return ExitCode::FAILURE;
+    }
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return report_usage(&error),
@@ -63,7 +69,7 @@ fn run() -> ExitCode {
 fn complain_of(error: &anyhow::Error) {
     let remedy = remedy(error).map_or_else(String::new, |remedy| format!(": {remedy}"));
     let label = Painted::on(&io::stderr(), *Styles::styled().get_error(), "error:");
-    complain(&format!("{label} {error:#}{remedy}"));
+    complain(&format!("{label} {}{remedy}", printable(&format!("{error:#}"))));
 }
 
 /// Prints help and version as clap does, an error in one line.
@@ -77,7 +83,10 @@ fn report_usage(error: &clap::Error) -> ExitCode {
         return ExitCode::SUCCESS;
     }
     let plain = rendered.to_string();
-    let shown = if is_coloured(&io::stderr()) { rendered.ansi().to_string() } else { plain.clone() };
+    // What was typed is part of the message: where it could drive the terminal, it is shown escaped and without colour.
+    let is_plain = plain.lines().any(|line| matches!(printable(line), Cow::Owned(_)));
+    let plain = plain.lines().map(printable).collect::<Vec<_>>().join("\n");
+    let shown = if is_coloured(&io::stderr()) && !is_plain { rendered.ansi().to_string() } else { plain.clone() };
     if error.kind() == ClapErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
         complain(&shown);
     } else {
@@ -116,8 +125,9 @@ fn is_bad_input(error: &anyhow::Error) -> bool {
 }
 
 /// What to do about an error that comes of a limit of this process.
-fn remedy(error: &anyhow::Error) -> Option<&'static str> {
-    error.chain().find_map(|cause| limits::remedy(cause.downcast_ref()?))
+fn remedy(error: &anyhow::Error) -> Option<String> {
+    let of_cause = error.chain().find_map(|cause| limits::remedy(cause.downcast_ref()?));
+    of_cause.or_else(|| limits::remedy_in_words(&format!("{error:#}")))
 }
 
 /// Whether whoever read our output has had enough, as `head` does.

@@ -100,7 +100,7 @@ fn first_contact_is_where_a_fine_walk_first_sees_an_overlap() {
             let steps = (dragon.end_travel_m() / step_m) as u32;
             let travels = (0..=steps).map(|step| f64::from(step) * step_m);
             let overlap_m = travels.into_iter().find(|&travel_m| some_pair_overlaps(&dragon, travel_m));
-            let contact = first_contact(&dragon, 0.0, dragon.end_travel_m());
+            let contact = first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("no limit");
             let contact_m = contact.map(|contact| contact.travel_m);
             let agree = match (contact_m, overlap_m) {
                 (Some(contact_m), Some(overlap_m)) => contact_m <= overlap_m && contact_m > overlap_m - step_m,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use bench_dragon::dragon::{ChainSolver, ClearanceSearch, Dimensions, Dragon, PairClearance, first_contact};
+use bench_dragon::dragon::{ChainSolver, ClearanceSearch, Dimensions, Dragon, Meter, PairClearance, first_contact};
 use bench_dragon::plan::{
     ClosestApproach, Infeasible, TurnPassage, clearance_profile, least_clearance, near_misses, walk_through,
 };
@@ -56,7 +56,7 @@ fn clearance_at(dragon: &Dragon, closest: &ClosestApproach) -> f64 {
 #[test]
 fn paper_turnaround_is_clear_on_the_whole_passage() {
     let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
-    let passage = walk_through(Turnaround::new(1.7, 9.0, 2.0).expect("valid"), dimensions, |_| ());
+    let passage = walk_through(Turnaround::new(1.7, 9.0, 2.0).expect("valid"), dimensions, &Meter::unlimited(), |_| ());
     let TurnPassage::Clear { closest: Some(closest) } = passage else { panic!("{passage:?}") };
     assert_eq!(closest.pair.benches, [0, 16]);
     assert!((closest.pair.clearance_m - 0.279_042_939).abs() < 1e-9, "{closest:?}");
@@ -67,7 +67,12 @@ fn paper_turnaround_is_clear_on_the_whole_passage() {
 fn turn_that_no_dragon_gets_through_says_why() {
     let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
     let walk = |pitch_m, diameter_m, ratio| {
-        walk_through(Turnaround::new(pitch_m, diameter_m, ratio).expect("valid"), dimensions, |_| ())
+        walk_through(
+            Turnaround::new(pitch_m, diameter_m, ratio).expect("valid"),
+            dimensions,
+            &Meter::unlimited(),
+            |_| (),
+        )
     };
     assert!(matches!(walk(1.7, 9.0, 3.0), TurnPassage::Infeasible(Infeasible::Fault { .. })));
     assert!(matches!(walk(0.2, 9.0, 2.0), TurnPassage::Infeasible(Infeasible::Dragon(_))));
@@ -77,7 +82,7 @@ fn turn_that_no_dragon_gets_through_says_why() {
 #[test]
 fn clearances_over_time_are_what_the_table_says() {
     let travels_m = [0.0, 100.0, 200.0, 300.0, 400.0];
-    let profile = clearance_profile(&paper_dragon(), &travels_m, || ());
+    let profile = clearance_profile(&paper_dragon(), &travels_m, || ()).approaches;
     let table = [0.169_279, 0.157_908, 0.164_999, 0.120_694, 0.025_533];
     for (point, clearance_m) in profile.iter().zip(table) {
         assert!((point.pair.clearance_m - clearance_m).abs() <= 5.001e-7, "{point:?}");
@@ -89,8 +94,8 @@ fn clearances_over_time_are_what_the_table_says() {
 #[test]
 fn near_miss_before_the_contact_is_what_the_table_says() {
     let dragon = paper_dragon();
-    let contact = first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("benches touch");
-    let misses = near_misses(&dragon, 0.0, contact.travel_m, 0.02, |_| ());
+    let contact = first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("no limit").expect("benches touch");
+    let misses = near_misses(&dragon, 0.0, contact.travel_m, 0.02, |_| ()).approaches;
     let last = misses.last().expect("a near miss");
     assert_eq!(last.pair.benches, [0, 11], "{misses:?}");
     assert!((last.travel_m - 409.832).abs() <= 5.001e-4 && (last.pair.clearance_m - 0.000_865).abs() <= 5.001e-7);
@@ -102,10 +107,10 @@ proptest! {
     #[test]
     fn no_benches_of_a_walk_come_nearer(dragon in crowded_dragons()) {
         let from_m = dragon.start_travel_m();
-        let contact = first_contact(&dragon, from_m, dragon.end_travel_m());
+        let contact = first_contact(&dragon, from_m, dragon.end_travel_m()).expect("no limit");
         let to_m = contact.map_or(dragon.end_travel_m(), |contact| contact.travel_m - 0.5);
         prop_assume!(to_m > from_m);
-        let closest = least_clearance(&dragon, from_m, to_m, |_| ()).expect("three benches");
+        let closest = least_clearance(&dragon, from_m, to_m, |_| ()).expect("no limit").expect("three benches");
         let walked = nearest_of_a_walk(&dragon, from_m, to_m, 0.002);
         prop_assert!(walked.clearance_m >= closest.pair.clearance_m - 1e-12, "{walked:?} under {closest:?}");
         // The clearance changes by at most what both boards move.
@@ -116,12 +121,12 @@ proptest! {
     #[test]
     fn every_valley_of_a_walk_is_a_near_miss(dragon in crowded_dragons(), limit_m in 0.05..0.6_f64) {
         let from_m = dragon.start_travel_m();
-        let contact = first_contact(&dragon, from_m, dragon.end_travel_m());
+        let contact = first_contact(&dragon, from_m, dragon.end_travel_m()).expect("no limit");
         let to_m = contact.map_or(dragon.end_travel_m().min(from_m + 30.0), |contact| contact.travel_m);
         prop_assume!(to_m > from_m);
-        let misses = near_misses(&dragon, from_m, to_m, limit_m, |_| ());
+        let misses = near_misses(&dragon, from_m, to_m, limit_m, |_| ()).approaches;
         let travels_m: Vec<f64> = (0..=((to_m - from_m) / 0.01) as u32).map(|i| from_m + 0.01 * f64::from(i)).collect();
-        let walk = clearance_profile(&dragon, &travels_m, || ());
+        let walk = clearance_profile(&dragon, &travels_m, || ()).approaches;
         let clearances_m: Vec<f64> = walk.iter().map(|point| point.pair.clearance_m).collect();
         // Valleys of the walk that are deeper than rounding, each on an open stretch.
         for i in 2..clearances_m.len().saturating_sub(2) {
@@ -135,7 +140,7 @@ proptest! {
         }
         for miss in &misses {
             prop_assert!((clearance_at(&dragon, miss) - miss.pair.clearance_m).abs() < 1e-12, "{miss:?}");
-            let beside = clearance_profile(&dragon, &[miss.travel_m - 1e-4, miss.travel_m, miss.travel_m + 1e-4], || ());
+            let beside = clearance_profile(&dragon, &[miss.travel_m - 1e-4, miss.travel_m, miss.travel_m + 1e-4], || ()).approaches;
             let [before, at, after] = [0, 1, 2].map(|i| beside[i].pair.clearance_m);
             prop_assert!((at - miss.pair.clearance_m).abs() < 1e-12, "{miss:?} but {at}");
             prop_assert!(before >= at - 1e-12 && after >= at - 1e-12, "{before} {at} {after} at {miss:?}");

@@ -130,7 +130,7 @@ impl<'a> Rehearsal<'a> {
     fn assert_apart_on_leg(&self) {
         let [from_m, to_m] = self.leg_m;
         if from_m < to_m
-            && let Some(nearest) = least_clearance(self.dragon, from_m, to_m, |_| ())
+            && let Some(nearest) = least_clearance(self.dragon, from_m, to_m, |_| ()).expect("no limit")
         {
             assert!(nearest.pair.clearance_m >= self.margin_m - ROUNDING_M, "{from_m} to {to_m} m: {nearest:?}");
         }
@@ -244,7 +244,7 @@ proptest! {
         rehearsal.assert_apart_on_leg();
         if head.state == ShowState::Held {
             let ahead_m = (head.travel_m + 1e-6).min(dragon.end_travel_m());
-            let ahead = least_clearance(&dragon, head.travel_m, ahead_m, |_| ()).expect("something is in the way");
+            let ahead = least_clearance(&dragon, head.travel_m, ahead_m, |_| ()).expect("no limit").expect("something is in the way");
             prop_assert!(ahead.pair.clearance_m < rehearsal.margin_m + SPARE_M, "it rests too early: {ahead:?}");
         } else {
             prop_assert_eq!((head.state, head.travel_m), (ShowState::Finished, dragon.end_travel_m()));

@@ -36,12 +36,20 @@ fn dimensions_out_of_range_are_refused() {
     };
     assert_eq!(refuse(0, 3.41, 2.2, 0.3, 0.275), "benches is 0, must be from 1 to 100000");
     assert_eq!(refuse(100_001, 3.41, 2.2, 0.3, 0.275), "benches is 100001, must be from 1 to 100000");
-    assert_eq!(refuse(3, 0.0, 2.2, 0.3, 0.275), "head_length_m is 0, must be above 0 and finite");
-    assert_eq!(refuse(3, 3.41, f64::INFINITY, 0.3, 0.275), "body_length_m is inf, must be above 0 and finite");
-    assert_eq!(refuse(3, 3.41, 2.2, f64::NAN, 0.275), "width_m is NaN, must be above 0 and finite");
+    assert_eq!(refuse(3, 0.0, 2.2, 0.3, 0.275), "head_length_m is 0, must be from 0.02 to 100");
+    assert_eq!(refuse(3, 3.41, f64::INFINITY, 0.3, 0.275), "body_length_m is inf, must be from 0.02 to 100");
+    assert_eq!(refuse(3, 3.41, 2.2, f64::NAN, 0.275), "width_m is NaN, must be from 0.01 to 100");
     let holes = "must be at least 0 and under 1.1, half of the shortest bench";
     assert_eq!(refuse(3, 3.41, 2.2, 0.3, 1.1), format!("hole_offset_m is 1.1, {holes}"));
     assert_eq!(refuse(3, 3.41, 2.2, 0.3, -0.1), format!("hole_offset_m is -0.1, {holes}"));
+    let apart = "the hinges of a bench with body_length_m 2.2 are";
+    let near = refuse(3, 3.41, 2.2, 0.3, 1.096);
+    assert!(near.starts_with(&format!("hole_offset_m is 1.096: {apart} 0.00")), "{near}");
+    assert!(near.contains(" m apart, must be at least 0.11"), "{near}");
+    assert_eq!(
+        refuse(3, 3.41, 2.2, 0.03, 0.275),
+        "width_m is 0.03, must be at least 0.0341, a hundredth of head_length_m 3.41"
+    );
 }
 
 #[test]

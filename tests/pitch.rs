@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use bench_dragon::dragon::{Board, ChainSolver, Dimensions, Dragon, first_contact};
+use bench_dragon::dragon::{Board, ChainSolver, Dimensions, Dragon, Meter, first_contact};
 use bench_dragon::plan::{PitchError, PitchLimit, smallest_pitch};
 use bench_dragon::route::{Route, Spiral};
 use proptest::prelude::*;
@@ -37,14 +37,14 @@ fn a_walk_is_free(dimensions: Dimensions, start_turns: f64, diameter_m: f64, pit
 
 fn is_feasible(dimensions: Dimensions, start_turns: f64, diameter_m: f64, pitch_m: f64) -> bool {
     on_the_way(dimensions, start_turns, diameter_m, pitch_m).is_some_and(|(dragon, arrival_m)| {
-        dragon.end_travel_m() >= arrival_m && first_contact(&dragon, 0.0, arrival_m).is_none()
+        dragon.end_travel_m() >= arrival_m && first_contact(&dragon, 0.0, arrival_m).expect("no limit").is_none()
     })
 }
 
 #[test]
 fn paper_dragon_comes_to_nine_metres_at_the_published_pitch() {
     let dimensions = paper_dimensions(223);
-    let smallest = smallest_pitch(&dimensions, 16.0, 9.0).expect("there is one");
+    let smallest = smallest_pitch(&dimensions, 16.0, 9.0, &Meter::unlimited()).expect("there is one");
     assert!((smallest.pitch_m - 0.450_337).abs() <= 5.001e-7, "{smallest:?}");
     assert!(is_feasible(dimensions, 16.0, 9.0, smallest.pitch_m));
     assert!(!is_feasible(dimensions, 16.0, 9.0, smallest.pitch_m - 1e-9));
@@ -63,7 +63,7 @@ fn paper_dragon_comes_to_nine_metres_at_the_published_pitch() {
 fn a_feasible_pitch_below_infeasible_ones_is_found() {
     let dimensions = Dimensions::new(7, 3.57, 2.30, 0.31, 0.18).expect("valid benches");
     let (start_turns, diameter_m) = (3.15, 3.35);
-    let smallest = smallest_pitch(&dimensions, start_turns, diameter_m).expect("there is one");
+    let smallest = smallest_pitch(&dimensions, start_turns, diameter_m, &Meter::unlimited()).expect("there is one");
     let walk = |pitch_m| a_walk_is_free(dimensions, start_turns, diameter_m, pitch_m, 2e-3);
     assert!(walk(smallest.pitch_m + 1e-6) && !walk(smallest.pitch_m - 1e-4), "{smallest:?}");
     let wider = (1..100).map(|step| smallest.pitch_m + 1e-3 * f64::from(step)).collect::<Vec<_>>();
@@ -83,7 +83,7 @@ proptest! {
     ) {
         let (count, head_m, body_m, width_m, hole) = benches;
         let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole * head_m.min(body_m)).expect("valid benches");
-        let smallest = match smallest_pitch(&dimensions, start_turns, diameter_m) {
+        let smallest = match smallest_pitch(&dimensions, start_turns, diameter_m, &Meter::unlimited()) {
             Ok(smallest) => smallest,
             Err(error) => {
                 let body_could_stop = dimensions.link_m(0) < 1.09 * dimensions.link_m(1);
@@ -108,7 +108,9 @@ proptest! {
 
 #[test]
 fn few_benches_are_limited_by_width_start_or_the_heads_link() {
-    let smallest = |benches, diameter_m| smallest_pitch(&paper_dimensions(benches), 16.0, diameter_m).expect("one");
+    let smallest = |benches, diameter_m| {
+        smallest_pitch(&paper_dimensions(benches), 16.0, diameter_m, &Meter::unlimited()).expect("one")
+    };
     for benches in [1, 2] {
         let [wide, far, tight] = [9.0, 20.0, 2.0].map(|diameter_m| smallest(benches, diameter_m));
         assert!(wide.pitch_m > 0.30 && wide.pitch_m < 0.30 + 1e-11 && wide.limit == PitchLimit::Width, "{wide:?}");
@@ -121,14 +123,15 @@ fn few_benches_are_limited_by_width_start_or_the_heads_link() {
 
 #[test]
 fn circles_out_of_reach_are_refused() {
-    let refuse =
-        |diameter_m| smallest_pitch(&paper_dimensions(223), 16.0, diameter_m).expect_err("refused").to_string();
+    let refuse = |diameter_m| {
+        smallest_pitch(&paper_dimensions(223), 16.0, diameter_m, &Meter::unlimited()).expect_err("refused").to_string()
+    };
     for (diameter_m, shown) in [(40_000.0, "40000"), (f64::NAN, "NaN"), (0.0, "0"), (0.02, "0.02")] {
         let told = refuse(diameter_m);
         assert!(told.starts_with(&format!("turn_diameter_m is {shown}, must be above 0.0286")), "{told}");
         assert!(told.ends_with("and under 32000, where start_turns 16 begin at the greatest pitch"), "{told}");
     }
-    let error = smallest_pitch(&paper_dimensions(223), 0.0, 9.0).expect_err("refused");
+    let error = smallest_pitch(&paper_dimensions(223), 0.0, 9.0, &Meter::unlimited()).expect_err("refused");
     assert_eq!(error.to_string(), "start_turns is 0, must be above 0 and at most 10000");
 }
 
@@ -136,6 +139,6 @@ fn circles_out_of_reach_are_refused() {
 #[test]
 fn boards_that_overlap_on_any_spiral_have_no_pitch() {
     let dimensions = Dimensions::new(5, 2.0, 1.0, 0.3, 0.4).expect("valid benches");
-    let error = smallest_pitch(&dimensions, 8.0, 9.0).expect_err("there is none");
+    let error = smallest_pitch(&dimensions, 8.0, 9.0, &Meter::unlimited()).expect_err("there is none");
     assert_eq!(error.to_string(), "no pitch up to 1000 m lets the head come to a circle of diameter 9 m");
 }

@@ -1,7 +1,7 @@
 //! The derivatives of the planner's answers, against central differences of the whole solvers.
 
 use bench_dragon::config::{RoutePlan, SpiralPlan, TurnaroundPlan};
-use bench_dragon::dragon::Dimensions;
+use bench_dragon::dragon::{Dimensions, Meter};
 use bench_dragon::plan::{Curve, NoDerivative, Parameter, Quantity, Response, Sample, Sensitivity, Setting, Undefined};
 
 /// By how much the differences vary a value. Their error is its fourth power times a fifth derivative, in which every
@@ -14,7 +14,7 @@ const TOLERANCE: f64 = 1e-5;
 
 fn study(setting: Setting, parameters: &[Parameter]) -> Vec<Response> {
     let parameters = parameters.to_vec();
-    Sensitivity { setting, turn_diameter_m: 9.0, range: RANGE, steps: 2, parameters }.study(|| ())
+    Sensitivity { setting, turn_diameter_m: 9.0, range: RANGE, steps: 2, parameters }.study(&Meter::unlimited(), || ())
 }
 
 /// Richardson's extrapolation of central differences.
@@ -115,7 +115,7 @@ fn smallest_pitch_is_told_where_no_contact_limits_it() {
     let setting = paper(RoutePlan::Spiral(SpiralPlan::default()));
     let parameters = vec![Parameter::Width];
     let wide = Sensitivity { setting, turn_diameter_m: 30.0, range: 0.05, steps: 1, parameters };
-    let Response { value, curves, .. } = &wide.study(|| ())[3];
+    let Response { value, curves, .. } = &wide.study(&Meter::unlimited(), || ())[3];
     assert!((value.clone().expect("16 turns reach 15 m") - 15.0 / 16.0).abs() < 1e-9);
     assert_eq!(curves[0].derivative, Err(NoDerivative::Undefined(Undefined::Start)));
 }
@@ -130,7 +130,7 @@ fn impossible_values_have_a_reason_and_leave_the_rest() {
         steps: 1,
         parameters: vec![Parameter::HeadLength],
     };
-    let responses = long.study(|| ());
+    let responses = long.study(&Meter::unlimited(), || ());
     let [low, planned, high] = &responses[2].curves[0].samples[..] else { panic!("three values") };
     assert!(low.value.is_ok() && planned.value.is_ok());
     let reason = high.value.clone().expect_err("the turn is too tight").to_string();
@@ -138,7 +138,7 @@ fn impossible_values_have_a_reason_and_leave_the_rest() {
 
     let spiral = paper(RoutePlan::Spiral(SpiralPlan::default()));
     let wide = Sensitivity { setting: spiral, range: 0.95, parameters: vec![Parameter::Width], ..long };
-    let responses = wide.study(|| ());
+    let responses = wide.study(&Meter::unlimited(), || ());
     for response in &responses[..3] {
         let reason = response.curves[0].samples[2].value.clone().expect_err("boards overlap").to_string();
         assert!(reason.starts_with("pitch_m is 0.55, must be above width_m 0.58"), "{reason}");

@@ -113,7 +113,7 @@ fn boards_that_slide_along_each_other_touch_and_part_in_turn() {
     let dragon = dragon();
     let mut search = ContactSearch::new(&dragon);
     let mut changes = BTreeMap::<[usize; 2], Vec<bool>>::new();
-    for event in search.sweep(dragon.start_travel_m(), dragon.end_travel_m()) {
+    for event in search.sweep(dragon.start_travel_m(), dragon.end_travel_m()).events {
         let touches = matches!(event, PairEvent::Touch(_));
         changes.entry(event.contact().benches).or_default().push(touches);
     }
@@ -127,7 +127,7 @@ fn boards_that_slide_along_each_other_touch_and_part_in_turn() {
 #[test]
 fn first_contact_is_where_the_head_comes_alongside() {
     let dragon = dragon();
-    let contact = ContactSearch::new(&dragon).first(dragon.start_travel_m(), dragon.end_travel_m());
+    let contact = ContactSearch::new(&dragon).first(dragon.start_travel_m(), dragon.end_travel_m()).expect("no limit");
     let contact = contact.expect("the head comes alongside");
     assert_eq!(contact.benches[0], 0);
     let joint = Keyhole::new().parts[3].0;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use bench_dragon::dragon::{Dimensions, Dragon, RunEnd};
+use bench_dragon::dragon::{Dimensions, Dragon, Meter, RunEnd};
 use bench_dragon::plan::{Infeasible, LargestRatio, largest_speed_ratio, passage_through};
 use bench_dragon::route::{Spiral, Turnaround};
 use proptest::prelude::*;
@@ -24,7 +24,7 @@ fn passages() -> impl Strategy<Value = Dragon> {
         |((count, head_m, body_m, hole_m), (pitch_m, diameter_m, ratio))| {
             let dimensions = Dimensions::new(count, head_m, body_m, 0.3, hole_m).ok()?;
             let turnaround = Turnaround::new(pitch_m, diameter_m, ratio).ok()?.between(-5.0, 5.0).ok()?;
-            passage_through(turnaround, dimensions).ok()
+            passage_through(turnaround, dimensions, &Meter::unlimited()).ok()
         },
     )
 }
@@ -46,7 +46,8 @@ fn fastest_of_a_walk(dragon: &Dragon, step_m: f64) -> LargestRatio {
 
 #[test]
 fn paper_turnaround_is_as_fast_as_the_table_says() {
-    let passage = passage_through(paper_turnaround(2.0), paper_benches()).expect("the paper's dragon passes");
+    let passage = passage_through(paper_turnaround(2.0), paper_benches(), &Meter::unlimited())
+        .expect("the paper's dragon passes");
     let largest = largest_speed_ratio(&passage).expect("every handle walks");
     assert!((largest.ratio - 1.604_793).abs() <= 5.001e-7, "{largest:?}");
     assert!((largest.travel_m - 14.480).abs() <= 5.001e-4, "{largest:?}");
@@ -58,7 +59,7 @@ fn paper_turnaround_is_as_fast_as_the_table_says() {
 #[test]
 fn passage_lasts_until_the_last_handle_has_left_the_turn() {
     let turnaround = paper_turnaround(2.0);
-    let passage = passage_through(turnaround, paper_benches()).expect("the paper's dragon passes");
+    let passage = passage_through(turnaround, paper_benches(), &Meter::unlimited()).expect("the paper's dragon passes");
     let tail = passage.chain(passage.end_travel_m()).expect("within the run").last().expect("a tail");
     let tail_m = passage.route().travel(tail.place);
     assert!((tail_m - turnaround.turn_length_m()).abs() < 2e-9, "{tail_m}");
@@ -68,15 +69,19 @@ fn passage_lasts_until_the_last_handle_has_left_the_turn() {
 #[test]
 fn passage_includes_the_planned_span() {
     let turnaround = paper_turnaround(2.0).between(-3.0, 1000.0).expect("a valid span");
-    let passage = passage_through(turnaround, paper_benches()).expect("the paper's dragon passes");
+    let passage = passage_through(turnaround, paper_benches(), &Meter::unlimited()).expect("the paper's dragon passes");
     assert_eq!((passage.start_travel_m(), passage.end_travel_m()), (-3.0, 1000.0));
     let turnaround = paper_turnaround(2.0).between(3.0, 4.0).expect("a valid span");
-    assert_eq!(passage_through(turnaround, paper_benches()).expect("it passes").start_travel_m(), 0.0);
+    assert_eq!(
+        passage_through(turnaround, paper_benches(), &Meter::unlimited()).expect("it passes").start_travel_m(),
+        0.0
+    );
 }
 
 #[test]
 fn turn_on_which_a_handle_would_stop_is_infeasible() {
-    let infeasible = passage_through(paper_turnaround(3.0), paper_benches()).expect_err("handle 1 walks backwards");
+    let infeasible = passage_through(paper_turnaround(3.0), paper_benches(), &Meter::unlimited())
+        .expect_err("handle 1 walks backwards");
     let Infeasible::Fault { travel_m, end } = infeasible else { panic!("{infeasible:?}") };
     assert_eq!(end, RunEnd::HandleStops { handle: 1 });
     assert!(travel_m > 10.2 && travel_m < 15.15, "{infeasible}");

@@ -58,7 +58,8 @@ fn handles_behind_are_where_the_table_says_and_as_fast() {
 #[test]
 fn head_first_touches_bench_8() {
     let dragon = paper_dragon();
-    let contact = first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("the dragon touches itself");
+    let contact =
+        first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("no limit").expect("the dragon touches itself");
     assert_eq!(contact.benches, [0, 8]);
     assert!((contact.travel_m - 412.473_838).abs() <= 5.001e-7, "first contact at {} m", contact.travel_m);
     let boards = nearest_pair(&dragon, contact.travel_m);
@@ -68,7 +69,7 @@ fn head_first_touches_bench_8() {
 #[test]
 fn near_miss_of_bench_11_is_not_a_contact() {
     let dragon = paper_dragon();
-    assert_eq!(first_contact(&dragon, 0.0, 412.47), None);
+    assert_eq!(first_contact(&dragon, 0.0, 412.47).expect("no limit"), None);
     let least = (0..=2000)
         .map(|step| 408.832 + 0.001 * f64::from(step))
         .map(|travel_m| (travel_m, nearest_pair(&dragon, travel_m)))

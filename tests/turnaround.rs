@@ -68,7 +68,7 @@ fn arcs_are_what_the_table_says() {
 fn paper_turnaround_is_walked_to_its_end_without_a_contact() {
     let dragon = dragon(paper_turnaround(2.0));
     assert_eq!((dragon.end_travel_m(), dragon.run_end()), (100.0, RunEnd::RouteEnd));
-    assert_eq!(first_contact(&dragon, dragon.start_travel_m(), dragon.end_travel_m()), None);
+    assert_eq!(first_contact(&dragon, dragon.start_travel_m(), dragon.end_travel_m()).expect("no limit"), None);
 }
 
 /// With radius ratio 3 handle 1 walks backwards, and later jumps by some 3 m.
@@ -221,7 +221,7 @@ proptest! {
         let steps = ((end_m - start_m) / step_m) as u32;
         let travels = (0..=steps).map(|step| start_m + f64::from(step) * step_m);
         let overlap_m = travels.into_iter().find(|&travel_m| some_pair_overlaps(&dragon, travel_m));
-        let contact = first_contact(&dragon, start_m, end_m);
+        let contact = first_contact(&dragon, start_m, end_m).expect("no limit");
         let Some(contact) = contact else {
             prop_assert_eq!(overlap_m, None);
             return Ok(());

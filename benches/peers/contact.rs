@@ -26,7 +26,9 @@ impl Answer for FirstContact {
 
     fn solved() -> Self {
         let dragon = shared::dragon(223);
-        let contact = first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("the paper's dragon touches itself");
+        let contact = first_contact(&dragon, 0.0, dragon.end_travel_m())
+            .expect("no limit")
+            .expect("the paper's dragon touches itself");
         // The head walks at 1 m/s.
         Self { time_s: contact.travel_m, benches: contact.benches }
     }

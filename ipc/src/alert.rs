@@ -6,6 +6,10 @@ use iceoryx2::prelude::ZeroCopySend;
 
 /// One event, on the `bench-dragon/alerts` service.
 ///
+/// A monitor sends at most 200 alerts of pairs at once and 100 a second, by the frames' own clock. Of more, contacts go
+/// first, then partings, then the nearest pairs; the others are counted in the monitor's summary. The first contact of a run
+/// and every alert that is about no pair, or a fault, is always sent.
+///
 /// 72 bytes, no padding. Use [`Alert::alert_kind`], [`Alert::pair`] and [`Alert::forecast`] to read the coded fields.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]

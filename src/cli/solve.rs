@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use bench_dragon::config::NEAR_M;
+use bench_dragon::dragon::Meter;
 use bench_dragon::figure::FigureFormat;
 use bench_dragon::plan::Parameter;
 use clap::{ArgGroup, Args, Subcommand, ValueEnum, ValueHint};
@@ -66,6 +67,8 @@ pub(crate) struct PitchArgs {
     #[command(flatten)]
     pub(crate) save: SaveConfigArgs,
     #[command(flatten)]
+    pub(crate) work: WorkArgs,
+    #[command(flatten)]
     pub(crate) format: FormatArgs,
 }
 
@@ -85,6 +88,34 @@ pub(crate) struct TurnPlanArgs {
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) config: Option<PathBuf>,
 }
+
+/// How much work an answer may take.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct WorkArgs {
+    /// Most work for the answer, in millions of steps of some 50 ns; where it is not enough, the answer says how far it
+    /// came [default: 100, for sensitivity and --shortest 300].
+    #[arg(long, value_name = "MILLIONS", allow_negative_numbers = true, value_parser = work)]
+    pub(crate) work: Option<u64>,
+}
+
+impl WorkArgs {
+    /// A meter for a part of an answer.
+    pub(crate) fn meter(self) -> Meter {
+        Meter::of(self.work.unwrap_or(DEFAULT_WORK) * STEPS)
+    }
+
+    /// A meter for an answer that is put together of many.
+    pub(crate) fn long_meter(self) -> Meter {
+        Meter::of(self.work.unwrap_or(DEFAULT_LONG_WORK) * STEPS)
+    }
+}
+
+/// Work that is allowed where nothing else was asked for, in millions of steps: a few seconds on one core.
+const DEFAULT_WORK: u64 = 100;
+/// The same for what is asked of many dragons.
+const DEFAULT_LONG_WORK: u64 = 300;
+/// Steps to the million.
+const STEPS: u64 = 1_000_000;
 
 /// Where an answer goes as a configuration.
 #[derive(Clone, Debug, Args)]
@@ -107,6 +138,8 @@ pub(crate) struct TurnArgs {
     #[command(flatten)]
     pub(crate) figure: FigureArgs,
     #[command(flatten)]
+    pub(crate) work: WorkArgs,
+    #[command(flatten)]
     pub(crate) format: FormatArgs,
 }
 
@@ -122,6 +155,8 @@ pub(crate) struct SpeedLimitArgs {
     pub(crate) save: SaveConfigArgs,
     #[command(flatten)]
     pub(crate) figure: FigureArgs,
+    #[command(flatten)]
+    pub(crate) work: WorkArgs,
     #[command(flatten)]
     pub(crate) format: FormatArgs,
 }
@@ -149,6 +184,8 @@ pub(crate) struct SensitivityArgs {
     pub(crate) figure: Option<FigureFile>,
     #[command(flatten)]
     pub(crate) config: ConfigArgs,
+    #[command(flatten)]
+    pub(crate) work: WorkArgs,
     #[command(flatten)]
     pub(crate) format: FormatArgs,
 }
@@ -187,6 +224,8 @@ pub(crate) struct ContactArgs {
     pub(crate) config: ConfigArgs,
     #[command(flatten)]
     pub(crate) figure: FigureArgs,
+    #[command(flatten)]
+    pub(crate) work: WorkArgs,
     #[command(flatten)]
     pub(crate) format: FormatArgs,
 }
@@ -271,6 +310,10 @@ fn figure(text: &str) -> Result<FigureFile, String> {
     let path = PathBuf::from(text);
     let format = FigureFormat::of(&path).ok_or("must end in .svg or .png")?;
     Ok(FigureFile { path, format })
+}
+
+fn work(text: &str) -> Result<u64, String> {
+    within(text, &(1..=1_000_000_000))
 }
 
 fn near(text: &str) -> Result<f64, String> {

@@ -15,6 +15,7 @@ use super::whole_file::{self, WholeFile};
 use crate::cli::{ExportArgs, Format, TableFile};
 use crate::command::BadInput;
 use crate::command::output::{complain_of_flaws, print_json, print_line};
+use crate::command::printable::Printable;
 use crate::output::Stdout;
 
 const WRITE_BUFFER_BYTES: usize = 1 << 20;
@@ -99,6 +100,6 @@ fn tell(args: &ExportArgs, report: ExportReport) -> anyhow::Result<()> {
     }
     let ExportReport { file, counts, .. } = report;
     let runs = if counts.runs > 1 { format!(" of {} runs", counts.runs) } else { String::new() };
-    let (frames, alerts, file) = (counts.frames, counts.alerts, file.display());
+    let (frames, alerts, file) = (counts.frames, counts.alerts, Printable(&file));
     Ok(print_line(format_args!("{frames} frames{runs} and {alerts} alerts written to {file}"))?)
 }

@@ -1,14 +1,16 @@
 //! The guard's thread: looks at the newest frame, proves the way ahead and sends grants.
 
+use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use bench_dragon::config::Config;
-use bench_dragon::guard::{FinalRest, Guard, GuardSettings};
+use bench_dragon::dragon::Meter;
+use bench_dragon::guard::{FinalRest, Guard, GuardSettings, STEPS_AT_A_TIME};
 use bench_dragon_ipc::{BusError, CommandClient, Domain, FrameHeader, Request, StatusReader};
-use crossbeam::channel::{self, Receiver, RecvTimeoutError, Sender};
+use crossbeam::channel::{self, Receiver, RecvTimeoutError, Sender, TryRecvError};
 use crossbeam::queue::ArrayQueue;
 
 /// How often the thread looks at the status where no frame comes.
@@ -39,14 +41,17 @@ pub(crate) enum News {
 
 impl Guarding {
     /// Starts to guard a run.
-    pub(crate) fn start(domain: &Domain, config: Config, run_id: u64) -> Self {
+    ///
+    /// # Errors
+    /// The operating system's reason why there can be no thread for it.
+    pub(crate) fn start(domain: &Domain, config: Config, run_id: u64) -> io::Result<Self> {
         let newest = Arc::new(ArrayQueue::new(1));
         let has_fault = Arc::new(AtomicBool::new(false));
         let (wake, woken) = channel::bounded(1);
         let (tell, news) = channel::unbounded();
         let (domain, frames, stop) = (domain.clone(), Arc::clone(&newest), Arc::clone(&has_fault));
-        let thread = thread::spawn(move || {
-            let dragon = Arc::clone(config.dragon());
+        let guard = move || {
+            let dragon = config.dragon().metered(&Meter::of(STEPS_AT_A_TIME));
             let guard = Guard::new(&dragon, &config, GuardSettings::of(&config), run_id);
             let ended = match Watch::open(&domain, frames, stop, woken) {
                 Ok(watch) => watch.keep(guard, &tell),
@@ -56,8 +61,9 @@ impl Guarding {
             };
             // Nobody listens where the owner has gone meanwhile.
             let _ = ended.map_err(|news| tell.send(news));
-        });
-        Self { newest, has_fault, news, wake: Some(wake), thread: Some(thread) }
+        };
+        let thread = thread::Builder::new().name("guard".to_owned()).spawn(guard)?;
+        Ok(Self { newest, has_fault, news, wake: Some(wake), thread: Some(thread) })
     }
 
     /// Shows the guard a frame. It looks at the newest one when it comes to it.
@@ -134,6 +140,9 @@ impl Watch {
     /// Sends grants until the server has enough, or is gone.
     fn grant(&mut self, guard: &mut Guard<'_>, mut header: FrameHeader) -> Result<(), News> {
         while !self.has_fault.load(Ordering::Relaxed) {
+            if self.woken.try_recv() == Err(TryRecvError::Disconnected) {
+                return Ok(());
+            }
             if let Some(status) = self.status.poll().map_err(News::Failed)? {
                 self.asked_m = status.asked().filter(|_| status.run_id == header.run_id);
             }

@@ -26,6 +26,7 @@ mod metrics;
 mod monitor;
 mod observing;
 mod parent;
+pub(crate) mod printable;
 mod progress;
 mod record;
 mod replay;

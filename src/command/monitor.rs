@@ -11,7 +11,7 @@ use bench_dragon::config::Config;
 use bench_dragon::dragon::PairClearance;
 use bench_dragon::guard::ClearanceCheck;
 use bench_dragon::monitor::forecast::{Forecast, Forecaster};
-use bench_dragon::monitor::{AlertPublisher, Monitor, fault_alert, run_alert};
+use bench_dragon::monitor::{ALERTS_PER_S, AlertPublisher, Monitor, fault_alert, run_alert};
 use bench_dragon::report::{
     AlertLine, ClearanceReport, ContactReport, GuardReport, MonitorLine, MonitorProgress, MonitorSummary, TimesReport,
 };
@@ -133,15 +133,22 @@ impl<'a> Session<'a> {
         }
         if self.watch.as_ref().is_none_or(|watch| watch.run_id != header.run_id) {
             // The last run's guard ends first.
-            self.watch = None;
+            self.end_watch();
             let Some(watch) = self.begin(header, ports)? else { return Ok(()) };
             self.watch = Some(watch);
         }
         let watch = self.watch.as_mut().expect("begun where it was missing");
+        if self.stop.is_set() {
+            watch.monitor.end_soon();
+        }
         let forecast = watch.forecaster.latest();
+        let had_suppressed = watch.monitor.suppressed() > 0;
         let nearest = watch.monitor.observe(header, frame.handles(), Some(&forecast));
         watch.follow_forecast(header, &forecast);
         let fault = watch.guard(header, nearest);
+        if !had_suppressed && watch.monitor.suppressed() > 0 {
+            tracing::warn!("over {ALERTS_PER_S} alerts a second: only the most important are sent, the others counted");
+        }
         self.summary.faults += fault.iter().len() as u64;
         let alerts = [fault.as_slice(), watch.state_alert(header).as_slice(), watch.monitor.alerts()].concat();
         for alert in &alerts {
@@ -149,6 +156,14 @@ impl<'a> Session<'a> {
         }
         self.note(header, nearest, &forecast);
         Ok(())
+    }
+
+    /// Ends the watch of a run, and adds what it has left out.
+    fn end_watch(&mut self) {
+        if let Some(watch) = self.watch.take() {
+            self.summary.suppressed_alerts += watch.monitor.suppressed();
+            self.summary.unswept_frames += watch.monitor.unswept();
+        }
     }
 
     fn begin(&self, header: &FrameHeader, ports: &mut Ports) -> anyhow::Result<Option<Watch>> {
@@ -160,12 +175,12 @@ impl<'a> Session<'a> {
         ensure!(described == sent, "the description on the bus is of {described} benches, the frames are of {sent}");
         let monitor = Monitor::new(&config);
         let from_m = header.head_travel_m;
-        let forecaster = Forecaster::start(Arc::clone(monitor.dragon()), from_m);
+        let forecaster = Forecaster::start(monitor.dragon(), from_m).context("cannot start the forecast's thread")?;
         if self.args.guard && !config.is_guarded() {
             tracing::warn!("the server is not guarded: it walks on without grants; start it with --guarded");
         }
         let is_kept = self.args.guard && config.is_guarded();
-        let keeper = is_kept.then(|| Keeper::start(self.domain, config, header.run_id));
+        let keeper = is_kept.then(|| Keeper::start(self.domain, config, header.run_id)).transpose()?;
         Ok(Some(Watch { run_id: header.run_id, monitor, forecaster, asked_from_m: from_m, state: None, keeper }))
     }
 
@@ -252,6 +267,7 @@ impl<'a> Session<'a> {
     }
 
     fn print_summary(&mut self) -> anyhow::Result<()> {
+        self.end_watch();
         self.summary.latency_us = (&self.latency).into();
         self.summary.latency = (&self.latency).into();
         if self.args.format.format == Format::Json {
@@ -270,6 +286,14 @@ impl<'a> Session<'a> {
         }
         if self.summary.faults > 0 {
             print_line(format_args!("{} faults: frames were not as published", self.summary.faults))?;
+        }
+        if self.summary.suppressed_alerts > 0 {
+            let count = self.summary.suppressed_alerts;
+            print_line(format_args!("{count} alerts were not sent: over {ALERTS_PER_S} a second"))?;
+        }
+        if self.summary.unswept_frames > 0 {
+            let count = self.summary.unswept_frames;
+            print_line(format_args!("{count} frames were not swept whole: the way to them takes too much work"))?;
         }
         Ok(())
     }
@@ -309,9 +333,10 @@ impl Watch {
 }
 
 impl Keeper {
-    fn start(domain: &Domain, config: Config, run_id: u64) -> Self {
+    fn start(domain: &Domain, config: Config, run_id: u64) -> anyhow::Result<Self> {
         let check = ClearanceCheck::new(Arc::clone(config.dragon()));
-        Self { guarding: Guarding::start(domain, config, run_id), check, has_fault: false }
+        let guarding = Guarding::start(domain, config, run_id).context("cannot start the guard's thread")?;
+        Ok(Self { guarding, check, has_fault: false })
     }
 }
 

@@ -8,6 +8,7 @@ use bench_dragon::histogram::Percentiles;
 use bench_dragon::record::Flaws;
 use serde::Serialize;
 
+use crate::command::printable::Printable;
 pub(crate) use crate::output::complain;
 use crate::output::print;
 
@@ -30,7 +31,7 @@ pub(crate) fn print_bytes(lines: impl Into<Vec<u8>>) -> anyhow::Result<()> {
 
 /// Says what could not be read of a recording. `done` is what was done with the rest.
 pub(crate) fn complain_of_flaws(recording: &Path, Flaws { cut, skipped_bytes }: Flaws, done: &str) {
-    let file = recording.display();
+    let file = Printable(recording);
     if cut {
         complain(&format!("{file} stops in the middle: what is whole of it was {done}"));
     }

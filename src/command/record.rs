@@ -19,6 +19,7 @@ use crate::command::BadInput;
 use crate::command::description::Descriptions;
 use crate::command::follow::{Following, Next, open_when_there};
 use crate::command::output::{complain, print_json, print_line};
+use crate::command::printable::Printable;
 use crate::command::progress::Progress;
 
 const MEGABYTE: u64 = 1_000_000;
@@ -87,7 +88,7 @@ fn repair_one(args: &RecordArgs) -> anyhow::Result<ExitCode> {
                 None if args.check => "; every chunk of it was read and is sound".to_owned(),
                 None => String::new(),
             };
-            print_line(format_args!("{} {done}: {frames} frames{found}", path.display()))?;
+            print_line(format_args!("{} {done}: {frames} frames{found}", Printable(&path)))?;
         }
         Format::Json => print_json(&serde_json::json!({ "file": path, "frames": frames, "repaired": was_unfinished,
                 "skipped_bytes": skipped_bytes, "kept": kept }))?,
@@ -106,7 +107,7 @@ fn kept_text(skipped_bytes: u64, kept: &Path) -> String {
         0 => "its records or its indexes are damaged".to_owned(),
         bytes => format!("{bytes} bytes are damaged and were passed over"),
     };
-    format!("; {damage}, so the old file is kept as {}", kept.display())
+    format!("; {damage}, so the old file is kept as {}", Printable(kept))
 }
 
 /// Begins to finish what killed recorders left in a folder, in a thread of its own that reports each file by a line. A
@@ -123,7 +124,7 @@ fn begin_repairs(folder: &Path) -> Option<BackgroundRepair> {
 fn report_repair(repaired: Result<Repair, RepairError>) {
     match repaired {
         Ok(Repair { path, frames, .. }) => {
-            complain(&format!("finished {}, which a killed recorder left: {frames} frames", path.display()));
+            complain(&format!("finished {}, which a killed recorder left: {frames} frames", Printable(&path)));
         }
         Err(error) => tracing::warn!("{:#}", anyhow::Error::from(error)),
     }
@@ -236,7 +237,7 @@ fn print_summary(format: Format, summary: RecordSummary) -> anyhow::Result<()> {
         return print_json(&RecordLine::Summary(summary));
     }
     let RecordSummary { frames, lost, alerts, bytes, removed, files } = summary;
-    let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+    let files: Vec<String> = files.iter().map(|file| Printable(file).to_string()).collect();
     let removed = if removed > 0 { format!(", {removed} older files removed") } else { String::new() };
     print_line(format_args!(
         "{frames} frames, {alerts} alerts, {lost} lost, {} in {}{removed}",

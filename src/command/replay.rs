@@ -9,6 +9,7 @@ use bench_dragon_ipc::Domain;
 
 use crate::cli::{Format, ReplayArgs};
 use crate::command::output::{complain, complain_of_flaws, percentiles, print_json, print_line};
+use crate::command::printable::Printable;
 
 pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::new(args.bus.instance.clone())?;
@@ -40,7 +41,7 @@ fn announce(args: &ReplayArgs, pass: &Pass<'_>) -> anyhow::Result<()> {
     match args.format.format {
         Format::Json => print_json(&ReplayLine::Started { run_id, recorded_run_id }),
         Format::Text => {
-            let (file, instance) = (args.file.display(), &args.bus.instance);
+            let (file, instance) = (Printable(&args.file), &args.bus.instance);
             complain(&format!("replaying {file} on instance {instance}, run {run_id}; Ctrl-C ends it"));
             Ok(())
         }

@@ -20,7 +20,8 @@ impl Check for RealTime {
     }
 
     fn examine(&self, _: &Patient) -> Finding {
-        let tried = thread::spawn(take_least_priority).join().expect("asking for a priority does not panic");
+        let asking = thread::Builder::new().spawn(take_least_priority);
+        let tried = asking.and_then(|asking| asking.join().expect("asking for a priority does not panic"));
         judge(tried, getrlimit(Resource::Rtprio).current)
     }
 }

@@ -10,6 +10,7 @@ use glam::DVec2;
 use super::Dragon;
 use super::board::Approach;
 use super::clearance::{ClearanceSearch, PairClearance};
+use super::meter::{Meter, Spent};
 use super::passage::{Passage, drift_m};
 use super::pose::{Pose, Seat};
 
@@ -18,6 +19,11 @@ const STRIDE_LINKS: f64 = 0.25;
 
 /// A stride is halved this often for pieces: 256 a link.
 const HALVINGS: u32 = 6;
+
+/// What it takes to look at a pair's bounds on a way, in steps of work.
+const STEPS_PER_LOOK: u64 = 16;
+/// The same to keep a piece, which bounds how many are kept.
+const STEPS_PER_PIECE: u64 = 100;
 
 /// A short part of a pair's way on which its clearance may be under the limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,18 +101,19 @@ impl<'a> ApproachSearch<'a> {
         STRIDE_LINKS * dragon.dimensions().link_m(0).min(dragon.dimensions().link_m(1))
     }
 
-    /// Travels that cut a way into strides, both ends included.
-    pub(crate) fn strides(dragon: &Dragon, from_m: f64, to_m: f64) -> Vec<f64> {
-        let count = ((to_m - from_m) / Self::stride_m(dragon)).ceil().max(1.0) as usize;
-        let at = |i: usize| from_m + (to_m - from_m) * (i as f64 / count as f64);
-        (0..count).map(at).chain([to_m]).collect()
+    /// Where the work is counted.
+    pub(crate) fn meter(&self) -> &Meter {
+        self.dragon.meter()
     }
 
     /// The nearest of the pairs where the search stands; none with fewer than three benches.
     pub(crate) fn nearest(&mut self) -> Option<PairClearance> {
         if !self.repeats() {
-            return self.near.nearest(&self.earlier.boards);
+            let nearest = self.near.nearest(&self.earlier.boards);
+            self.dragon.meter().add(self.near.take_steps());
+            return nearest;
         }
+        self.meter().add(self.earlier.boards.len() as u64);
         let boards = &self.earlier.boards;
         let pairs = (0..2).flat_map(|first| (first + 2..boards.len()).map(move |second| [first, second]));
         pairs.fold(None, |nearest: Option<PairClearance>, [first, second]| {
@@ -120,14 +127,27 @@ impl<'a> ApproachSearch<'a> {
 
     /// Walks on to `to_m`, at most a stride away, and hands out the pieces on which a pair's clearance may be under the
     /// limit, which may fall meanwhile; in order for each pair.
-    pub(crate) fn walk(&mut self, to_m: f64, limit_m: &impl Fn() -> f64, sink: &mut impl FnMut(Piece)) {
+    ///
+    /// # Errors
+    /// With some of the pieces, where the dragon's meter is spent or too many pairs are near each other.
+    pub(crate) fn walk(
+        &mut self,
+        to_m: f64,
+        limit_m: &impl Fn() -> f64,
+        sink: &mut impl FnMut(Piece),
+    ) -> Result<(), Spent> {
+        let spent = self.meter().spent(self.earlier.travel_m);
         self.later.place_head(self.dragon, to_m);
         self.later.extend_to(self.dragon, usize::MAX);
-        for benches in self.pairs_within(limit_m()) {
+        for benches in self.pairs_within(limit_m()).ok_or(spent)? {
+            if self.meter().is_spent() {
+                return Err(spent);
+            }
             let pair = Pair { dragon: self.dragon, benches };
             pair.halve(&pair.at(&self.earlier), &pair.at(&self.later), HALVINGS, limit_m, sink);
         }
         std::mem::swap(&mut self.earlier, &mut self.later);
+        if self.meter().is_spent() { Err(spent) } else { Ok(()) }
     }
 
     /// Walks on to `to_m`, at most a stride away, unless a pair's clearance falls under the limit on the way: then it stays
@@ -138,13 +158,19 @@ impl<'a> ApproachSearch<'a> {
     pub(crate) fn walk_over(&mut self, to_m: f64, limit_m: f64, resolution_m: f64) -> Result<(), Fall> {
         self.later.place_head(self.dragon, to_m);
         self.later.extend_to(self.dragon, usize::MAX);
-        let pairs = self.pairs_within(limit_m);
-        let falls = pairs.into_iter().filter_map(|benches| {
+        // Where there are too many of them, or the meter is spent, nothing is proved.
+        let nothing = Fall { benches: [0, 2], travel_m: self.earlier.travel_m };
+        let pairs = self.pairs_within(limit_m).ok_or(nothing)?;
+        let falls = pairs.into_iter().take_while(|_| !self.meter().is_spent()).filter_map(|benches| {
             let pair = Pair { dragon: self.dragon, benches };
             let travel_m = pair.fall_m(&pair.at(&self.earlier), &pair.at(&self.later), limit_m, resolution_m)?;
             Some(Fall { benches, travel_m })
         });
-        if let Some(fall) = falls.min_by(|one, other| one.travel_m.total_cmp(&other.travel_m)) {
+        let first = falls.min_by(|one, other| one.travel_m.total_cmp(&other.travel_m));
+        if self.meter().is_spent() {
+            return Err(nothing);
+        }
+        if let Some(fall) = first {
             return Err(fall);
         }
         std::mem::swap(&mut self.earlier, &mut self.later);
@@ -158,24 +184,28 @@ impl<'a> ApproachSearch<'a> {
             && body.zip(self.beginning.iter().skip(1)).all(|(handle, &place)| handle.place >= place)
     }
 
-    /// The pairs whose clearance may be under the limit somewhere on the way.
-    fn pairs_within(&mut self, limit_m: f64) -> Vec<[usize; 2]> {
+    /// The pairs whose clearance may be under the limit somewhere on the way; none where there are too many.
+    fn pairs_within(&mut self, limit_m: f64) -> Option<Vec<[usize; 2]>> {
         let Self { dragon, earlier, later, .. } = self;
         let drifts_m: Vec<f64> = (0..earlier.boards.len())
             .map(|bench| drift_m(dragon, bench, &earlier.seat(bench), &later.seat(bench)))
             .collect();
         if !self.repeats() {
             let furthest_m = drifts_m.iter().copied().fold(0.0, f64::max);
-            let found = self.near.within(&self.earlier.boards, limit_m + 2.0 * furthest_m);
-            return found.iter().map(|pair| pair.benches).collect();
+            let reach_m = limit_m + 2.0 * furthest_m;
+            let pairs = self.near.within(&self.earlier.boards, reach_m).iter().map(|pair| pair.benches).collect();
+            let has_all = self.earlier.boards.len() < 3 || self.near.has_found_all(reach_m);
+            self.dragon.meter().add(self.near.take_steps());
+            return has_all.then_some(pairs);
         }
+        self.meter().add(self.earlier.boards.len() as u64);
         let boards = &self.earlier.boards;
         let pairs = (0..2).flat_map(|first| (first + 2..boards.len()).map(move |second| [first, second]));
         let within = |&[first, second]: &[usize; 2]| {
             let reach_m = limit_m + drifts_m[first] + drifts_m[second];
             !boards[first].is_beyond(&boards[second], reach_m)
         };
-        pairs.filter(within).collect()
+        Some(pairs.filter(within).collect())
     }
 }
 
@@ -231,10 +261,12 @@ impl Pair<'_> {
         limit_m: &impl Fn() -> f64,
         sink: &mut impl FnMut(Piece),
     ) {
-        if self.least_m(earlier, later) >= limit_m() {
+        self.dragon.meter().add(STEPS_PER_LOOK);
+        if self.dragon.meter().is_spent() || self.least_m(earlier, later) >= limit_m() {
             return;
         }
         if halvings == 0 {
+            self.dragon.meter().add(STEPS_PER_PIECE);
             return sink(Piece {
                 benches: self.benches,
                 travels_m: [earlier.travel_m, later.travel_m],
@@ -249,7 +281,8 @@ impl Pair<'_> {
     /// Where the bound of the clearance first falls under the limit, on pieces as short as the resolution; `None` where it
     /// does not. At most log₂ of their number of pieces are halved at a time.
     fn fall_m(&self, earlier: &Moment, later: &Moment, limit_m: f64, resolution_m: f64) -> Option<f64> {
-        if self.least_m(earlier, later) >= limit_m {
+        self.dragon.meter().add(STEPS_PER_LOOK);
+        if self.dragon.meter().is_spent() || self.least_m(earlier, later) >= limit_m {
             return None;
         }
         if later.travel_m - earlier.travel_m <= resolution_m || earlier.approach.clearance_m < limit_m {

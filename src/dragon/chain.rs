@@ -9,7 +9,8 @@ use thiserror::Error;
 
 use super::Dragon;
 use super::dimensions::Dimensions;
-use super::link::Link;
+use super::link::{Link, MAX_STEPS};
+use super::meter::Meter;
 use crate::route::{Route, RoutePoint};
 
 /// A handle: the front hinge of the bench of the same index, or the tail's rear hinge.
@@ -48,6 +49,7 @@ pub struct ChainBroken {
 pub struct Chain<'a> {
     route: &'a dyn Route,
     dimensions: &'a Dimensions,
+    meter: &'a Meter,
     /// The last handle handed out, or the head before that; none where the chain ends early.
     last: Option<(f64, RoutePoint, f64)>,
     handed_out: usize,
@@ -56,25 +58,33 @@ pub struct Chain<'a> {
 impl<'a> Chain<'a> {
     /// A chain whose head stands at `travel_m`, whether or not a dragon can walk there: it ends at a link that nowhere
     /// behind meets the route.
-    pub(super) fn new(route: &'a dyn Route, dimensions: &'a Dimensions, travel_m: f64) -> Self {
-        Self::from_place(route, dimensions, route.place(travel_m))
+    pub(super) fn new(route: &'a dyn Route, dimensions: &'a Dimensions, meter: &'a Meter, travel_m: f64) -> Self {
+        Self::from_place(route, dimensions, meter, route.place(travel_m))
     }
 
     /// The same with the head at a place.
-    pub(crate) fn from_place(route: &'a dyn Route, dimensions: &'a Dimensions, place: f64) -> Self {
-        Self { route, dimensions, last: Some((place, route.point(place), 1.0)), handed_out: 0 }
+    pub(crate) fn from_place(route: &'a dyn Route, dimensions: &'a Dimensions, meter: &'a Meter, place: f64) -> Self {
+        Self { route, dimensions, meter, last: Some((place, route.point(place), 1.0)), handed_out: 0 }
     }
 
     /// The rest of a chain behind its handle of this index.
-    pub(super) fn behind(route: &'a dyn Route, dimensions: &'a Dimensions, index: usize, handle: &Handle) -> Self {
+    pub(super) fn behind(
+        route: &'a dyn Route,
+        dimensions: &'a Dimensions,
+        meter: &'a Meter,
+        index: usize,
+        handle: &Handle,
+    ) -> Self {
         let last = Some((handle.place, route.point(handle.place), handle.speed_ratio));
-        Self { route, dimensions, last, handed_out: index + 1 }
+        Self { route, dimensions, meter, last, handed_out: index + 1 }
     }
 
     fn follow_link(&self) -> Option<(f64, RoutePoint, f64)> {
         let (place, front, speed_ratio) = self.last?;
         let link = Link { route: self.route, front, length_m: self.dimensions.link_m(self.handed_out - 1) };
-        let rear = link.rear(place)?;
+        let rear = link.rear(place);
+        self.meter.add(u64::from(rear.map_or(MAX_STEPS, |rear| rear.looks)));
+        let rear = rear?;
         Some((rear.place, rear.point, speed_ratio * rear.speed_ratio()))
     }
 }

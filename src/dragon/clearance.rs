@@ -7,7 +7,7 @@
 use glam::DVec2;
 
 use super::board::Board;
-use super::near_pairs::NearPairs;
+use super::near_pairs::{MAX_PAIRS, NearPairs};
 
 /// Two benches and how near they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +44,17 @@ pub struct ClearanceSearch {
 }
 
 impl ClearanceSearch {
-    /// Every pair with a clearance of at most `reach_m`, nearest first, equal ones by their indices.
+    /// A search that finds at most twice so many pairs, the nearest; others find two million.
+    ///
+    /// # Panics
+    /// With no room at all.
+    pub fn with_room(pairs: usize) -> Self {
+        assert!((1..=MAX_PAIRS).contains(&pairs), "room for {pairs} pairs");
+        Self { near: NearPairs::with_room(pairs), ..Self::default() }
+    }
+
+    /// Every pair with a clearance of at most `reach_m`, nearest first, equal ones by their indices. Of more than some two
+    /// million it finds the nearest.
     pub fn within(&mut self, boards: &[Board], reach_m: f64) -> &[PairClearance] {
         self.found.clear();
         if boards.len() >= 3 {
@@ -52,6 +62,16 @@ impl ClearanceSearch {
             self.collect(boards, reach_m, reach_m);
         }
         &self.found
+    }
+
+    /// Whether the last search, up to this clearance, has found every pair: there were not too many for it.
+    pub(super) fn has_found_all(&self, reach_m: f64) -> bool {
+        self.near.reaches(reach_m)
+    }
+
+    /// The steps of work since the last time that this was asked.
+    pub(crate) fn take_steps(&mut self) -> u64 {
+        self.near.take_steps() + self.found.len() as u64
     }
 
     /// The pair with the least clearance, of equal ones the one with the lowest indices; none with fewer than three

@@ -11,6 +11,7 @@ use super::clearance::ClearanceSearch;
 use super::coil_reach::CoilReach;
 use super::contact::{Contact, PairEvent};
 use super::follower::Follower;
+use super::meter::Spent;
 use super::passage::drift_of_walks_m;
 use super::pose::Pose;
 
@@ -18,8 +19,20 @@ use super::pose::Pose;
 const STRIDE_LINKS: f64 = 0.25;
 
 /// The first contact with the head between two travels, as [`ContactSearch::first`] finds it.
-pub fn first_contact(dragon: &Dragon, from_travel_m: f64, to_travel_m: f64) -> Option<Contact> {
+///
+/// # Errors
+/// As [`ContactSearch::first`].
+pub fn first_contact(dragon: &Dragon, from_travel_m: f64, to_travel_m: f64) -> Result<Option<Contact>, Spent> {
     ContactSearch::new(dragon).first(from_travel_m, to_travel_m)
+}
+
+/// What a sweep has found.
+#[derive(Clone, Copy, Debug)]
+pub struct Sweep<'a> {
+    /// The changes of pairs, in order.
+    pub events: &'a [PairEvent],
+    /// Travel up to which they are all; the sweep's end, unless the work for it was too much.
+    pub reached_m: f64,
 }
 
 /// Searches a dragon's run for contacts. Keeps its buffers and its last pose: sweeps that follow on each other solve
@@ -70,33 +83,43 @@ impl ContactSearch {
     /// has lain before, and only pairs with one of the first two benches are looked at. They alone are looked at from
     /// the beginning where the bounds of the coil rule out all contacts there, and on from where the last search ended;
     /// and only until those bounds rule out all contacts of these two.
-    pub fn first(&mut self, from_travel_m: f64, to_travel_m: f64) -> Option<Contact> {
-        let (from_m, to_m) = self.within_run(from_travel_m, to_travel_m)?;
+    ///
+    /// # Errors
+    /// The dragon's meter is spent before the search is finished, or so many pairs are near each other that they cannot be
+    /// followed. No benches touch up to the travel that was reached.
+    pub fn first(&mut self, from_travel_m: f64, to_travel_m: f64) -> Result<Option<Contact>, Spent> {
+        let Some((from_m, to_m)) = self.within_run(from_travel_m, to_travel_m) else { return Ok(None) };
         let from_m = from_m.max(self.clear_to_m);
         if from_m > to_m || self.dragon.dimensions().benches() < 3 {
-            return None;
+            return Ok(None);
         }
         let goes_on = self.searched_to_m.take() == Some(from_m);
         if !goes_on && let Some(contact) = self.begin(from_m) {
-            return Some(contact);
+            return Ok(Some(contact));
         }
         while self.earlier.travel_m < to_m {
+            let reached_m = self.earlier.travel_m;
             self.stride(to_m);
-            if self.repeats() {
+            let all_collected = if self.repeats() {
                 if self.is_clear_from_here() {
                     break;
                 }
                 self.collect_leading_pairs();
+                true
             } else {
-                self.collect_pairs();
+                self.collect_pairs()
+            };
+            let touch = self.earliest_touch();
+            if !all_collected || self.dragon.meter.is_spent() {
+                return Err(self.dragon.meter.spent(reached_m));
             }
-            if let Some(contact) = self.earliest_touch() {
-                return Some(contact);
+            if touch.is_some() {
+                return Ok(touch);
             }
             self.advance();
         }
         self.searched_to_m = Some(to_m);
-        None
+        Ok(None)
     }
 
     /// Places the dragon where a search begins. If a pair touches there, that is the search's end.
@@ -120,24 +143,42 @@ impl ContactSearch {
     /// A pair touches where its clearance comes down to 0, and parts where it comes up from there; whether it is in
     /// touch at `from_travel_m` is for the caller to know. Allocates nothing when no pair is near and the search has
     /// swept before.
-    pub fn sweep(&mut self, from_travel_m: f64, to_travel_m: f64) -> &[PairEvent] {
+    ///
+    /// Where the dragon's meter is spent on the way, the sweep ends with the stride before, as [`Sweep::reached_m`] says.
+    pub fn sweep(&mut self, from_travel_m: f64, to_travel_m: f64) -> Sweep<'_> {
         self.events.clear();
-        let Some((from_m, to_m)) = self.within_run(from_travel_m, to_travel_m) else { return &self.events };
+        let Some((from_m, to_m)) = self.within_run(from_travel_m, to_travel_m) else {
+            return Sweep { events: &self.events, reached_m: to_travel_m };
+        };
         self.place(from_m);
         while self.earlier.travel_m < to_m {
             self.stride(to_m);
-            self.collect_pairs();
-            let Self { dragon, earlier, later, pairs, events, .. } = self;
-            for &benches in &*pairs {
-                let _ = Follower::follow(dragon, benches, earlier, later, &mut |event| {
-                    events.push(event);
-                    ControlFlow::Continue(())
-                });
+            let begin = self.events.len();
+            if !self.collect_pairs() || !self.follow_pairs() {
+                self.events.truncate(begin);
+                self.searched_to_m = None;
+                break;
             }
             self.advance();
         }
+        let reached_m = if self.earlier.travel_m < to_m { self.earlier.travel_m } else { to_travel_m };
         self.events.sort_unstable_by(PairEvent::order);
-        &self.events
+        Sweep { events: &self.events, reached_m }
+    }
+
+    /// Takes note of all changes of the collected pairs on a stride. Whether the work for it was allowed.
+    fn follow_pairs(&mut self) -> bool {
+        let Self { dragon, earlier, later, pairs, events, .. } = self;
+        for &benches in &*pairs {
+            let _ = Follower::follow(dragon, benches, earlier, later, &mut |event| {
+                events.push(event);
+                ControlFlow::Continue(())
+            });
+            if dragon.meter.is_spent() {
+                return false;
+            }
+        }
+        true
     }
 
     fn within_run(&self, from_travel_m: f64, to_travel_m: f64) -> Option<(f64, f64)> {
@@ -181,12 +222,14 @@ impl ContactSearch {
         self.earlier.handles[2].place >= self.clear_from
     }
 
-    /// Collects all pairs that could be in touch somewhere on the way.
-    fn collect_pairs(&mut self) {
+    /// Collects all pairs that could be in touch somewhere on the way. Whether there were not too many for that.
+    fn collect_pairs(&mut self) -> bool {
         self.later.extend_to(&self.dragon, usize::MAX);
         let furthest_m = (0..self.earlier.boards.len()).map(|bench| self.drift_m(bench)).fold(0.0, f64::max);
         self.pairs.clear();
         self.pairs.extend(self.near.within(&self.earlier.boards, 2.0 * furthest_m).iter().map(|pair| pair.benches));
+        self.dragon.meter.add(self.near.take_steps());
+        self.earlier.boards.len() < 3 || self.near.has_found_all(2.0 * furthest_m)
     }
 
     /// The same for pairs with the head or the bench behind it.
@@ -195,6 +238,7 @@ impl ContactSearch {
         self.extend_within_reach(2);
         for first in 0..2.min(self.later.boards.len()) {
             let drift_m = self.drift_m(first);
+            self.dragon.meter.add(self.later.boards.len() as u64);
             for second in first + 2..self.later.boards.len() {
                 let boards = &self.earlier.boards;
                 let (ours, theirs) = (&boards[first], &boards[second]);
@@ -233,7 +277,8 @@ impl ContactSearch {
         let touch = |&benches: &[usize; 2]| {
             Follower::follow(&self.dragon, benches, &self.earlier, &self.later, &mut ControlFlow::Break).break_value()
         };
-        self.pairs.iter().filter_map(touch).min_by(PairEvent::order).map(|event| *event.contact())
+        let allowed = |_: &&[usize; 2]| !self.dragon.meter.is_spent();
+        self.pairs.iter().take_while(allowed).filter_map(touch).min_by(PairEvent::order).map(|event| *event.contact())
     }
 }
 

@@ -25,6 +25,9 @@ const RESOLUTION_M: f64 = 1e-11;
 /// cost as much as many looks, so that only a pair that stays unsettled for ten halvings is worth them.
 const RENEWAL: f64 = 1.0 / 1024.0;
 
+/// What it takes to look at a pair's bounds on a way, in steps of work.
+const STEPS_PER_LOOK: u64 = 16;
+
 /// Follows one pair.
 pub(super) struct Follower<'a> {
     dragon: &'a Dragon,
@@ -58,7 +61,8 @@ impl Moment {
 }
 
 impl<'a> Follower<'a> {
-    /// Hands out the changes of a pair of benches between two poses, in order, until `sink` breaks.
+    /// Hands out the changes of a pair of benches between two poses, in order, until `sink` breaks, or the dragon's meter is
+    /// spent.
     pub(super) fn follow(
         dragon: &'a Dragon,
         benches: [usize; 2],
@@ -66,6 +70,7 @@ impl<'a> Follower<'a> {
         later: &Pose,
         sink: &mut impl FnMut(PairEvent) -> ControlFlow<PairEvent>,
     ) -> ControlFlow<PairEvent> {
+        dragon.meter.add((benches[1] - benches[0]) as u64);
         let motion = PairMotion::on_coil(dragon, benches, earlier, later);
         let follower = Self { dragon, benches, length_m: later.travel_m - earlier.travel_m, motion };
         let at = |pose: &Pose| Moment::new(pose.travel_m, pose.seat(benches[0]), pose.seat(benches[1]));
@@ -102,7 +107,8 @@ impl<'a> Follower<'a> {
         later: &Moment,
         sink: &mut impl FnMut(PairEvent) -> ControlFlow<PairEvent>,
     ) -> ControlFlow<PairEvent> {
-        if self.settled(earlier, later) {
+        self.dragon.meter.add(STEPS_PER_LOOK);
+        if self.dragon.meter.is_spent() || self.settled(earlier, later) {
             return ControlFlow::Continue(());
         }
         let length_m = later.travel_m - earlier.travel_m;

@@ -1,6 +1,6 @@
 //! Which discs lie near to each other.
 
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 
 use glam::DVec2;
 
@@ -58,13 +58,28 @@ impl Grid {
     }
 
     /// Calls `visit(disc, others)` for each disc, so that each two discs at most the fill's `reach_m` apart, to
-    /// rounding, are met once, in whichever order. The slices hold indices.
-    pub(super) fn for_each_neighbourhood(&mut self, mut visit: impl FnMut(u32, &[u32])) {
+    /// rounding, are met once, in whichever order, until `visit` breaks. The slices hold indices. Returns how many discs
+    /// were looked at.
+    pub(super) fn for_each_neighbourhood(&mut self, visit: impl FnMut(u32, &[u32]) -> ControlFlow<()>) -> u64 {
         let mut near = std::mem::take(&mut self.near);
         near.resize(self.sorted.len(), 0);
+        let mut looked_at = 0;
+        // Whether it was broken off is known to whoever broke it off.
+        let _ = self.visit_neighbourhoods(&mut near, &mut looked_at, visit);
+        self.near = near;
+        looked_at
+    }
+
+    fn visit_neighbourhoods(
+        &self,
+        near: &mut [u32],
+        looked_at: &mut u64,
+        mut visit: impl FnMut(u32, &[u32]) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
         if let Some(largest) = &self.largest {
-            let count = self.collect(largest, &self.sorted, &mut near, 0);
-            visit(largest.index, &near[..count]);
+            *looked_at += self.sorted.len() as u64;
+            let count = self.collect(largest, &self.sorted, near, 0);
+            visit(largest.index, &near[..count])?;
         }
         for row in 0..self.rows {
             for column in 0..self.columns {
@@ -72,16 +87,18 @@ impl Grid {
                 for k in self.cells(column, column, row) {
                     let disc = &self.sorted[k];
                     let beside = k + 1..self.cells(column, last, row).end;
-                    let mut count = self.collect(disc, &self.sorted[beside], &mut near, 0);
+                    *looked_at += 1 + beside.len() as u64;
+                    let mut count = self.collect(disc, &self.sorted[beside], near, 0);
                     for above in row + 1..self.rows.min(row + 1 + CELLS_PER_REACH) {
                         let across = self.cells(first, last, above);
-                        count = self.collect(disc, &self.sorted[across], &mut near, count);
+                        *looked_at += across.len() as u64;
+                        count = self.collect(disc, &self.sorted[across], near, count);
                     }
-                    visit(disc.index, &near[..count]);
+                    visit(disc.index, &near[..count])?;
                 }
             }
         }
-        self.near = near;
+        ControlFlow::Continue(())
     }
 
     /// Puts those of the discs that are near to this one behind the first `count` in `near`. Without a branch, for

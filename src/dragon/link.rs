@@ -4,7 +4,7 @@ use crate::route::{Route, RoutePoint};
 
 /// Bound on steps of the walk back. A step covers a good part of the distance that is lacking, so only a link that
 /// spans very many turns of the route comes near it.
-const MAX_STEPS: usize = 10_000;
+pub(super) const MAX_STEPS: u32 = 10_000;
 
 /// Bound on steps towards a bracketed crossing: in the worst case every second one halves the bracket.
 const MAX_REFINEMENTS: usize = 128;
@@ -18,6 +18,8 @@ pub(super) struct RearEnd {
     pub(super) cos_front: f64,
     /// The same at the rear handle.
     pub(super) cos_rear: f64,
+    /// Points of the route that were looked at.
+    pub(super) looks: u32,
 }
 
 impl RearEnd {
@@ -59,9 +61,9 @@ impl Link<'_> {
     pub(super) fn rear(&self, front_place: f64) -> Option<RearEnd> {
         let start = self.route.step_back(front_place, self.length_m);
         let mut sight = self.look(start);
-        for _ in 0..MAX_STEPS {
+        for step in 1..=MAX_STEPS {
             if let Some(far_place) = self.far_bracket(&sight) {
-                return Some(self.refine(sight, far_place));
+                return Some(self.refine(sight, far_place, step));
             }
             sight = self.look(self.route.step_back(sight.place, self.safe_step(&sight)));
         }
@@ -111,8 +113,8 @@ impl Link<'_> {
     /// Newton's method on the distance from `near`, kept between it and `far_place`, which bracket a single crossing.
     ///
     /// A step that would leave the bracket halves it instead. Ends when the distance is as exact as the rounding of the
-    /// place allows.
-    fn refine(&self, near: Sight, mut far_place: f64) -> RearEnd {
+    /// place allows. `looks` were taken before.
+    fn refine(&self, near: Sight, mut far_place: f64, mut looks: u32) -> RearEnd {
         let rounding_m = self.route.rounding_m(near.place, near.point.pace_m) + f64::EPSILON * self.length_m;
         let mut near_place = near.place;
         let mut sight = near;
@@ -129,17 +131,19 @@ impl Link<'_> {
             let newton = sight.place - gap_m / (sight.growth * sight.point.pace_m);
             let within = newton >= far_place && newton <= near_place;
             sight = self.look(if within { newton } else { 0.5 * (near_place + far_place) });
+            looks += 1;
         }
-        self.rear_end(&sight)
+        self.rear_end(&sight, looks)
     }
 
-    fn rear_end(&self, sight: &Sight) -> RearEnd {
+    fn rear_end(&self, sight: &Sight, looks: u32) -> RearEnd {
         let chord = self.front.position - sight.point.position;
         RearEnd {
             place: sight.place,
             point: sight.point,
             cos_front: chord.dot(self.front.tangent) / sight.distance_m,
             cos_rear: sight.growth,
+            looks,
         }
     }
 }

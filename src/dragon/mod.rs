@@ -18,6 +18,7 @@ mod follower;
 mod grid;
 mod link;
 mod link_motion;
+mod meter;
 mod near_pairs;
 mod newton;
 mod orbit;
@@ -39,8 +40,11 @@ pub use board::{Approach, Board};
 pub use chain::{Chain, ChainBroken, ChainSolver, Handle};
 pub use clearance::{ClearanceSearch, PairClearance};
 pub use contact::{Contact, PairEvent};
-pub use contact_search::{ContactSearch, first_contact};
-pub use dimensions::{Dimensions, DimensionsError, MAX_BENCHES};
+pub use contact_search::{ContactSearch, Sweep, first_contact};
+pub use dimensions::{
+    Dimensions, DimensionsError, LEAST_LINK_M, LENGTH_M, MAX_BENCHES, MOST_PER_LINK, MOST_PER_WIDTH, WIDTH_M,
+};
+pub use meter::{Meter, Spent};
 pub use run::RunEnd;
 pub use stepper::{ChainStepper, HandleRecord, Instructions};
 
@@ -71,6 +75,9 @@ pub enum DragonError {
         /// Length of the link before it.
         link_m: f64,
     },
+    /// A run that takes too much work to look through.
+    #[error("the dragon's run is too long, or too tightly wound for its links, to be looked through: {0}")]
+    TooMuchWork(Spent),
 }
 
 /// A dragon on its route.
@@ -90,6 +97,7 @@ pub struct Dragon {
     dimensions: Dimensions,
     route: Arc<dyn Route>,
     run: Run,
+    meter: Meter,
 }
 
 impl Dragon {
@@ -97,15 +105,38 @@ impl Dragon {
     ///
     /// # Errors
     /// The pitch must be above the boards' width, and at the start every handle must stand on the route and move
-    /// forward.
+    /// forward. How far it can walk is found within a bounded number of steps of work.
     pub fn new(dimensions: Dimensions, route: Arc<dyn Route>) -> Result<Self, DragonError> {
+        Self::with_meter(dimensions, route, Meter::unlimited())
+    }
+
+    /// The same, with all work for this dragon counted on a meter.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); and the meter may be spent before it is known how far the dragon can walk.
+    pub fn with_meter(dimensions: Dimensions, route: Arc<dyn Route>, meter: Meter) -> Result<Self, DragonError> {
         let (pitch_m, width_m) = (route.pitch_m(), dimensions.width_m());
         if pitch_m <= width_m {
             return Err(DragonError::PitchUnderWidth { pitch_m, width_m });
         }
-        let run = Run::of(&*route, &dimensions)
-            .map_err(|handle| DragonError::CannotStand { handle, link_m: dimensions.link_m(handle - 1) })?;
-        Ok(Self { dimensions, route, run })
+        let placing = meter.for_placing();
+        let run = Run::of(&*route, &dimensions, &placing);
+        if placing.is_spent() {
+            return Err(DragonError::TooMuchWork(placing.spent(route.start_travel_m())));
+        }
+        let run = run.map_err(|handle| DragonError::CannotStand { handle, link_m: dimensions.link_m(handle - 1) })?;
+        Ok(Self { dimensions, route, run, meter })
+    }
+
+    /// The same dragon, with all work for it counted on this meter.
+    #[must_use]
+    pub fn metered(&self, meter: &Meter) -> Self {
+        Self { meter: meter.clone(), ..self.clone() }
+    }
+
+    /// Where the work for this dragon is counted.
+    pub fn meter(&self) -> &Meter {
+        &self.meter
     }
 
     /// The benches.
@@ -139,7 +170,7 @@ impl Dragon {
     /// The travel must lie within the run.
     pub fn chain(&self, travel_m: f64) -> Result<Chain<'_>, ChainBroken> {
         self.require_travel(travel_m)?;
-        Ok(Chain::new(self.route(), &self.dimensions, travel_m))
+        Ok(Chain::new(self.route(), &self.dimensions, &self.meter, travel_m))
     }
 
     /// Refuses a travel beyond the run.
@@ -151,7 +182,7 @@ impl Dragon {
 
     /// The handles behind the one of this index.
     fn chain_behind(&self, index: usize, handle: &Handle) -> Chain<'_> {
-        Chain::behind(self.route(), &self.dimensions, index, handle)
+        Chain::behind(self.route(), &self.dimensions, &self.meter, index, handle)
     }
 
     /// The board of a bench between its two handles.

@@ -3,6 +3,12 @@
 //! The list holds all pairs up to a gap that is somewhat larger than asked for. It holds as long as the boards have not
 //! moved by more than half of what was added (Verlet 1967, Physical Review 159), wherever they have been meanwhile: what
 //! is added only decides how long a list lasts, never what is found.
+//!
+//! A list holds at most [`MAX_PAIRS`] pairs. Where more are as near as was asked for, it holds those with the smallest gaps,
+//! and says so: it does not reach that far.
+
+use std::cmp::Ordering;
+use std::ops::ControlFlow;
 
 use super::board::Board;
 use super::grid::{Disc, Grid};
@@ -12,6 +18,14 @@ const POSES_PER_LIST: f64 = 24.0;
 
 /// Rounding of gaps, in units in the last place of the coordinates.
 const ROUNDING_ULPS: f64 = 64.0;
+
+/// Most pairs of a list: twenty for each bench of the longest dragon, in 32 MB.
+pub(super) const MAX_PAIRS: usize = 1 << 21;
+
+/// Discs that are looked at in the time of one step of work.
+const DISCS_PER_STEP: u64 = 16;
+/// Pairs that are put into a list in that time.
+const PAIRS_PER_STEP: u64 = 4;
 
 /// Two boards that are not neighbours.
 #[derive(Clone, Copy, Debug, Default)]
@@ -23,6 +37,10 @@ pub(super) struct NearPair {
 }
 
 impl NearPair {
+    fn order(&self, other: &Self) -> Ordering {
+        self.gap_m.total_cmp(&other.gap_m).then(self.benches.cmp(&other.benches))
+    }
+
     pub(super) fn benches(&self) -> [usize; 2] {
         self.benches.map(|bench| bench as usize)
     }
@@ -43,11 +61,26 @@ pub(super) struct NearPairs {
     poses: u32,
     discs: Vec<Disc>,
     grid: Grid,
+    /// Most pairs, where that is not [`MAX_PAIRS`].
+    room: Option<usize>,
+    /// Work that was done and not yet counted, in steps.
+    steps: u64,
 }
 
 impl NearPairs {
+    /// A list of so many pairs, or twice as many.
+    pub(super) fn with_room(pairs: usize) -> Self {
+        Self { room: Some(pairs), ..Self::default() }
+    }
+
+    /// The steps of work since the last time that this was asked.
+    pub(super) fn take_steps(&mut self) -> u64 {
+        std::mem::take(&mut self.steps)
+    }
+
     /// Takes note of how far the boards have moved since the list was made.
     pub(super) fn follow(&mut self, boards: &[Board]) {
+        self.steps += boards.len() as u64 / DISCS_PER_STEP;
         self.drift_m = drift_m(&self.stood, boards);
         self.poses = self.poses.saturating_add(1);
     }
@@ -89,16 +122,27 @@ impl NearPairs {
     }
 
     fn gather(&mut self, boards: &[Board]) {
-        let Self { discs, grid, pairs, horizon_m, .. } = self;
-        discs.clear();
-        discs.extend(boards.iter().zip(0..).map(|(board, index)| Disc {
+        let discs = boards.iter().zip(0..).map(|(board, index)| Disc {
             centre: board.centre,
             radius_m: board.radius_m(),
             index,
-        }));
-        grid.fill(discs, horizon_m.max(0.0));
+        });
+        self.discs.clear();
+        self.discs.extend(discs);
+        // Each round has at most half the reach of the one before, and the last one overlaps alone.
+        while self.gather_round(boards).is_break() {}
+    }
+
+    /// Gathers all pairs up to the horizon, or breaks with a nearer horizon where there are so many that another round
+    /// up to there is the quicker way.
+    fn gather_round(&mut self, boards: &[Board]) -> ControlFlow<()> {
+        let Self { discs, grid, pairs, horizon_m, steps, room, .. } = self;
+        let most = room.unwrap_or(MAX_PAIRS);
+        let reach_m = horizon_m.max(0.0);
+        grid.fill(discs, reach_m);
         let mut count = 0;
-        grid.for_each_neighbourhood(|first, others| {
+        let mut round = ControlFlow::Continue(());
+        let looked_at = grid.for_each_neighbourhood(|first, others| {
             let board = &boards[first as usize];
             // Without a branch, for which of the pairs are near is hard to predict.
             if pairs.len() < count + others.len() {
@@ -109,8 +153,20 @@ impl NearPairs {
                 pairs[count] = NearPair { benches: [first.min(second), first.max(second)], gap_m };
                 count += usize::from(first.abs_diff(second) > 1 && gap_m <= *horizon_m);
             }
+            if count > 2 * most {
+                let (_, last, _) = pairs[..count].select_nth_unstable_by(most - 1, NearPair::order);
+                // Of those that are as near as the last one some are left out.
+                *horizon_m = last.gap_m.next_down();
+                count = most;
+                if horizon_m.max(0.0) < 0.5 * reach_m {
+                    round = ControlFlow::Break(());
+                }
+            }
+            round
         });
+        *steps += looked_at / DISCS_PER_STEP + count as u64 / PAIRS_PER_STEP;
         pairs.truncate(count);
+        round
     }
 }
 

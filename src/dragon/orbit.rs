@@ -5,7 +5,7 @@
 //! dragon that walks on by one bench stands on the same orbit, one station further on.
 
 use super::Dragon;
-use super::link::{Link, RearEnd};
+use super::link::{Link, MAX_STEPS, RearEnd};
 use super::newton::{Slope, rising_root};
 
 /// How exactly handle 1 is brought to a place, in metres: a chain's own rounding is some 10⁻¹³ m.
@@ -66,6 +66,9 @@ impl Dragon {
 
     fn rear(&self, bench: usize, front_place: f64) -> Option<RearEnd> {
         let route = self.route();
-        Link { route, front: route.point(front_place), length_m: self.dimensions.link_m(bench) }.rear(front_place)
+        let link = Link { route, front: route.point(front_place), length_m: self.dimensions.link_m(bench) };
+        let rear = link.rear(front_place);
+        self.meter.add(u64::from(rear.map_or(MAX_STEPS, |rear| rear.looks)));
+        rear
     }
 }

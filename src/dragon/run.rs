@@ -12,7 +12,8 @@ use std::fmt::{self, Display, Formatter};
 use super::bisection::turning_point;
 use super::chain::Chain;
 use super::dimensions::Dimensions;
-use super::link::{Link, RearEnd};
+use super::link::{Link, MAX_STEPS, RearEnd};
+use super::meter::Meter;
 use crate::route::Route;
 
 /// A stretch that the curvature bound does not clear is looked at this many times per link length.
@@ -74,16 +75,20 @@ pub(super) struct Run {
 }
 
 impl Run {
-    /// The run of a dragon of these dimensions from the route's start, or the first handle that cannot stand there.
-    pub(super) fn of(route: &dyn Route, dimensions: &Dimensions) -> Result<Self, usize> {
-        let places = standing_places(route, dimensions)?;
+    /// The run of a dragon of these dimensions from the route's start, or the first handle that cannot stand there. Where
+    /// the meter is spent after that, it is not known.
+    pub(super) fn of(route: &dyn Route, dimensions: &Dimensions, meter: &Meter) -> Result<Self, usize> {
+        let places = standing_places(route, dimensions, meter)?;
         let mut run = Self { end_travel_m: route.end_travel_m(), end: RunEnd::RouteEnd };
         for bench in 0..dimensions.benches() {
             let length_m = dimensions.link_m(bench);
             // A body link need not look where the one before it started: that one comes to the fault first.
             let limit = if bench < 2 { route.place(run.end_travel_m) } else { places[bench - 1] };
-            if let Some(fault) = (Faults { route, length_m }).first(places[bench], limit) {
-                run.shorten(route, dimensions, bench, &fault);
+            if meter.is_spent() {
+                break;
+            }
+            if let Some(fault) = (Faults { route, length_m, meter }).first(places[bench], limit) {
+                run.shorten(route, dimensions, meter, bench, &fault);
             }
         }
         Ok(run)
@@ -91,9 +96,9 @@ impl Run {
 
     /// Ends the run where the front handle of `bench` comes to the fault, if it does. All links before it walk that
     /// far.
-    fn shorten(&mut self, route: &dyn Route, dimensions: &Dimensions, bench: usize, fault: &Fault) {
+    fn shorten(&mut self, route: &dyn Route, dimensions: &Dimensions, meter: &Meter, bench: usize, fault: &Fault) {
         let arrived = |travel_m| {
-            let handle = Chain::new(route, dimensions, travel_m).nth(bench);
+            let handle = Chain::new(route, dimensions, meter, travel_m).nth(bench);
             handle.is_none_or(|handle| handle.place >= fault.place)
         };
         if arrived(self.end_travel_m) {
@@ -105,9 +110,9 @@ impl Run {
 }
 
 /// Places of all handles at the route's start, or the first handle that has none or would not move forward.
-fn standing_places(route: &dyn Route, dimensions: &Dimensions) -> Result<Vec<f64>, usize> {
-    let places: Vec<f64> = Chain::new(route, dimensions, route.start_travel_m())
-        .take_while(|handle| handle.speed_ratio > 0.0 && handle.speed_ratio.is_finite())
+fn standing_places(route: &dyn Route, dimensions: &Dimensions, meter: &Meter) -> Result<Vec<f64>, usize> {
+    let places: Vec<f64> = Chain::new(route, dimensions, meter, route.start_travel_m())
+        .take_while(|handle| !meter.is_spent() && handle.speed_ratio > 0.0 && handle.speed_ratio.is_finite())
         .map(|handle| handle.place)
         .collect();
     if places.len() == dimensions.handles() { Ok(places) } else { Err(places.len()) }
@@ -123,6 +128,7 @@ struct Fault {
 struct Faults<'a> {
     route: &'a dyn Route,
     length_m: f64,
+    meter: &'a Meter,
 }
 
 impl Faults<'_> {
@@ -130,7 +136,8 @@ impl Faults<'_> {
     ///
     /// Halves the stretch until each part is cleared by its curvature or shorter than the distance between two looks.
     fn first(&self, from: f64, to: f64) -> Option<Fault> {
-        if from >= to || self.walks_throughout(from, to) {
+        self.meter.add(1);
+        if from >= to || self.meter.is_spent() || self.walks_throughout(from, to) {
             return None;
         }
         let middle = 0.5 * (from + to);
@@ -230,6 +237,8 @@ impl Faults<'_> {
 
     fn rear(&self, front_place: f64) -> Option<RearEnd> {
         let link = Link { route: self.route, front: self.route.point(front_place), length_m: self.length_m };
-        link.rear(front_place)
+        let rear = link.rear(front_place);
+        self.meter.add(u64::from(rear.map_or(MAX_STEPS, |rear| rear.looks)));
+        rear
     }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-/// A linear scale from a range of values onto a stretch of the page in millimetres.
+/// A linear scale from a range of values onto a stretch of the page in millimetres. The range has an extent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Scale {
     values: [f64; 2],
@@ -17,11 +17,17 @@ pub(super) struct Tick {
 }
 
 impl Scale {
-    /// The scale that puts the ends of `values` at the two places on the page.
+    /// The scale that puts the ends of `values` at the two places on the page. A range without an extent, or one that is
+    /// turned round or not finite, is widened to one around it: a figure of a single point has axes too.
     pub(super) fn new(values: &RangeInclusive<f64>, page: [f64; 2]) -> Self {
-        let values = [*values.start(), *values.end()];
-        assert!(values[0] < values[1], "a scale has an extent: {values:?}");
-        Self { values, page }
+        let [low, high] = [*values.start(), *values.end()];
+        let widened = range_of([low, high].into_iter().filter(|value| value.is_finite()), 0.0);
+        let has_extent = |range: &RangeInclusive<f64>| {
+            let extent = range.end() - range.start();
+            extent > 0.0 && extent.is_finite()
+        };
+        let range = [values.clone(), widened, 0.0..=1.0].into_iter().find(has_extent).expect("the last one has one");
+        Self { values: [*range.start(), *range.end()], page }
     }
 
     pub(super) fn at(&self, value: f64) -> f64 {
@@ -99,6 +105,15 @@ mod tests {
     fn a_scale_may_run_towards_the_top_of_the_page() {
         let scale = Scale::new(&(0.0..=10.0), [90.0, 10.0]);
         assert_eq!((scale.at(0.0), scale.at(10.0), scale.at(2.5)), (90.0, 10.0, 70.0));
+    }
+
+    #[test]
+    fn a_scale_of_a_single_value_or_none_has_an_extent_all_the_same() {
+        for values in [0.0..=0.0, 3.0..=3.0, f64::NAN..=1.0, f64::INFINITY..=f64::NEG_INFINITY, -1e308..=1e308] {
+            let scale = Scale::new(&values, [0.0, 100.0]);
+            assert!(scale.mm_per_unit().is_finite() && scale.mm_per_unit() > 0.0, "{values:?}: {scale:?}");
+            assert!((1..100).contains(&scale.ticks(15.0).len()), "{values:?}: {scale:?}");
+        }
     }
 
     #[test]

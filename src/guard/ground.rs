@@ -36,17 +36,20 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// Proves more, up to `to_m`, and places at most so many handles on the way, but for one stride.
+    /// Proves more, up to `to_m`, and places at most so many handles on the way, but for one stride. Where the dragon's meter
+    /// is spent on one stride alone, the ground ends before it.
     pub(super) fn extend(&mut self, to_m: f64, handles: usize) {
         let to_m = to_m.min(self.dragon.end_travel_m());
         let stride_m = ApproachSearch::stride_m(self.dragon);
-        for _ in 0..=handles / self.dragon.dimensions().handles() {
+        self.dragon.meter().restart();
+        for stride in 0..=handles / self.dragon.dimensions().handles() {
             if self.fall.is_some() || self.end_m >= to_m {
                 return;
             }
             let next_m = to_m.min(self.end_m + stride_m);
             match self.search.walk_over(next_m, self.margin_m, RESOLUTION_M) {
                 Ok(()) => self.end_m = next_m,
+                Err(_) if self.dragon.meter().is_spent() && stride > 0 => return,
                 Err(fall) => (self.end_m, self.fall) = (fall.travel_m, Some(fall)),
             }
         }

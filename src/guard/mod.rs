@@ -14,7 +14,7 @@ mod ground;
 use bench_dragon_ipc::{FrameHeader, Request, ShowState};
 
 use crate::config::Config;
-use crate::dragon::{ContactSearch, Dragon};
+use crate::dragon::{ContactSearch, Dragon, Meter};
 
 pub use clearance_check::{ClearanceCheck, FAULT_M};
 
@@ -23,6 +23,11 @@ use ground::Ground;
 /// Handles that are placed in one go, in whole strides, so that the present is looked at in between: for less than a
 /// second's work.
 const HANDLES_AT_A_TIME: usize = 4_000_000;
+/// Work that may be done in one go, in steps: some two seconds, so that a stride on which very many pairs are near the margin
+/// does not keep the guard from its present.
+pub const STEPS_AT_A_TIME: u64 = 50_000_000;
+/// Work that the forecast of a contact behind the final rest may take, in steps.
+const FORECAST_STEPS: u64 = 20_000_000;
 /// Ticks that a grant reaches ahead at least: one passes before the server takes it.
 const LEAST_TICKS: f64 = 3.0;
 /// How far a grant reaches where one is needed, in horizons, so that not every frame needs one.
@@ -58,7 +63,7 @@ pub struct FinalRest {
     /// Whether the margin is kept there; where it is not, the head was put there, and never walked.
     pub is_free: bool,
     /// Show time at which two benches would touch if the head walked on at its planned speed; `None` where they would not
-    /// up to the run's end.
+    /// up to the run's end, or where it takes too much work to find out.
     pub forecast_s: Option<f64>,
 }
 
@@ -145,7 +150,8 @@ impl<'a> Guard<'a> {
     /// What there is to tell of such a frame.
     pub fn final_rest(&self, header: &FrameHeader) -> FinalRest {
         let travel_m = header.head_travel_m;
-        let contact = ContactSearch::new(self.dragon).first(travel_m, self.dragon.end_travel_m());
+        let dragon = self.dragon.metered(&Meter::of(FORECAST_STEPS));
+        let contact = ContactSearch::new(&dragon).first(travel_m, dragon.end_travel_m()).ok().flatten();
         let sim_time_s = header.sim_time_s();
         let forecast_s = contact.map(|contact| sim_time_s + (contact.travel_m - travel_m) / self.planned_speed_mps);
         FinalRest { travel_m, sim_time_s, is_free: self.present.is_some(), forecast_s }

@@ -1,15 +1,18 @@
 //! The ground ahead: a thread that looks for the next contact while the monitor watches the present.
 
+use std::io;
 use std::sync::Arc;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 
 use crossbeam::channel::{self, Sender, TryRecvError};
 
-use crate::dragon::{Contact, ContactSearch, Dragon};
+use crate::dragon::{Contact, ContactSearch, Dragon, Meter};
 
 /// Travel that is searched between two looks at new requests, in metres.
 const STRIDE_M: f64 = 2.0;
+/// Work that may be done for it, in steps, a second or two: a forecast ends where that is not enough.
+const STEPS_PER_STRIDE: u64 = 50_000_000;
 
 /// What is known of the ground ahead of a travel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,11 +46,15 @@ pub struct Forecaster {
 
 impl Forecaster {
     /// Starts to search from this travel on.
-    pub fn start(dragon: Arc<Dragon>, from_m: f64) -> Self {
+    ///
+    /// # Errors
+    /// The operating system's reason why there can be no thread for it.
+    pub fn start(dragon: &Dragon, from_m: f64) -> io::Result<Self> {
         let forecast = Arc::new(Mutex::new(Forecast { from_m, free_to_m: from_m, contact: None }));
         let (starts, requests) = channel::unbounded();
         let shared = Arc::clone(&forecast);
-        thread::spawn(move || {
+        let dragon = dragon.metered(&Meter::of(STEPS_PER_STRIDE));
+        thread::Builder::new().name("forecast".to_owned()).spawn(move || {
             let mut search = ContactSearch::new(&dragon);
             let mut next = Some(*lock(&shared));
             loop {
@@ -61,13 +68,12 @@ impl Forecaster {
                     next = Some(Forecast { from_m, free_to_m: from_m, contact: None });
                     continue;
                 };
-                let extended = extend(&mut search, &dragon, forecast);
+                let (extended, goes_on) = extend(&mut search, &dragon, forecast);
                 *lock(&shared) = extended;
-                let ended = extended.contact.is_some() || extended.free_to_m >= dragon.end_travel_m();
-                next = (!ended).then_some(extended);
+                next = goes_on.then_some(extended);
             }
-        });
-        Self { starts, forecast }
+        })?;
+        Ok(Self { starts, forecast })
     }
 
     /// Searches anew from this travel on. What is known so far stays known until the first result.
@@ -82,10 +88,16 @@ impl Forecaster {
     }
 }
 
-fn extend(search: &mut ContactSearch, dragon: &Dragon, forecast: Forecast) -> Forecast {
+/// The forecast with one stride more, and whether there is more to find out.
+fn extend(search: &mut ContactSearch, dragon: &Dragon, forecast: Forecast) -> (Forecast, bool) {
     let to_m = (forecast.free_to_m + STRIDE_M).min(dragon.end_travel_m());
-    let contact = search.first(forecast.free_to_m, to_m);
-    Forecast { free_to_m: contact.map_or(to_m, |contact| contact.travel_m), contact, ..forecast }
+    dragon.meter().restart();
+    match search.first(forecast.free_to_m, to_m) {
+        Ok(Some(contact)) => (Forecast { free_to_m: contact.travel_m, contact: Some(contact), ..forecast }, false),
+        Ok(None) => (Forecast { free_to_m: to_m, ..forecast }, to_m < dragon.end_travel_m()),
+        // What lies further ahead stays unknown.
+        Err(spent) => (Forecast { free_to_m: spent.reached_m.max(forecast.free_to_m), ..forecast }, false),
+    }
 }
 
 fn lock(forecast: &Mutex<Forecast>) -> MutexGuard<'_, Forecast> {

@@ -6,6 +6,10 @@
 //!   [`forecast`] has already shown to be free is not swept again.
 //! - Never swept is the way across a seek or a restart: nothing is known of it ([`passage`]).
 //!
+//! The work and the alerts of a frame are bounded, whatever the dragon: a sweep ends early where it takes too many steps, at
+//! most [`MAX_WATCHED`] pairs are watched, the nearest, and alerts have a greatest rate ([`ALERTS_PER_S`]). What was left out
+//! is counted.
+//!
 //! Pure: frames go in, alerts come out. Clocks, the bus and the search thread are the command's.
 
 use std::collections::BTreeMap;
@@ -15,15 +19,18 @@ use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState};
 use glam::DVec2;
 
 use crate::config::Config;
-use crate::dragon::{Board, ClearanceSearch, Contact, ContactSearch, Dragon, PairClearance, PairEvent};
+use crate::dragon::{Board, ClearanceSearch, Contact, ContactSearch, Dragon, Meter, PairClearance, PairEvent};
 
 pub mod forecast;
 pub mod passage;
 
+mod alert_limit;
 mod alert_publisher;
 
+pub use alert_limit::{ALERT_BURST, ALERTS_PER_S};
 pub use alert_publisher::AlertPublisher;
 
+use alert_limit::AlertLimit;
 use forecast::Forecast;
 use passage::{Pace, Passage};
 
@@ -31,6 +38,11 @@ use passage::{Pace, Passage};
 const FAREWELL: f64 = 1.25;
 /// An overlap under this, in metres, is the rounding of a touch that the sweep has found or will find.
 const TOUCH_TOLERANCE_M: f64 = 1e-9;
+/// Pairs that are watched at most.
+pub const MAX_WATCHED: usize = 10_000;
+/// Work that the sweep up to a frame may take, in steps: some fifth of a second. Between two frames of the paper's dragon it is
+/// a thousand.
+const SWEEP_STEPS: u64 = 4_000_000;
 
 /// How a watched pair stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,12 +64,18 @@ pub struct Monitor {
     pairs: BTreeMap<[usize; 2], Standing>,
     last: Option<FrameHeader>,
     alerts: Vec<Alert>,
+    limit: AlertLimit,
+    sweeping: Meter,
+    /// Whether the rest of the sweeps have only what one may take together.
+    is_ending: bool,
+    unswept: u64,
 }
 
 impl Monitor {
     /// A monitor of the run that was published with this configuration.
     pub fn new(config: &Config) -> Self {
         let dragon = Arc::clone(config.dragon());
+        let sweeping = Meter::of(SWEEP_STEPS);
         Self {
             pace: Pace {
                 tick_s: config.tick_s(),
@@ -67,14 +85,33 @@ impl Monitor {
             },
             near_m: config.near_m(),
             planned_speed_mps: config.head_speed_mps(),
-            clearances: ClearanceSearch::default(),
-            contacts: ContactSearch::new(&dragon),
+            clearances: ClearanceSearch::with_room(MAX_WATCHED),
+            contacts: ContactSearch::new(&dragon.metered(&sweeping)),
             boards: Vec::with_capacity(dragon.dimensions().benches()),
             pairs: BTreeMap::new(),
             last: None,
             alerts: Vec::new(),
+            limit: AlertLimit::new(),
+            sweeping,
+            is_ending: false,
+            unswept: 0,
             dragon,
         }
+    }
+
+    /// All frames from here on are swept with the work of one, so that a monitor that is to end does.
+    pub fn end_soon(&mut self) {
+        self.is_ending = true;
+    }
+
+    /// Frames up to which the way was not swept whole, for that took too much work.
+    pub fn unswept(&self) -> u64 {
+        self.unswept
+    }
+
+    /// Alerts that were left out, for they were too many.
+    pub fn suppressed(&self) -> u64 {
+        self.limit.suppressed()
     }
 
     /// The dragon that is watched.
@@ -103,7 +140,9 @@ impl Monitor {
             }
             _ => self.pairs.clear(),
         }
-        self.measure(header, handles, forecast_ns)
+        let nearest = self.measure(header, handles, forecast_ns);
+        self.limit.apply(header.scheduled_ns, &mut self.alerts);
+        nearest
     }
 
     /// What the last frame brought, in the order in which it happened.
@@ -118,7 +157,12 @@ impl Monitor {
         if from_m == to_m || known_free && !self.is_touching() {
             return;
         }
-        for event in self.contacts.sweep(from_m, to_m) {
+        if !self.is_ending {
+            self.sweeping.restart();
+        }
+        let swept = self.contacts.sweep(from_m, to_m);
+        self.unswept += u64::from(swept.reached_m < to_m);
+        for event in swept.events {
             let (kind, standing, touch) = match event {
                 PairEvent::Touch(touch) => (AlertKind::Contact, Standing::Touching, touch),
                 PairEvent::Part(touch) => (AlertKind::Parted, Standing::Near, touch),
@@ -138,7 +182,7 @@ impl Monitor {
         let farewell_m = self.near_m * FAREWELL;
         let found = self.clearances.nearest_and_within(&self.boards, farewell_m);
         let mut watched = BTreeMap::new();
-        for pair in found.iter().filter(|pair| pair.clearance_m <= farewell_m) {
+        for pair in found.iter().take(MAX_WATCHED).filter(|pair| pair.clearance_m <= farewell_m) {
             let known = self.pairs.get(&pair.benches).copied();
             let standing = match known {
                 None | Some(Standing::Near) if pair.clearance_m < -TOUCH_TOLERANCE_M => Some(Standing::Touching),

@@ -171,7 +171,13 @@ impl Sight {
         }
         let description = self.description.as_ref().filter(|description| description.run_id == header.run_id);
         match description.map(|description| Config::from_toml(&description.toml)) {
-            Some(Ok(config)) => self.run = Some(WatchedRun::begin(config, &header, self.run.take())),
+            Some(Ok(config)) => match WatchedRun::begin(config, &header, self.run.take()) {
+                Ok(run) => self.run = Some(run),
+                Err(error) => {
+                    tracing::warn!("the run is shown without what lies ahead: cannot start a thread: {error}");
+                    self.unreadable_run = Some(header.run_id);
+                }
+            },
             // A source of another version describes what this one may not know: then the frames are shown without it.
             Some(Err(_)) => self.unreadable_run = Some(header.run_id),
             None => {}

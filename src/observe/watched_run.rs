@@ -1,5 +1,6 @@
 //! The run that is being looked at: what is worked out of its frames.
 
+use std::io;
 use std::sync::Arc;
 
 use bench_dragon_ipc::{FrameHeader, HandleState};
@@ -36,9 +37,12 @@ pub(super) struct WatchedRun {
 impl WatchedRun {
     /// Begins with a frame. A run that goes on where an earlier one of the same configuration stood, as after a restart of the
     /// server, keeps what that one has seen; one that begins anew is a show of its own.
-    pub(super) fn begin(config: Config, header: &FrameHeader, earlier: Option<Self>) -> Self {
+    ///
+    /// # Errors
+    /// The operating system's reason why there can be no thread that looks ahead.
+    pub(super) fn begin(config: Config, header: &FrameHeader, earlier: Option<Self>) -> io::Result<Self> {
         let from_m = header.head_travel_m;
-        let forecaster = Forecaster::start(Arc::clone(config.dragon()), from_m);
+        let forecaster = Forecaster::start(config.dragon(), from_m)?;
         let goes_on = |earlier: &Self| {
             let longest_break_s = LONGEST_BREAK_S * header.time_scale.max(1.0);
             (header.sim_time_s() - earlier.time_s).abs() <= longest_break_s
@@ -48,7 +52,7 @@ impl WatchedRun {
             Some(earlier) => (earlier.chart, earlier.least, earlier.walking_speed),
             None => (Arc::new(ClearanceChart::new(config.start_s(), config.end_s())), None, WalkingSpeed::default()),
         };
-        Self {
+        Ok(Self {
             run: Arc::new(Run::new(header.run_id, config)),
             chart,
             least,
@@ -58,7 +62,7 @@ impl WatchedRun {
             boards: Vec::new(),
             forecaster,
             asked_from_m: from_m,
-        }
+        })
     }
 
     /// Takes note of a frame, and finds its nearest pair; none where the frame is not of as many benches as were described.
@@ -131,7 +135,7 @@ mod tests {
 
     /// A run that has touched, seen up to this show time.
     fn touched(time_s: f64) -> WatchedRun {
-        let mut run = WatchedRun::begin(paper(), &frame(1, time_s), None);
+        let mut run = WatchedRun::begin(paper(), &frame(1, time_s), None).expect("a thread");
         run.measure(&frame(1, 412.5), &handles(412.5)).expect("a nearest pair");
         run.measure(&frame(1, time_s), &handles(time_s)).expect("a nearest pair");
         assert!(run.least.is_some_and(|(least_m, _)| least_m < 0.0), "{:?}", run.least);
@@ -142,7 +146,7 @@ mod tests {
     fn a_run_that_goes_on_where_another_one_stood_keeps_its_chart_and_no_other_run_does() {
         let keeps = |from_s: f64, time_scale: f64, config: Config| {
             let header = FrameHeader { time_scale, ..frame(2, from_s) };
-            let run = WatchedRun::begin(config, &header, Some(touched(300.0)));
+            let run = WatchedRun::begin(config, &header, Some(touched(300.0))).expect("a thread");
             assert_eq!(run.least.is_some(), run.chart.revisions() > 0);
             run.least.is_some()
         };
@@ -156,7 +160,7 @@ mod tests {
     #[test]
     fn a_pause_does_not_move_the_forecast() {
         let slow = |time_s| FrameHeader { head_speed_mps: 0.5, ..frame(1, time_s) };
-        let mut run = WatchedRun::begin(paper(), &slow(411.0), None);
+        let mut run = WatchedRun::begin(paper(), &slow(411.0), None).expect("a thread");
         for time_s in [411.0, 411.1] {
             // It walks half a metre a show second.
             run.measure(&slow(time_s), &handles(411.0));

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use crate::config::{RoutePlan, SpiralPlan};
-use crate::dragon::{Contact, Dimensions, DimensionsError, Dragon, DragonError, RunEnd, first_contact};
+use crate::dragon::{Contact, Dimensions, DimensionsError, Dragon, DragonError, Meter, RunEnd, Spent, first_contact};
 use crate::number::Number;
 use crate::route::{PitchFamily, RouteError};
 
@@ -89,6 +89,9 @@ pub enum Unanswered {
     /// No pitch is right.
     #[error(transparent)]
     Pitch(#[from] PitchError),
+    /// The work that was allowed is done.
+    #[error("not known: {0}")]
+    TooMuchWork(#[from] Spent),
     /// The spiral begins inside of the circle.
     #[error("the spiral starts inside of the turning circle, of {} m", Number(*.0))]
     StartsInside(f64),
@@ -134,44 +137,50 @@ impl Answer {
     }
 }
 
-/// The answer to one question.
-pub(super) fn answer(quantity: Quantity, setting: &Setting, turn_diameter_m: f64) -> Result<Answer, Unanswered> {
+/// The answer to one question, whose work counts on the meter.
+pub(super) fn answer(
+    quantity: Quantity,
+    setting: &Setting,
+    turn_diameter_m: f64,
+    meter: &Meter,
+) -> Result<Answer, Unanswered> {
     match quantity {
-        Quantity::FirstContact => contact_time(setting),
+        Quantity::FirstContact => contact_time(setting, meter),
         Quantity::LeastClearance => {
-            let passage = passage(setting, turn_diameter_m)?;
+            let passage = passage(setting, turn_diameter_m, meter)?;
             let (start_m, end_m) = (passage.dragon.start_travel_m(), passage.dragon.end_travel_m());
-            let closest = least_clearance(&passage.dragon, start_m, end_m, |_| ()).ok_or(Unanswered::NoPairs)?;
+            let closest = least_clearance(&passage.dragon, start_m, end_m, |_| ())?.ok_or(Unanswered::NoPairs)?;
             Ok(Answer { value: closest.pair.clearance_m, decided_by: Decision::Clearance { passage, closest } })
         }
         Quantity::LargestSpeedRatio => {
-            let passage = passage(setting, turn_diameter_m)?;
+            let passage = passage(setting, turn_diameter_m, meter)?;
             let largest = largest_speed_ratio(&passage.dragon)?;
             Ok(Answer { value: largest.ratio, decided_by: Decision::Ratio { passage, largest } })
         }
-        Quantity::SmallestPitch => pitch(setting, turn_diameter_m),
+        Quantity::SmallestPitch => pitch(setting, turn_diameter_m, meter),
     }
 }
 
-fn contact_time(setting: &Setting) -> Result<Answer, Unanswered> {
-    let (run, speed_mps) = (planned(setting)?, setting.speed_mps);
+fn contact_time(setting: &Setting, meter: &Meter) -> Result<Answer, Unanswered> {
+    let (run, speed_mps) = (planned(setting, meter)?, setting.speed_mps);
     let (start_m, end_m) = (run.dragon.start_travel_m(), run.dragon.end_travel_m());
-    let contact = first_contact(&run.dragon, start_m, end_m).ok_or(Unanswered::NoContact(run.dragon.run_end()))?;
+    let contact = first_contact(&run.dragon, start_m, end_m)?.ok_or(Unanswered::NoContact(run.dragon.run_end()))?;
     let value = contact.travel_m / speed_mps;
     Ok(Answer { value, decided_by: Decision::Contact { run, contact, speed_mps } })
 }
 
 /// On a turnaround, that of the spiral which starts as far out as the paper's.
-fn pitch(setting: &Setting, turn_diameter_m: f64) -> Result<Answer, Unanswered> {
+fn pitch(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<Answer, Unanswered> {
     let start_turns = match setting.route {
         RoutePlan::Spiral(plan) => plan.start_turns,
         RoutePlan::Turnaround(_) => SpiralPlan::default().start_turns,
     };
-    let SmallestPitch { pitch_m, limit } = smallest_pitch(&setting.dimensions, start_turns, turn_diameter_m)?;
+    let SmallestPitch { pitch_m, limit } = smallest_pitch(&setting.dimensions, start_turns, turn_diameter_m, meter)?;
     let decided_by = match limit {
         PitchLimit::Contact(contact) => {
             let plan = SpiralPlan { pitch_m, start_turns };
-            Decision::TouchingPitch { passage: spiral_passage(plan, setting.dimensions, turn_diameter_m)?, contact }
+            let passage = spiral_passage(plan, setting.dimensions, turn_diameter_m, meter)?;
+            Decision::TouchingPitch { passage, contact }
         }
         limit => Decision::UntouchingPitch(limit),
     };
@@ -179,34 +188,43 @@ fn pitch(setting: &Setting, turn_diameter_m: f64) -> Result<Answer, Unanswered> 
 }
 
 /// The run as planned.
-fn planned(setting: &Setting) -> Result<VariedDragon, Unanswered> {
+fn planned(setting: &Setting, meter: &Meter) -> Result<VariedDragon, Unanswered> {
     match setting.route {
-        RoutePlan::Spiral(plan) => varied(setting.dimensions, plan.spiral()?),
-        RoutePlan::Turnaround(plan) => varied(setting.dimensions, plan.turnaround(setting.speed_mps)?),
+        RoutePlan::Spiral(plan) => varied(setting.dimensions, plan.spiral()?, meter),
+        RoutePlan::Turnaround(plan) => varied(setting.dimensions, plan.turnaround(setting.speed_mps)?, meter),
     }
 }
 
 /// The passage: on a spiral from the start until the head is on the circle, on a turnaround that of all benches.
-fn passage(setting: &Setting, turn_diameter_m: f64) -> Result<VariedDragon, Unanswered> {
+fn passage(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<VariedDragon, Unanswered> {
     match setting.route {
-        RoutePlan::Spiral(plan) => spiral_passage(plan, setting.dimensions, turn_diameter_m),
+        RoutePlan::Spiral(plan) => spiral_passage(plan, setting.dimensions, turn_diameter_m, meter),
         RoutePlan::Turnaround(plan) => {
             let turnaround = plan.turnaround(setting.speed_mps)?;
-            let dragon = passage_through(turnaround, setting.dimensions)?;
+            let dragon = passage_through(turnaround, setting.dimensions, meter)?;
             Ok(VariedDragon { dragon, family: Arc::new(turnaround) })
         }
     }
 }
 
-fn spiral_passage(plan: SpiralPlan, dimensions: Dimensions, turn_diameter_m: f64) -> Result<VariedDragon, Unanswered> {
+fn spiral_passage(
+    plan: SpiralPlan,
+    dimensions: Dimensions,
+    turn_diameter_m: f64,
+    meter: &Meter,
+) -> Result<VariedDragon, Unanswered> {
     let spiral = plan.spiral()?;
     let spiral = spiral.to_circle(turn_diameter_m).map_err(|_| Unanswered::StartsInside(turn_diameter_m))?;
-    let passage = varied(dimensions, spiral)?;
+    let passage = varied(dimensions, spiral, meter)?;
     Infeasible::check(&passage.dragon)?;
     Ok(passage)
 }
 
-fn varied(dimensions: Dimensions, route: impl PitchFamily + 'static) -> Result<VariedDragon, Unanswered> {
+fn varied(
+    dimensions: Dimensions,
+    route: impl PitchFamily + 'static,
+    meter: &Meter,
+) -> Result<VariedDragon, Unanswered> {
     let family = Arc::new(route);
-    Ok(VariedDragon { dragon: Dragon::new(dimensions, family.clone())?, family })
+    Ok(VariedDragon { dragon: Dragon::with_meter(dimensions, family.clone(), meter.clone())?, family })
 }

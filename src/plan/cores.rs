@@ -1,9 +1,13 @@
 //! Work on all cores.
 
 use std::cell::Cell;
+use std::collections::BTreeMap;
 use std::num::NonZero;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread::{self, Builder};
+
+use crate::dragon::Meter;
 
 thread_local! {
     /// Whether this thread is one of those that work.
@@ -11,24 +15,105 @@ thread_local! {
 }
 
 /// The results of `work` on each of `count` items, in order; on all cores, each of which takes the next item when it has
-/// done with one. Work within work stays on its core, so that there are never more threads than cores.
-pub(super) fn on_all_cores<Answer: Send>(count: usize, work: impl Fn(usize) -> Answer + Sync) -> Vec<Answer> {
-    if WORKS.get() {
-        return (0..count).map(work).collect();
-    }
+/// done with one. Work within work stays on its core, so that there are never more threads than cores. Where the system
+/// starts no more threads, those that there are do the work.
+///
+/// Each item counts its work on a meter of its own, which leaves it what the items before it have left of `meter`. The
+/// results end before the first item for which that was not enough; then `meter` is spent. So they are the same on any
+/// number of cores.
+pub(super) fn on_all_cores<Answer: Send>(
+    meter: &Meter,
+    count: usize,
+    work: impl Fn(usize, &Meter) -> Answer + Sync,
+) -> Vec<Answer> {
+    let share = Share { left: meter.is_limited().then(|| meter.left()), progress: Mutex::default() };
     let next = AtomicUsize::new(0);
-    let threads = thread::available_parallelism().map_or(1, NonZero::get).min(count);
     let take = || {
-        WORKS.set(true);
-        let items = std::iter::from_fn(|| Some(next.fetch_add(1, Ordering::Relaxed)).filter(|&item| item < count));
-        items.map(|item| (item, work(item))).collect::<Vec<_>>()
+        let mut done = Vec::new();
+        loop {
+            let item = next.fetch_add(1, Ordering::Relaxed);
+            let Some(own) = (item < count).then(|| share.meter()).flatten() else { return done };
+            let answer = work(item, &own);
+            share.note(item, own.done());
+            done.push((item, own.done(), answer));
+        }
     };
-    let mut answers: Vec<(usize, Answer)> = thread::scope(|scope| {
-        let threads: Vec<_> = (0..threads).map(|_| scope.spawn(take)).collect();
-        threads.into_iter().flat_map(|thread| thread.join().expect("the work does not panic")).collect()
-    });
-    answers.sort_unstable_by_key(|&(item, _)| item);
-    answers.into_iter().map(|(_, answer)| answer).collect()
+    let mut done = if WORKS.get() { take() } else { on_threads(count, &take) };
+    done.sort_unstable_by_key(|&(item, ..)| item);
+    let mut answers = Vec::with_capacity(done.len());
+    for (_, steps, answer) in done {
+        meter.add(steps);
+        if meter.is_spent() {
+            break;
+        }
+        answers.push(answer);
+    }
+    if answers.len() < count {
+        meter.exhaust();
+    }
+    answers
+}
+
+/// What `take` returns on this thread and on one more for each further core.
+fn on_threads<Done: Send>(count: usize, take: &(impl Fn() -> Vec<Done> + Sync)) -> Vec<Done> {
+    let helpers = thread::available_parallelism().map_or(1, NonZero::get).min(count).saturating_sub(1);
+    let work = || {
+        WORKS.set(true);
+        let done = take();
+        WORKS.set(false);
+        done
+    };
+    thread::scope(|scope| {
+        let spawn = |_| Builder::new().name("planner".to_owned()).spawn_scoped(scope, work).ok();
+        let helpers: Vec<_> = (0..helpers).map_while(spawn).collect();
+        let mut done = work();
+        done.extend(helpers.into_iter().flat_map(|helper| helper.join().expect("the work does not panic")));
+        done
+    })
+}
+
+/// How much work is left to the items.
+struct Share {
+    /// Steps left to all of them; none without a limit.
+    left: Option<u64>,
+    progress: Mutex<Progress>,
+}
+
+/// The items that are done.
+#[derive(Default)]
+struct Progress {
+    /// Items up to this one are all done.
+    first: usize,
+    /// What they took together.
+    steps: u64,
+    /// What items behind it took.
+    later: BTreeMap<usize, u64>,
+}
+
+impl Share {
+    /// A meter for the next item; none if nothing is left to it.
+    fn meter(&self) -> Option<Meter> {
+        let Some(left) = self.left else { return Some(Meter::unlimited()) };
+        let left = left.saturating_sub(self.progress().steps);
+        (left > 0).then(|| Meter::of(left))
+    }
+
+    fn note(&self, item: usize, steps: u64) {
+        let mut progress = self.progress();
+        progress.later.insert(item, steps);
+        while let Some(steps) = {
+            let first = progress.first;
+            progress.later.remove(&first)
+        } {
+            progress.first += 1;
+            progress.steps = progress.steps.saturating_add(steps);
+        }
+    }
+
+    /// A thread that panicked while it counted ends the work as well.
+    fn progress(&self) -> MutexGuard<'_, Progress> {
+        self.progress.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 #[cfg(test)]
@@ -37,15 +122,32 @@ mod tests {
 
     #[test]
     fn work_within_work_stays_on_its_core() {
-        let is_alone = |outer| on_all_cores(10, |inner| (outer * inner, thread::current().id()));
-        for answers in on_all_cores(10, |item| (thread::current().id(), is_alone(item))) {
+        let unlimited = Meter::unlimited();
+        let inner = |outer| on_all_cores(&unlimited, 10, |inner, _| (outer * inner, thread::current().id()));
+        for answers in on_all_cores(&unlimited, 10, |item, _| (thread::current().id(), inner(item))) {
             assert!(answers.1.iter().all(|(_, thread)| *thread == answers.0));
         }
     }
 
     #[test]
     fn answers_come_in_order() {
-        assert_eq!(on_all_cores(100, |item| item * item), (0..100).map(|item| item * item).collect::<Vec<_>>());
-        assert!(on_all_cores(0, |item| item).is_empty());
+        let squares = |count| on_all_cores(&Meter::unlimited(), count, |item, _| item * item);
+        assert_eq!(squares(100), (0..100).map(|item| item * item).collect::<Vec<_>>());
+        assert!(squares(0).is_empty());
+    }
+
+    #[test]
+    fn the_answers_end_with_the_work_that_is_allowed_on_any_number_of_cores() {
+        // Items take 1, 2, 3… steps each: the first 13 take 91 together.
+        let within = |most| {
+            let meter = Meter::of(most);
+            let answers = on_all_cores(&meter, 1000, |item, own| {
+                own.add(item as u64 + 1);
+                item
+            });
+            (answers.len(), meter.is_spent())
+        };
+        assert_eq!((within(92), within(91)), ((13, true), (12, true)));
+        assert_eq!(within(1_000_000), (1000, false));
     }
 }

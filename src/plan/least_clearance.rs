@@ -9,17 +9,15 @@
 //! outside the pieces left over falls under it. That no pair has two valleys within one piece rests on the pieces being
 //! 1/256 of a link's length.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::cell::Cell;
 
 use super::cores::on_all_cores;
 use super::peak::peak;
-use crate::dragon::{ApproachSearch, Dragon, PairClearance, Pairs, Piece};
+use super::strides::Strides;
+use crate::dragon::{ApproachSearch, Dragon, PairClearance, Pairs, Spent};
 
 /// Travel to which a least clearance is refined, in metres; the clearance is then right to rounding.
 const TOLERANCE_M: f64 = 1e-11;
-
-/// Strides that a core takes at a time.
-const STRIDES_AT_A_TIME: usize = 16;
 
 /// Two benches where they come nearest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,83 +46,94 @@ impl ClosestApproach {
 /// equal clearances the first.
 ///
 /// `progress` hears of the share of the work that is done, from any thread.
+///
+/// # Errors
+/// The dragon's meter is spent before all of the way is looked at.
 pub fn least_clearance(
     dragon: &Dragon,
     from_travel_m: f64,
     to_travel_m: f64,
     progress: impl Fn(f64) + Sync,
-) -> Option<ClosestApproach> {
+) -> Result<Option<ClosestApproach>, Spent> {
     if dragon.dimensions().benches() < 3 {
-        return None;
+        return Ok(None);
     }
-    let strides_m = ApproachSearch::strides(dragon, from_travel_m, to_travel_m);
-    let stretches = stretches(&strides_m);
-    // Each is looked at twice.
-    let look = 0.5 / stretches.len() as f64;
-    let at_ends = on_all_cores(stretches.len(), |stretch| {
-        let stretch_m = stretches[stretch];
-        let mut search = ApproachSearch::new(dragon, Pairs::UnrepeatedSince(from_travel_m), stretch_m[0]);
-        let nearest = stretch_m.iter().filter_map(|&travel_m| {
-            search.stand(travel_m);
-            Some(ClosestApproach { travel_m, pair: search.nearest()? })
-        });
-        let nearest = nearest.reduce(nearer);
-        progress(look);
-        nearest
-    });
-    let start = in_valley(dragon, at_ends.into_iter().flatten().reduce(nearer)?, &strides_m);
-    let least_m = Least::new(start.pair.clearance_m);
-    let valleys = on_all_cores(stretches.len(), |stretch| {
-        let stretch_m = stretches[stretch];
-        let mut valley = None;
-        let mut search = ApproachSearch::new(dragon, Pairs::UnrepeatedSince(from_travel_m), stretch_m[0]);
-        for &to_m in &stretch_m[1..] {
-            search.walk(to_m, &|| least_m.get(), &mut |Piece { benches, travels_m: [from_m, to_m], .. }| {
-                let found = ClosestApproach::between(dragon, benches, from_m, to_m);
-                least_m.lower(found.pair.clearance_m);
-                valley = Some(valley.map_or(found, |valley| nearer(valley, found)));
+    let search = LeastClearance {
+        dragon,
+        pairs: Pairs::UnrepeatedSince(from_travel_m),
+        strides: Strides::of(dragon, from_travel_m, to_travel_m),
+    };
+    // Each stretch is looked at twice.
+    let look = 0.5 / search.strides.stretches() as f64;
+    let start = search.at_ends(&|| progress(look))?;
+    search.in_between(start, &|| progress(look)).map(Some)
+}
+
+struct LeastClearance<'a> {
+    dragon: &'a Dragon,
+    pairs: Pairs,
+    strides: Strides,
+}
+
+impl LeastClearance<'_> {
+    /// The nearest approach at the ends of all strides, and the valley that it lies in, so that the search between them
+    /// begins with a low limit.
+    fn at_ends(&self, looked: &(impl Fn() + Sync)) -> Result<ClosestApproach, Spent> {
+        let nearest = self.on_stretches(|dragon, search, ends_m| {
+            let nearest = ends_m.iter().filter_map(|&travel_m| {
+                // A stretch that is broken off does not count.
+                if search.meter().is_spent() {
+                    return None;
+                }
+                search.stand(travel_m);
+                Some(ClosestApproach { travel_m, pair: search.nearest()? })
             });
+            let nearest = nearest.reduce(nearer).ok_or(dragon.meter().spent(ends_m[0]))?;
+            looked();
+            Ok(nearest)
+        })?;
+        let nearest = nearest.into_iter().reduce(nearer).expect("a way has an end");
+        let [from_m, to_m] = self.strides.around(nearest.travel_m);
+        Ok(nearer(nearest, ClosestApproach::between(self.dragon, nearest.pair.benches, from_m, to_m)))
+    }
+
+    /// The nearest approach anywhere on the way, one of which is known. What other cores have found meanwhile is not asked,
+    /// so that the work is the same every time.
+    fn in_between(&self, start: ClosestApproach, looked: &(impl Fn() + Sync)) -> Result<ClosestApproach, Spent> {
+        let valleys = self.on_stretches(|dragon, search, ends_m| {
+            let least = Cell::new(start);
+            for &to_m in &ends_m[1..] {
+                search.walk(to_m, &|| least.get().pair.clearance_m, &mut |piece| {
+                    let [from_m, to_m] = piece.travels_m;
+                    least.set(nearer(least.get(), ClosestApproach::between(dragon, piece.benches, from_m, to_m)));
+                })?;
+            }
+            looked();
+            Ok(least.get())
+        })?;
+        Ok(valleys.into_iter().fold(start, nearer))
+    }
+
+    /// The results of work on every stretch, on all cores.
+    fn on_stretches<Answer: Send>(
+        &self,
+        work: impl Fn(&Dragon, &mut ApproachSearch<'_>, &[f64]) -> Result<Answer, Spent> + Sync,
+    ) -> Result<Vec<Answer>, Spent> {
+        let (meter, count) = (self.dragon.meter(), self.strides.stretches());
+        let answers = on_all_cores(meter, count, |stretch, meter| {
+            let dragon = self.dragon.metered(meter);
+            let ends_m = self.strides.stretch(stretch, &dragon);
+            let mut search = ApproachSearch::new(&dragon, self.pairs, ends_m[0]);
+            work(&dragon, &mut search, &ends_m)
+        });
+        if answers.len() < count {
+            return Err(meter.spent(self.strides.reached_m(answers.len())));
         }
-        progress(look);
-        valley
-    });
-    Some(valleys.into_iter().flatten().fold(start, nearer))
-}
-
-/// The valley that the nearest approach at a stride's end lies in, so that the search begins with a low limit.
-fn in_valley(dragon: &Dragon, nearest: ClosestApproach, strides_m: &[f64]) -> ClosestApproach {
-    let behind = strides_m.partition_point(|&end_m| end_m < nearest.travel_m);
-    let (from_m, to_m) = (strides_m[behind.saturating_sub(1)], strides_m[(behind + 1).min(strides_m.len() - 1)]);
-    nearer(nearest, ClosestApproach::between(dragon, nearest.pair.benches, from_m, to_m))
-}
-
-/// The strides' ends in stretches for one core at a time, each of which begins where the one before it ends.
-pub(super) fn stretches(strides_m: &[f64]) -> Vec<&[f64]> {
-    let count = (strides_m.len() - 1).div_ceil(STRIDES_AT_A_TIME);
-    let end = |stretch: usize| (stretch * STRIDES_AT_A_TIME).min(strides_m.len() - 1);
-    (0..count).map(|stretch| &strides_m[end(stretch)..=end(stretch + 1)]).collect()
+        answers.into_iter().collect()
+    }
 }
 
 /// The nearer of two, the first where they are as near.
 fn nearer(first: ClosestApproach, second: ClosestApproach) -> ClosestApproach {
     if second.pair.clearance_m < first.pair.clearance_m { second } else { first }
-}
-
-/// The least clearance that any core has found so far.
-struct Least(AtomicU64);
-
-impl Least {
-    fn new(clearance_m: f64) -> Self {
-        Self(AtomicU64::new(clearance_m.to_bits()))
-    }
-
-    fn get(&self) -> f64 {
-        f64::from_bits(self.0.load(Ordering::Relaxed))
-    }
-
-    fn lower(&self, clearance_m: f64) {
-        let lower = |least: u64| (clearance_m < f64::from_bits(least)).then_some(clearance_m.to_bits());
-        // Where it is not lower, nothing is to be stored.
-        let _ = self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, lower);
-    }
 }

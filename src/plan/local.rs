@@ -63,21 +63,27 @@ impl<'a> Local<'a> {
 
     /// Of the clearance of two benches.
     pub(super) fn clearance(&self, benches: [usize; 2]) -> Result<Rates, Kink> {
+        let rate = self.clearance_rate(benches)?;
+        Rates::each(|change| Ok(rate(change)))
+    }
+
+    /// What tells how the clearance of two benches responds to a change.
+    fn clearance_rate(&self, benches: [usize; 2]) -> Result<impl Fn(Change) -> f64, Kink> {
         let boards = benches.map(|bench| self.board(bench));
         let witness = Witness::of(&boards[0], &boards[1])?;
-        Rates::each(|change| {
+        Ok(move |change| {
             let handles = self.variations(change);
             let [first, second] = [0, 1].map(|i| {
                 let (bench, link_m) = (benches[i], self.varied.dragon.dimensions().link_m(benches[i]));
                 BoardVariation::new(&boards[i], bench, link_m, &handles[bench..], change)
             });
-            Ok(witness.variation([&boards[0], &boards[1]], [&first, &second]))
+            witness.variation([&boards[0], &boards[1]], [&first, &second])
         })
     }
 
     /// How the clearance of two benches changes per metre that the head walks.
     pub(super) fn closing(&self, benches: [usize; 2]) -> Result<f64, Kink> {
-        self.clearance(benches).map(|rates| rates.travel)
+        Ok(self.clearance_rate(benches)?(Change::Travel))
     }
 
     /// Of the last handle's speed ratio.

@@ -16,6 +16,7 @@ mod sensitivity;
 mod setting;
 mod shortest_turn;
 mod speed_limit;
+mod strides;
 mod turn;
 
 pub use answers::{Quantity, Unanswered};
@@ -26,7 +27,7 @@ pub use least_clearance::{ClosestApproach, least_clearance};
 pub use parameter::Parameter;
 pub use passage::{Infeasible, passage_through};
 pub use pitch::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
-pub use profile::{clearance_profile, near_misses};
+pub use profile::{Found, clearance_profile, near_misses};
 pub use sensitivity::{Curve, NoDerivative, Response, Sample, Sensitivity};
 pub use setting::Setting;
 pub use shortest_turn::{Obstacle, ShortestTurn, shortest_turn};

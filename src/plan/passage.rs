@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use crate::dragon::{Dimensions, Dragon, DragonError, Handle, RunEnd, Slope, rising_root};
+use crate::dragon::{Dimensions, Dragon, DragonError, Handle, Meter, RunEnd, Slope, Spent, rising_root};
 use crate::route::{Route, Turnaround};
 
 /// Arc under a chord of a curve with |κ| ≤ K, per metre of the chord, at most, where K times the chord is under 2:
@@ -22,7 +22,7 @@ const MAX_DOUBLINGS: usize = 10;
 pub enum Infeasible {
     /// It cannot even stand at the start.
     #[error(transparent)]
-    Dragon(#[from] DragonError),
+    Dragon(DragonError),
     /// It comes to a place that a handle does not get past.
     #[error("{end} with the head at {travel_m:.6} m of travel")]
     Fault {
@@ -31,6 +31,18 @@ pub enum Infeasible {
         /// What happens there.
         end: RunEnd,
     },
+    /// It is not known: the work that was allowed is done.
+    #[error("not known: {0}")]
+    TooMuchWork(Spent),
+}
+
+impl From<DragonError> for Infeasible {
+    fn from(error: DragonError) -> Self {
+        match error {
+            DragonError::TooMuchWork(spent) => Self::TooMuchWork(spent),
+            error => Self::Dragon(error),
+        }
+    }
 }
 
 impl Infeasible {
@@ -49,30 +61,42 @@ impl Infeasible {
 /// The dragon whose run is its whole passage through the turn: from when all benches are on the way in, until the last
 /// handle has left the S; longer at either end where the turnaround is walked for longer.
 ///
+/// The work for it, then and later, counts on the meter.
+///
 /// # Errors
-/// A dragon that cannot stand, or a handle that would stop, walk backwards or jump on the way.
-pub fn passage_through(turnaround: Turnaround, dimensions: Dimensions) -> Result<Dragon, Infeasible> {
+/// A dragon that cannot stand, or a handle that would stop, walk backwards or jump on the way; or the meter is spent.
+pub fn passage_through(turnaround: Turnaround, dimensions: Dimensions, meter: &Meter) -> Result<Dragon, Infeasible> {
     let from_m = turnaround.start_travel_m().min(0.0);
     let planned_m = turnaround.end_travel_m();
     let links_m: f64 = (0..dimensions.benches()).map(|bench| dimensions.link_m(bench)).sum();
     // Where it is under 2 / link, curvature alone bounds the arc behind the head; else the way is doubled.
     let mut to_m = turnaround.turn_length_m() + ARC_PER_CHORD * links_m;
     for _ in 0..MAX_DOUBLINGS {
-        let dragon = walked(turnaround, dimensions, from_m, to_m)?;
+        let dragon = walked(turnaround, dimensions, meter, from_m, to_m)?;
         Infeasible::check(&dragon)?;
         if tail(&dragon, to_m).1 >= turnaround.turn_length_m() {
             let left_m = tail_leaves(&dragon, turnaround.turn_length_m(), turnaround.turn_length_m() + links_m, to_m);
-            let dragon = walked(turnaround, dimensions, from_m, left_m.max(planned_m))?;
+            let dragon = walked(turnaround, dimensions, meter, from_m, left_m.max(planned_m))?;
             return Infeasible::check(&dragon).map(|()| dragon);
+        }
+        if meter.is_spent() {
+            return Err(Infeasible::TooMuchWork(meter.spent(from_m)));
         }
         to_m *= 2.0;
     }
-    unreachable!("outward the spiral straightens, and the tail follows")
+    // Outward the spiral straightens, and the tail follows: only a coil wound far tighter than the links takes so long.
+    Err(Infeasible::TooMuchWork(meter.spent(from_m)))
 }
 
-fn walked(turnaround: Turnaround, dimensions: Dimensions, from_m: f64, to_m: f64) -> Result<Dragon, DragonError> {
+fn walked(
+    turnaround: Turnaround,
+    dimensions: Dimensions,
+    meter: &Meter,
+    from_m: f64,
+    to_m: f64,
+) -> Result<Dragon, Infeasible> {
     let turnaround = turnaround.between(from_m, to_m).expect("both are finite, and no dragon is without length");
-    Dragon::new(dimensions, Arc::new(turnaround))
+    Dragon::with_meter(dimensions, Arc::new(turnaround), meter.clone()).map_err(Infeasible::from)
 }
 
 /// The tail's rear handle and its travel.

@@ -11,8 +11,9 @@
 use std::collections::BTreeMap;
 
 use super::cores::on_all_cores;
-use super::least_clearance::{ClosestApproach, stretches};
-use crate::dragon::{ApproachSearch, Dragon, Pairs, Piece};
+use super::least_clearance::ClosestApproach;
+use super::strides::Strides;
+use crate::dragon::{ApproachSearch, Dragon, Pairs, Piece, Spent};
 
 /// Rounding of a clearance in metres: valleys that are not this deep are none.
 const ROUNDING_M: f64 = 1e-12;
@@ -23,22 +24,38 @@ const SAME_M: f64 = 1e-5;
 /// Travels that a core takes at a time.
 const TRAVELS_AT_A_TIME: usize = 16;
 
+/// What was found on a way, or on the part of it that the dragon's meter allowed to look at.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// In order of travel.
+    pub approaches: Vec<ClosestApproach>,
+    /// Travel up to which the way was looked at, where that is not all of it.
+    pub ends_early_m: Option<f64>,
+}
+
 /// The nearest two benches with the head at each of these travels of the run; none with fewer than three benches.
 ///
 /// `progress` hears of every travel that is done, from any thread.
-pub fn clearance_profile(dragon: &Dragon, travels_m: &[f64], progress: impl Fn() + Sync) -> Vec<ClosestApproach> {
+pub fn clearance_profile(dragon: &Dragon, travels_m: &[f64], progress: impl Fn() + Sync) -> Found {
     let chunks: Vec<&[f64]> = travels_m.chunks(TRAVELS_AT_A_TIME).collect();
-    let points = on_all_cores(chunks.len(), |chunk| {
+    let points = on_all_cores(dragon.meter(), chunks.len(), |chunk, meter| {
         let chunk = chunks[chunk];
-        let mut search = ApproachSearch::new(dragon, Pairs::All, chunk[0]);
+        let dragon = dragon.metered(meter);
+        let mut search = ApproachSearch::new(&dragon, Pairs::All, chunk[0]);
         let point = |&travel_m: &f64| {
             search.stand(travel_m);
             progress();
             Some(ClosestApproach { travel_m, pair: search.nearest()? })
         };
-        chunk.iter().filter_map(point).collect::<Vec<_>>()
+        // A chunk that is broken off does not count.
+        chunk.iter().take_while(|_| !meter.is_spent()).filter_map(point).collect::<Vec<_>>()
     });
-    points.into_iter().flatten().collect()
+    let looked_at = (points.len() * TRAVELS_AT_A_TIME).min(travels_m.len());
+    let last = looked_at.checked_sub(1).map_or(dragon.start_travel_m(), |last| travels_m[last]);
+    Found {
+        approaches: points.into_iter().flatten().collect(),
+        ends_early_m: (looked_at < travels_m.len()).then_some(last),
+    }
 }
 
 /// The near misses with the head between two travels of the run, between which no benches touch: every local minimum of
@@ -52,30 +69,40 @@ pub fn near_misses(
     to_travel_m: f64,
     limit_m: f64,
     progress: impl Fn(f64) + Sync,
-) -> Vec<ClosestApproach> {
-    if dragon.dimensions().benches() < 3 {
-        return Vec::new();
+) -> Found {
+    if dragon.dimensions().benches() < 3 || from_travel_m == to_travel_m {
+        return Found { approaches: Vec::new(), ends_early_m: None };
     }
-    let strides_m = ApproachSearch::strides(dragon, from_travel_m, to_travel_m);
-    let stretches = stretches(&strides_m);
-    let pieces = on_all_cores(stretches.len(), |stretch| {
-        let stretch_m = stretches[stretch];
-        let mut pieces = Vec::new();
-        let mut search = ApproachSearch::new(dragon, Pairs::All, stretch_m[0]);
-        for &to_m in &stretch_m[1..] {
-            search.walk(to_m, &|| limit_m, &mut |piece| pieces.push(piece));
-        }
-        progress(1.0 / stretches.len() as f64);
-        pieces
+    let meter = dragon.meter();
+    let strides = Strides::of(dragon, from_travel_m, to_travel_m);
+    // What is left of the other half is for the near misses themselves.
+    let looking = meter.half();
+    let stretches = on_all_cores(&looking, strides.stretches(), |stretch, meter| {
+        progress(1.0 / strides.stretches() as f64);
+        pieces(&dragon.metered(meter), &strides, stretch, limit_m)
     });
+    meter.add(looking.done());
+    let mut reached_m = strides.reached_m(stretches.len());
     let mut ways: BTreeMap<[usize; 2], Vec<Piece>> = BTreeMap::new();
-    for piece in pieces.into_iter().flatten() {
-        ways.entry(piece.benches).or_default().push(piece);
+    for pieces in stretches {
+        let Ok(pieces) = pieces.map_err(|spent| reached_m = spent.reached_m) else { break };
+        for piece in pieces {
+            ways.entry(piece.benches).or_default().push(piece);
+        }
     }
-    let brackets: Vec<Bracket> = ways.values().flat_map(|way| brackets(way)).collect();
-    let valleys = on_all_cores(brackets.len(), |bracket| brackets[bracket].near_miss(dragon, limit_m));
-    let mut valleys: Vec<ClosestApproach> = valleys.into_iter().flatten().collect();
-    valleys.sort_by(|first, second| first.travel_m.total_cmp(&second.travel_m));
+    let mut brackets: Vec<Bracket> = ways.values().flat_map(|way| brackets(way)).collect();
+    brackets.sort_by(|first, second| first.travels_m[0].total_cmp(&second.travels_m[0]));
+    let valleys = on_all_cores(meter, brackets.len(), |bracket, meter| {
+        brackets[bracket].near_miss(&dragon.metered(meter), limit_m)
+    });
+    // A near miss is told of where all that begins before it was looked at.
+    reached_m = brackets.get(valleys.len()).map_or(reached_m, |bracket| bracket.travels_m[0].min(reached_m));
+    let mut valleys: Vec<ClosestApproach> =
+        valleys.into_iter().flatten().filter(|valley| valley.travel_m <= reached_m).collect();
+    valleys.sort_by(|first, second| {
+        let order = first.travel_m.total_cmp(&second.travel_m);
+        order.then_with(|| first.pair.benches.cmp(&second.pair.benches))
+    });
     valleys.dedup_by(|later, earlier| {
         let same = later.travel_m - earlier.travel_m <= SAME_M;
         if same {
@@ -83,7 +110,18 @@ pub fn near_misses(
         }
         same
     });
-    valleys
+    Found { approaches: valleys, ends_early_m: (reached_m < to_travel_m).then_some(reached_m) }
+}
+
+/// The pieces of a stretch on which a pair may come under the limit.
+fn pieces(dragon: &Dragon, strides: &Strides, stretch: usize, limit_m: f64) -> Result<Vec<Piece>, Spent> {
+    let ends_m = strides.stretch(stretch, dragon);
+    let mut pieces = Vec::new();
+    let mut search = ApproachSearch::new(dragon, Pairs::All, ends_m[0]);
+    for &to_m in &ends_m[1..] {
+        search.walk(to_m, &|| limit_m, &mut |piece| pieces.push(piece))?;
+    }
+    Ok(pieces)
 }
 
 /// A short way on which the clearance of a pair has a minimum, perhaps at an end.

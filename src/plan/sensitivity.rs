@@ -7,6 +7,10 @@ use super::answers::{Answer, Quantity, Unanswered, answer};
 use super::cores::on_all_cores;
 use super::derivative::Undefined;
 use super::{Parameter, Setting};
+use crate::dragon::Meter;
+
+/// The part of the work that one answer may take.
+const LARGEST_SHARE: u64 = 8;
 
 /// What to study.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,14 +86,18 @@ impl Sensitivity {
     }
 
     /// The responses of all quantities, in the order of [`Quantity::ALL`]. Works on all cores; calls `answered` after each
-    /// question.
-    pub fn study(&self, answered: impl Fn() + Sync) -> Vec<Response> {
+    /// question. What the meter does not allow stays unanswered.
+    pub fn study(&self, meter: &Meter, answered: impl Fn() + Sync) -> Vec<Response> {
         let tasks = self.tasks();
-        let answers = on_all_cores(tasks.len(), |index| {
-            let answer = self.answer(tasks[index]);
+        let share = meter.is_limited().then(|| meter.left() / LARGEST_SHARE);
+        let mut answers = on_all_cores(meter, tasks.len(), |index, meter| {
+            let own = share.map_or_else(Meter::unlimited, |share| Meter::of(share.min(meter.left())));
+            let answer = self.answer(tasks[index], &own);
+            meter.add(own.done());
             answered();
             answer
         });
+        answers.resize_with(tasks.len(), || Err(Unanswered::TooMuchWork(meter.spent(0.0))));
         let answers: Vec<_> = tasks.into_iter().zip(answers).collect();
         let response = |quantity| self.response(quantity, &answers);
         Quantity::ALL.into_iter().map(response).collect()
@@ -116,12 +124,12 @@ impl Sensitivity {
         self.setting.value(parameter) * (1.0 + self.range * step as f64 / f64::from(self.steps))
     }
 
-    fn answer(&self, task: Task) -> Result<Answer, Unanswered> {
+    fn answer(&self, task: Task, meter: &Meter) -> Result<Answer, Unanswered> {
         let setting = match task.varied {
             Some((parameter, step)) => self.setting.with(parameter, self.parameter_value(parameter, step))?,
             None => self.setting,
         };
-        answer(task.quantity, &setting, self.turn_diameter_m)
+        answer(task.quantity, &setting, self.turn_diameter_m, meter)
     }
 
     fn response(&self, quantity: Quantity, answers: &[(Task, Result<Answer, Unanswered>)]) -> Response {

@@ -21,15 +21,14 @@
 
 use std::f64::consts::PI;
 use std::fmt::{self, Display, Formatter};
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use super::cores::on_all_cores;
 use super::least_clearance::ClosestApproach;
 use super::passage::{Infeasible, passage_through};
 use super::turn::{TurnPassage, walk_through};
-use crate::dragon::{Contact, Dimensions, Dragon, DragonError, RunEnd, first_contact};
-use crate::route::{Route, Turnaround};
+use crate::dragon::{Contact, Dimensions, Dragon, DragonError, Meter, RunEnd, Spent, first_contact};
+use crate::route::{RADIUS_RATIO, Route, Turnaround};
 
 /// Radii tried, evenly up to the circle's.
 const RADII: usize = 64;
@@ -63,6 +62,9 @@ const FAR: f64 = 1e8;
 
 /// Halvings of the step out to where a ratio is no longer clear.
 const EDGE_HALVINGS: u32 = 12;
+
+/// What is left between any ratio tried and the least and the greatest that a turn may have: more than [`FAR`] steps.
+const RATIO_ROOM: f64 = 1.02;
 
 /// How far beside the answer's ratio the limits are told.
 const BESIDE: f64 = 1e-6;
@@ -129,24 +131,34 @@ impl Obstacle {
 /// The shortest S inside the turning circle of this turnaround that the dragon gets through on its whole passage; none if
 /// it gets through no S that was tried.
 ///
-/// `progress` hears of the share of the work that is done, from any thread.
+/// All work counts on the meter. `progress` hears of the share of the work that is done, from any thread.
+///
+/// # Errors
+/// The meter is spent before the answer is found.
 pub fn shortest_turn(
     turnaround: Turnaround,
     dimensions: Dimensions,
+    meter: &Meter,
     progress: impl Fn(f64) + Sync,
-) -> Option<ShortestTurn> {
+) -> Result<Option<ShortestTurn>, Spent> {
     let mut tried = Vec::new();
     for extent in [Extent::Links, Extent::OnceRound, Extent::Whole] {
-        let search = Search { turnaround, dimensions, extent };
-        let Some(tightest) = search.tightest(&progress) else { continue };
+        let search = Search { turnaround, dimensions, extent, meter };
+        let Some(tightest) = search.tightest(&progress)? else { continue };
         // Where something else is in the way: once more, looking at more.
-        if let Some(found) = search.beside(&tightest, LEAST_MARGIN_M) {
-            return Some(found);
+        if let Some(found) = search.beside(&tightest, LEAST_MARGIN_M)? {
+            return Ok(Some(found));
         }
         tried.push((search, tightest));
     }
-    let beside = |margin_m: f64| tried.iter().find_map(|(search, tightest)| search.beside(tightest, margin_m));
-    WIDER_MARGINS_M.into_iter().find_map(beside)
+    for margin_m in WIDER_MARGINS_M {
+        for (search, tightest) in &tried {
+            if let Some(found) = search.beside(tightest, margin_m)? {
+                return Ok(Some(found));
+            }
+        }
+    }
+    Ok(None)
 }
 
 /// How much of a passage is looked at.
@@ -170,105 +182,147 @@ struct Trial {
 /// The least radius and a ratio with which the dragon gets through, and what is in the way of a smaller radius.
 type Tightest = (f64, f64, [Option<Obstacle>; 2]);
 
-struct Search {
+/// Whether turns with this ratio, and with those that are looked at beside it, may be.
+fn is_allowed(ratio: &f64) -> bool {
+    (RADIUS_RATIO.start() * RATIO_ROOM..=RADIUS_RATIO.end() / RATIO_ROOM).contains(ratio)
+}
+
+struct Search<'a> {
     turnaround: Turnaround,
     dimensions: Dimensions,
     extent: Extent,
+    meter: &'a Meter,
 }
 
-impl Search {
-    fn tightest(&self, progress: &(impl Fn(f64) + Sync)) -> Option<Tightest> {
+impl Search<'_> {
+    fn tightest(&self, progress: &(impl Fn(f64) + Sync)) -> Result<Option<Tightest>, Spent> {
         let largest_m = 0.5 * self.turnaround.turn_diameter_m();
         let step_m = largest_m / RADII as f64;
         let ratios: Vec<f64> =
             (0..RATIOS).map(|i| LARGEST_RATIO.powf(2.0 * i as f64 / (RATIOS - 1) as f64 - 1.0)).collect();
-        let (first, mut ratio) = (1..=RADII).find_map(|i| {
+        let mut found = None;
+        for i in 1..=RADII {
             progress(0.5 / RADII as f64);
-            self.clear_ratio(step_m * i as f64, step_m, &ratios).map(|ratio| (i, ratio))
-        })?;
+            found = self.clear_ratio(step_m * i as f64, step_m, &ratios)?.map(|ratio| (i, ratio));
+            if found.is_some() {
+                break;
+            }
+        }
+        let Some((first, mut ratio)) = found else { return Ok(None) };
         let (mut tight_m, mut clear_m) = (step_m * (first - 1) as f64, step_m * first as f64);
         // Two ratios to either side: what is clear there shrinks into what was clear before.
         let beside = LARGEST_RATIO.powf(2.0 / (RATIOS - 1) as f64);
         while clear_m - tight_m > TOLERANCE_M {
             let middle_m = 0.5 * (tight_m + clear_m);
-            let around = [-2, -1, 0, 1, 2].map(|i| ratio * beside.powi(i));
-            match self.clear_ratio(middle_m, clear_m - tight_m, &around) {
+            let around: Vec<f64> =
+                [-2, -1, 0, 1, 2].map(|i| ratio * beside.powi(i)).into_iter().filter(is_allowed).collect();
+            match self.clear_ratio(middle_m, clear_m - tight_m, &around)? {
                 Some(found) => (clear_m, ratio) = (middle_m, found),
                 None => tight_m = middle_m,
             }
             progress(0.5 / 32.0);
         }
-        let limits = [1.0 - BESIDE, 1.0 + BESIDE].map(|side| self.obstacle(tight_m, ratio * side));
-        Some((clear_m, ratio, limits))
+        if tight_m == 0.0 {
+            // However tight the S, the dragon gets through.
+            return Ok(Some((clear_m, ratio, [None, None])));
+        }
+        let [below, above] = [1.0 - BESIDE, 1.0 + BESIDE].map(|side| self.obstacle(self.meter, tight_m, ratio * side));
+        Ok(Some((clear_m, ratio, [below?, above?])))
     }
 
     /// The turn that begins so much further out than the tightest one, if the dragon gets through it on its whole passage.
-    fn beside(&self, &(least_m, ratio, limits): &Tightest, margin_m: f64) -> Option<ShortestTurn> {
+    fn beside(&self, &(least_m, ratio, limits): &Tightest, margin_m: f64) -> Result<Option<ShortestTurn>, Spent> {
         let radius_m = least_m + margin_m;
-        let radius_ratio = self.middle_ratio(radius_m, ratio);
+        let radius_ratio = self.middle_ratio(radius_m, ratio)?;
         let turnaround = self.turn(radius_m, radius_ratio);
-        match walk_through(turnaround, self.dimensions, |_| ()) {
-            TurnPassage::Clear { closest } => Some(ShortestTurn { turnaround, radius_ratio, closest, limits }),
-            _ => None,
+        match walk_through(turnaround, self.dimensions, self.meter, |_| ()) {
+            TurnPassage::Clear { closest } => Ok(Some(ShortestTurn { turnaround, radius_ratio, closest, limits })),
+            TurnPassage::TooMuchWork(spent) => Err(spent),
+            _ => Ok(None),
         }
     }
 
     /// About the middle of the clear ratios around one, with an S that begins at this radius.
-    fn middle_ratio(&self, radius_m: f64, ratio: f64) -> f64 {
-        let edges = [1.0 - TOLERANCE_M, 1.0 + TOLERANCE_M].map(|step| self.edge(radius_m, ratio, step));
-        (edges[0] * edges[1]).sqrt()
+    fn middle_ratio(&self, radius_m: f64, ratio: f64) -> Result<f64, Spent> {
+        let [low, high] = [1.0 - TOLERANCE_M, 1.0 + TOLERANCE_M].map(|step| self.edge(radius_m, ratio, step));
+        Ok((low? * high?).sqrt())
     }
 
     /// A ratio with which the dragon gets through an S that begins at this radius, which may still lose `excess_m`: one
     /// of those given or one between two of them at which different things are in the way.
-    fn clear_ratio(&self, radius_m: f64, excess_m: f64, ratios: &[f64]) -> Option<f64> {
-        let trials = on_all_cores(ratios.len(), |i| self.trial(radius_m, ratios[i]));
-        let clear = trials.iter().find(|trial| trial.obstacle.is_none());
-        clear.map(|trial| trial.ratio).or_else(|| {
-            let finest = RATIO_PER_RADIUS * excess_m / radius_m;
-            let gaps: Vec<&[Trial]> = trials.windows(2).collect();
-            let found = on_all_cores(gaps.len(), |gap| self.between(radius_m, gaps[gap][0], gaps[gap][1], finest));
-            found.into_iter().find_map(ControlFlow::break_value)
-        })
+    fn clear_ratio(&self, radius_m: f64, excess_m: f64, ratios: &[f64]) -> Result<Option<f64>, Spent> {
+        let trials = self.on_all(ratios.len(), |i, meter| self.trial(meter, radius_m, ratios[i]))?;
+        if let Some(clear) = trials.iter().find(|trial| trial.obstacle.is_none()) {
+            return Ok(Some(clear.ratio));
+        }
+        let finest = RATIO_PER_RADIUS * excess_m / radius_m;
+        let gaps: Vec<&[Trial]> = trials.windows(2).collect();
+        let between = |gap: usize, meter: &Meter| self.between(meter, radius_m, gaps[gap][0], gaps[gap][1], finest);
+        Ok(self.on_all(gaps.len(), between)?.into_iter().flatten().next())
     }
 
-    /// Breaks with a clear ratio between two that are not, if what is in the way differs; `finest` is how near contacts are
-    /// halved in on, relative to the ratio.
-    fn between(&self, radius_m: f64, low: Trial, high: Trial, finest: f64) -> ControlFlow<f64> {
+    /// The results of work on all items, on all cores.
+    fn on_all<Answer: Send>(
+        &self,
+        count: usize,
+        work: impl Fn(usize, &Meter) -> Result<Answer, Spent> + Sync,
+    ) -> Result<Vec<Answer>, Spent> {
+        let answers = on_all_cores(self.meter, count, work);
+        if answers.len() < count { Err(self.spent()) } else { answers.into_iter().collect() }
+    }
+
+    fn spent(&self) -> Spent {
+        self.meter.spent(self.turnaround.start_travel_m())
+    }
+
+    /// A clear ratio between two that are not, if what is in the way differs; `finest` is how near contacts are halved in on,
+    /// relative to the ratio.
+    fn between(
+        &self,
+        meter: &Meter,
+        radius_m: f64,
+        low: Trial,
+        high: Trial,
+        finest: f64,
+    ) -> Result<Option<f64>, Spent> {
         let (Some(below), Some(above)) = (low.obstacle, high.obstacle) else {
-            return ControlFlow::Break(if low.obstacle.is_none() { low.ratio } else { high.ratio });
+            return Ok(Some(if low.obstacle.is_none() { low.ratio } else { high.ratio }));
         };
         let faults = matches!((below, above), (Obstacle::Fault { .. }, Obstacle::Fault { .. }));
         let nearest = if faults { NEAREST_RATIOS } else { finest };
         if high.ratio <= low.ratio * (1.0 + nearest) || below.resembles(&above) {
-            return ControlFlow::Continue(());
+            return Ok(None);
         }
-        let middle = self.trial(radius_m, (low.ratio * high.ratio).sqrt());
-        self.between(radius_m, low, middle, finest)?;
-        self.between(radius_m, middle, high, finest)
+        let middle = self.trial(meter, radius_m, (low.ratio * high.ratio).sqrt())?;
+        match self.between(meter, radius_m, low, middle, finest)? {
+            None => self.between(meter, radius_m, middle, high, finest),
+            found => Ok(found),
+        }
     }
 
     /// About the last clear ratio in one direction from a clear one, or a ratio far from it.
-    fn edge(&self, radius_m: f64, ratio: f64, step: f64) -> f64 {
-        let clear = |exponent: f64| self.obstacle(radius_m, ratio * step.powf(exponent)).is_none();
+    fn edge(&self, radius_m: f64, ratio: f64, step: f64) -> Result<f64, Spent> {
+        let clear = |exponent: f64| -> Result<bool, Spent> {
+            Ok(self.obstacle(self.meter, radius_m, ratio * step.powf(exponent))?.is_none())
+        };
         let mut far = 1.0;
-        while far < FAR && clear(far) {
+        while far < FAR && clear(far)? {
             far *= 4.0;
         }
         let (mut near, mut far) = (0.25 * far, far);
         for _ in 0..EDGE_HALVINGS {
             let middle = 0.5 * (near + far);
-            if clear(middle) {
+            if clear(middle)? {
                 near = middle;
             } else {
                 far = middle;
             }
         }
-        ratio * step.powf(near)
+        Ok(ratio * step.powf(near))
     }
 
-    fn trial(&self, radius_m: f64, ratio: f64) -> Trial {
-        Trial { ratio, obstacle: self.obstacle(radius_m, ratio) }
+    fn trial(&self, meter: &Meter, radius_m: f64, ratio: f64) -> Result<Trial, Spent> {
+        Ok(Trial { ratio, obstacle: self.obstacle(meter, radius_m, ratio)? })
     }
 
     fn turn(&self, radius_m: f64, ratio: f64) -> Turnaround {
@@ -278,43 +332,67 @@ impl Search {
     }
 
     /// A thing in the way: a fault, or else a contact.
-    fn obstacle(&self, radius_m: f64, ratio: f64) -> Option<Obstacle> {
+    fn obstacle(&self, meter: &Meter, radius_m: f64, ratio: f64) -> Result<Option<Obstacle>, Spent> {
         let turn = self.turn(radius_m, ratio);
         let round_m = turn.turn_length_m() + 2.0 * PI * (radius_m + turn.pitch_m());
         let once_round = turn.between(0.0, round_m).expect("once round is ahead");
         // Faults are those of the first two links, for all others are like the second.
-        if let Err(obstacle) = self.walked(once_round, self.dimensions.benches().min(2)) {
-            return Some(obstacle);
-        }
-        if self.extent == Extent::Links {
-            return None;
+        let links = self.walked(meter, once_round, self.dimensions.benches().min(2));
+        if self.extent == Extent::Links || links.is_err() {
+            return links.map_or_else(NotWalked::obstacle, |_| Ok(None));
         }
         if self.extent == Extent::OnceRound {
-            return match self.walked(once_round, self.dimensions.benches()) {
-                // The way out first: where links stand steep, as in the S, a search takes longest.
-                Ok(dragon) => first_contact(&dragon, turn.turn_length_m(), round_m)
-                    .or_else(|| first_contact(&dragon, 0.0, turn.turn_length_m()))
-                    .map(Obstacle::Contact),
-                Err(obstacle) => Some(obstacle),
+            let dragon = match self.walked(meter, once_round, self.dimensions.benches()) {
+                Ok(dragon) => dragon,
+                Err(not_walked) => return not_walked.obstacle(),
             };
+            // The way out first: where links stand steep, as in the S, a search takes longest.
+            let contact = match first_contact(&dragon, turn.turn_length_m(), round_m)? {
+                None => first_contact(&dragon, 0.0, turn.turn_length_m())?,
+                contact => contact,
+            };
+            return Ok(contact.map(Obstacle::Contact));
         }
-        match passage_through(turn, self.dimensions) {
-            Ok(dragon) => first_contact(&dragon, dragon.start_travel_m(), dragon.end_travel_m()).map(Obstacle::Contact),
-            Err(Infeasible::Dragon(error)) => Some(Obstacle::Dragon(error)),
-            Err(Infeasible::Fault { travel_m, end }) => {
-                Some(Obstacle::Fault { travel_m, end, piece: turn.joints().len() })
+        match passage_through(turn, self.dimensions, meter) {
+            Ok(dragon) => {
+                let contact = first_contact(&dragon, dragon.start_travel_m(), dragon.end_travel_m())?;
+                Ok(contact.map(Obstacle::Contact))
             }
+            Err(Infeasible::Dragon(error)) => Ok(Some(Obstacle::Dragon(error))),
+            Err(Infeasible::Fault { travel_m, end }) => {
+                Ok(Some(Obstacle::Fault { travel_m, end, piece: turn.joints().len() }))
+            }
+            Err(Infeasible::TooMuchWork(spent)) => Err(spent),
         }
     }
 
-    /// A dragon of so many benches that walks all of a turn, or what is in its way.
-    fn walked(&self, turn: Turnaround, benches: usize) -> Result<Dragon, Obstacle> {
-        let dragon = Dragon::new(self.dimensions.with_benches(benches), Arc::new(turn));
-        let dragon = dragon.map_err(Obstacle::Dragon)?;
+    /// A dragon of so many benches that walks all of a turn, or why it does not.
+    fn walked(&self, meter: &Meter, turn: Turnaround, benches: usize) -> Result<Dragon, NotWalked> {
+        let dragon = Dragon::with_meter(self.dimensions.with_benches(benches), Arc::new(turn), meter.clone());
+        let dragon = dragon.map_err(|error| match error {
+            DragonError::TooMuchWork(spent) => NotWalked::TooMuchWork(spent),
+            error => NotWalked::Obstacle(Obstacle::Dragon(error)),
+        })?;
         let (travel_m, end) = (dragon.end_travel_m(), dragon.run_end());
         let (RunEnd::HandleStops { handle } | RunEnd::HandleJumps { handle }) = end else { return Ok(dragon) };
         let ahead = dragon.chain(travel_m).expect("the run's end is in it").nth(handle - 1).expect("the handle ahead");
         let piece = turn.joints().partition_point(|&joint| joint < ahead.place);
-        Err(Obstacle::Fault { travel_m, end, piece })
+        Err(NotWalked::Obstacle(Obstacle::Fault { travel_m, end, piece }))
+    }
+}
+
+/// Why there is no dragon that walks all of a turn.
+enum NotWalked {
+    Obstacle(Obstacle),
+    TooMuchWork(Spent),
+}
+
+impl NotWalked {
+    /// What is in the way, if it is known.
+    fn obstacle(self) -> Result<Option<Obstacle>, Spent> {
+        match self {
+            Self::Obstacle(obstacle) => Ok(Some(obstacle)),
+            Self::TooMuchWork(spent) => Err(spent),
+        }
     }
 }

@@ -41,6 +41,10 @@ const PIECES_PER_STRETCH: u32 = 4;
 /// curvature of κ would be so fast for less than 1/(κ·R²) of travel only, here some micrometres.
 const JUMP_RATIO: f64 = 1000.0;
 
+/// What a station of the survey takes besides its link, in steps of work: so a limit of work bounds how many are kept, each
+/// in some hundred bytes.
+const STEPS_PER_STATION: u64 = 16;
+
 /// Travel to which kinks and maxima are found, in metres; the ratio is then right to rounding.
 const TOLERANCE_M: f64 = 1e-11;
 
@@ -58,17 +62,20 @@ pub struct LargestRatio {
 /// The largest ratio of any handle's speed to the head's, over the whole run of a dragon: 1 at least, the head's own.
 ///
 /// # Errors
-/// The fault that ends the run before the route's end, or a handle's jump that was too short to end it.
+/// The fault that ends the run before the route's end, or a handle's jump that was too short to end it; or the dragon's
+/// meter is spent.
 pub fn largest_speed_ratio(dragon: &Dragon) -> Result<LargestRatio, Infeasible> {
     Infeasible::check(dragon)?;
     let survey = Survey { dragon };
     let mut spots = survey.spots();
+    survey.check_meter()?;
     let mut largest = LargestRatio { ratio: 1.0, travel_m: dragon.start_travel_m(), handle: 0 };
     let most_promising = (0..spots.len()).max_by(|&a, &b| spots[a].ratio.total_cmp(&spots[b].ratio));
     for i in most_promising.into_iter().chain(0..spots.len()) {
         if spots[i].ratio > largest.ratio {
             survey.solve(&mut spots[i]);
             largest = faster(largest, spots[i].fastest());
+            survey.check_meter()?;
         }
     }
     for ahead in 0..spots.len() - 1 {
@@ -81,6 +88,7 @@ pub fn largest_speed_ratio(dragon: &Dragon) -> Result<LargestRatio, Infeasible> 
         }
         if may_exceed(&spots, ahead, largest.ratio) {
             let found = survey.look_through(&spots[ahead + 1], &spots[ahead]);
+            survey.check_meter()?;
             largest = found.into_iter().fold(largest, faster);
         }
     }
@@ -130,6 +138,15 @@ struct Survey<'a> {
 }
 
 impl Survey<'_> {
+    /// Ends the work where the meter is spent.
+    fn check_meter(&self) -> Result<(), Infeasible> {
+        let meter = self.dragon.meter();
+        if meter.is_spent() {
+            return Err(Infeasible::TooMuchWork(meter.spent(self.dragon.start_travel_m())));
+        }
+        Ok(())
+    }
+
     /// Spots all through the run, the head at its end first and at its beginning last.
     fn spots(&self) -> Vec<Spot> {
         let dragon = self.dragon;
@@ -139,8 +156,9 @@ impl Survey<'_> {
         let benches = dragon.dimensions().benches();
         let mut beyond = 0;
         let last_orbit = dragon.orbit(end_place).take_while(|station| {
+            dragon.meter().add(SURVEYED_PER_LINK as u64 * STEPS_PER_STATION);
             beyond += usize::from(station.place < begin_place);
-            beyond < benches
+            beyond < benches && !dragon.meter().is_spent()
         });
         let length = last_orbit.count();
         let link_behind = dragon.orbit(end_place).nth(1).map_or(begin_place, |station| station.place);
@@ -150,7 +168,7 @@ impl Survey<'_> {
             let place = if i == SURVEYED_PER_LINK { end_place } else { route.place(low_m + (high_m - low_m) * share) };
             self.spots_of_phase(place, length)
         });
-        let phases: Vec<Vec<Spot>> = phases.collect();
+        let phases: Vec<Vec<Spot>> = phases.take_while(|_| !dragon.meter().is_spent()).collect();
         let walked = |spot: &&Spot| spot.place > begin_place;
         let mut spots: Vec<Spot> = (0..length)
             .flat_map(|m| phases.iter().filter_map(move |phase| phase.get(m)))

@@ -2,7 +2,7 @@
 
 use super::least_clearance::{ClosestApproach, least_clearance};
 use super::passage::{Infeasible, passage_through};
-use crate::dragon::{Contact, ContactSearch, Dimensions};
+use crate::dragon::{Contact, ContactSearch, Dimensions, Meter, Spent};
 use crate::route::Turnaround;
 
 /// How a whole dragon gets through a turn.
@@ -17,20 +17,33 @@ pub enum TurnPassage {
     Contact(Contact),
     /// Not at all.
     Infeasible(Infeasible),
+    /// It is not known: the work that was allowed is done. No two benches touch up to where it came.
+    TooMuchWork(Spent),
 }
 
 /// Walks a whole dragon through a turn, from when all benches are on the way in until the last handle has left the S,
 /// and longer at either end where the turnaround is planned for longer.
 ///
-/// `progress` hears of the share of the work that is done, from any thread.
-pub fn walk_through(turnaround: Turnaround, dimensions: Dimensions, progress: impl Fn(f64) + Sync) -> TurnPassage {
-    let dragon = match passage_through(turnaround, dimensions) {
+/// All work counts on the meter. `progress` hears of the share of the work that is done, from any thread.
+pub fn walk_through(
+    turnaround: Turnaround,
+    dimensions: Dimensions,
+    meter: &Meter,
+    progress: impl Fn(f64) + Sync,
+) -> TurnPassage {
+    let dragon = match passage_through(turnaround, dimensions, meter) {
         Ok(dragon) => dragon,
+        Err(Infeasible::TooMuchWork(spent)) => return TurnPassage::TooMuchWork(spent),
         Err(infeasible) => return TurnPassage::Infeasible(infeasible),
     };
     let (from_m, to_m) = (dragon.start_travel_m(), dragon.end_travel_m());
     match ContactSearch::new(&dragon).first(from_m, to_m) {
-        Some(contact) => TurnPassage::Contact(contact),
-        None => TurnPassage::Clear { closest: least_clearance(&dragon, from_m, to_m, progress) },
+        Ok(Some(contact)) => TurnPassage::Contact(contact),
+        Ok(None) => match least_clearance(&dragon, from_m, to_m, progress) {
+            Ok(closest) => TurnPassage::Clear { closest },
+            // That no benches touch is known of the whole passage.
+            Err(spent) => TurnPassage::TooMuchWork(Spent { reached_m: to_m, ..spent }),
+        },
+        Err(spent) => TurnPassage::TooMuchWork(spent),
     }
 }

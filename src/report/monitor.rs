@@ -87,6 +87,12 @@ pub struct MonitorSummary {
     pub guard: Option<GuardReport>,
     /// Times at which a guard found that a frame did not agree with the published description.
     pub faults: u64,
+    /// Alerts of pairs that were counted and not sent, for they were too many.
+    #[serde(default)]
+    pub suppressed_alerts: u64,
+    /// Frames up to which the way was not swept whole, for that took too much work.
+    #[serde(default)]
+    pub unswept_frames: u64,
     /// From the instant a frame was due to the instant it was read, in microseconds.
     pub latency_us: Percentiles,
     /// The same, whole.

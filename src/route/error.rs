@@ -8,7 +8,8 @@ use crate::number::Number;
 
 const MAX_PITCH_M: f64 = 1_000.0;
 const MAX_START_TURNS: f64 = 10_000.0;
-const RADIUS_RATIO: RangeInclusive<f64> = 0.01..=100.0;
+/// Ratios of the entry arc's radius to the exit arc's.
+pub const RADIUS_RATIO: RangeInclusive<f64> = 0.01..=100.0;
 
 /// Why a route cannot be.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]

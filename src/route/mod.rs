@@ -19,7 +19,7 @@ use glam::DVec2;
 
 pub use arc::CircularArc;
 pub use coil::Coil;
-pub use error::RouteError;
+pub use error::{RADIUS_RATIO, RouteError};
 pub use polar_stretch::PolarStretch;
 pub use spiral::Spiral;
 pub use turnaround::Turnaround;

@@ -105,7 +105,7 @@ impl Reporter {
     /// Starts the thread and returns once the description is on the bus, and a status, which tells the rate of what comes.
     ///
     /// # Errors
-    /// As [`Member::join`] and [`Member::description`].
+    /// As [`Member::join`] and [`Member::description`]; [`BusError::Failed`] where no thread can be started.
     pub(super) fn start(
         domain: Domain,
         account: Account,
@@ -115,7 +115,7 @@ impl Reporter {
         let shared = Arc::clone(&gauges);
         let (ready, opened) = channel::bounded(1);
         let (wake, woken) = channel::bounded::<()>(1);
-        let thread = thread::spawn(move || {
+        let work = move || {
             let mut report = match Report::open(&domain, &account, times) {
                 Ok(report) => report,
                 Err(error) => {
@@ -133,7 +133,12 @@ impl Reporter {
             }
             report.publish(&shared);
             report.times_of_all()
-        });
+        };
+        let thread =
+            thread::Builder::new().name("reporter".to_owned()).spawn(work).map_err(|error| BusError::Failed {
+                service: service::STATUS,
+                reason: format!("cannot start the thread that reports: {error}"),
+            })?;
         opened.recv().expect("the thread answers before it does anything else")?;
         Ok((Self { gauges: Arc::clone(&gauges), wake, thread: Some(thread) }, gauges))
     }

@@ -11,6 +11,7 @@ use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{FromRequestParts as _, Request as HttpRequest, State};
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
+use axum::middleware::{self, Next};
 use axum::response::Response;
 use axum::routing::{any, get, post};
 use bench_dragon_ipc::{BusError, Domain, Request};
@@ -28,7 +29,7 @@ use super::token::Token;
 use crate::control::{Desk, DeskError, HOLD_PATIENCE};
 use crate::metrics;
 use crate::observe::Scene;
-use crate::web::{json, refuse, text};
+use crate::web::{Connection, json, refuse, text};
 
 /// What a page's stream is called.
 const PROTOCOL: &str = "bench-dragon.view.v1";
@@ -128,6 +129,7 @@ impl View {
             .fallback(async || refuse(StatusCode::NOT_FOUND, "there is no such page"))
             .method_not_allowed_fallback(async || refuse(StatusCode::METHOD_NOT_ALLOWED, "not in this way"))
             .with_state(self.clone())
+            .layer(middleware::from_fn_with_state(self.clone(), keep_operator))
     }
 
     fn rights(&self, headers: &HeaderMap) -> Rights {
@@ -165,6 +167,16 @@ fn page(asset: &'static Asset) -> Response {
     // The next version of the program has other files under the same names.
     response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
     response
+}
+
+/// Whoever may steer keeps the connection, however many others come.
+async fn keep_operator(State(view): State<View>, request: HttpRequest, next: Next) -> Response {
+    if let Some(connection) = request.extensions().get::<Connection>()
+        && view.rights(request.headers()).may_control
+    {
+        connection.keep();
+    }
+    next.run(request).await
 }
 
 async fn tell_access(State(View(view)): State<View>, headers: HeaderMap) -> Response {

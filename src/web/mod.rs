@@ -4,7 +4,8 @@
 //! - *Who:* a request has to call this machine by a name that it has ([`Hosts`]), so that a page of elsewhere cannot reach it
 //!   by a name that it has bent to this address (DNS rebinding); and where a browser says from which page it comes, that has
 //!   to be one of ours.
-//! - *How much:* so many connections at a time, fewer from one machine, each with its first line and headers within seconds, of a bounded length.
+//! - *How much:* so many connections at a time, fewer from another machine, each with its first line and headers within seconds, of a bounded
+//!   length. Where all places are taken, the connection that has been idle the longest makes room for a new one.
 
 mod hosts;
 mod reply;
@@ -14,5 +15,5 @@ mod site;
 
 pub use hosts::Hosts;
 pub use reply::{json, refuse, text};
-pub use seats::{MAX_CONNECTIONS, MAX_FROM_ADDRESS};
+pub use seats::{Connection, MAX_CONNECTIONS, MAX_FROM_ADDRESS};
 pub use site::{Site, closed};

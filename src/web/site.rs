@@ -1,13 +1,18 @@
 //! A listening address, and the loop that answers there.
 
+use std::convert::Infallible;
 use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::pin::pin;
 use std::sync::Arc;
 use std::time::Duration;
 
+use axum::response::Response;
 use axum::{Router, middleware};
+use hyper::Request;
+use hyper::body::Incoming;
 use hyper::server::conn::http1;
+use hyper::service::{Service as _, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use tokio::net::TcpStream;
@@ -16,7 +21,7 @@ use tokio::time::{sleep, timeout};
 
 use super::hosts::Hosts;
 use super::same_site::admit;
-use super::seats::{Seat, Seats};
+use super::seats::{Connection, Seat, Seats};
 use crate::stop::StopFlag;
 
 /// How long a client may take for its first line and headers, and rest between two requests.
@@ -94,7 +99,7 @@ async fn accept(listener: &tokio::net::TcpListener, router: &Router, closing: &w
     loop {
         match listener.accept().await {
             Ok((stream, peer)) => {
-                // One that there is no place for is closed at once.
+                // One that there is no place for, for all others are being answered, is closed at once.
                 if let Some(seat) = seats.take(peer.ip()) {
                     tokio::spawn(answer(stream, router.clone(), closing.subscribe(), seat));
                 }
@@ -104,25 +109,37 @@ async fn accept(listener: &tokio::net::TcpListener, router: &Router, closing: &w
     }
 }
 
-async fn answer(stream: TcpStream, router: Router, mut closing: watch::Receiver<bool>, _seat: Seat) {
+async fn answer(stream: TcpStream, router: Router, mut closing: watch::Receiver<bool>, mut seat: Seat) {
     // Small messages go out at once; a socket that refuses sends them a little later.
     let _ = stream.set_nodelay(true);
+    let connection = seat.connection();
+    let service = service_fn(move |request| reply(router.clone(), connection.clone(), request));
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(HEADER_PATIENCE)
         .max_buf_size(MAX_HEADER_BYTES)
         .max_headers(MAX_HEADERS)
-        .serve_connection(TokioIo::new(stream), TowerToHyperService::new(router))
+        .serve_connection(TokioIo::new(stream), service)
         .with_upgrades();
     let mut connection = pin!(connection);
     // A client that breaks off or speaks no HTTP has had its answer, if any.
     tokio::select! {
         _ = connection.as_mut() => return,
+        () = seat.lost() => return,
         () = closed(&mut closing) => {}
         () = sleep(LIFE) => {}
     }
     connection.as_mut().graceful_shutdown();
     let _ = timeout(LAST_REPLY, connection).await;
+}
+
+/// The router's reply to a request, which bears its connection.
+async fn reply(router: Router, connection: Connection, mut request: Request<Incoming>) -> Result<Response, Infallible> {
+    let answering = connection.answering();
+    request.extensions_mut().insert(connection);
+    let response = TowerToHyperService::new(router).call(request).await;
+    drop(answering);
+    response
 }
 
 /// Returns when a site ends.

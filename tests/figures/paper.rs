@@ -83,7 +83,9 @@ pub(crate) fn turning_plan_view() -> PlanView {
 
 pub(crate) fn contact_view() -> ContactView {
     let dragon = inward();
-    let contact = first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("the paper's dragon touches itself");
+    let contact = first_contact(&dragon, 0.0, dragon.end_travel_m())
+        .expect("no limit")
+        .expect("the paper's dragon touches itself");
     let handles = handles(&dragon, contact.travel_m);
     ContactView {
         title: format!("First contact, at {:.6} s: benches 0 and 8", contact.travel_m),
@@ -98,7 +100,9 @@ pub(crate) fn contact_view() -> ContactView {
 /// The least clearance a hundred times a second over the last minute, and four times a second before.
 pub(crate) fn clearance_over_time() -> ClearanceOverTime {
     let dragon = inward();
-    let contact = first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("the paper's dragon touches itself");
+    let contact = first_contact(&dragon, 0.0, dragon.end_travel_m())
+        .expect("no limit")
+        .expect("the paper's dragon touches itself");
     let mut search = ClearanceSearch::default();
     let mut nearest = |time_s: f64| {
         search.nearest(&boards(&dragon, &handles(&dragon, time_s))).expect("there are more than two boards")

@@ -30,6 +30,7 @@ mod killed_cleaners;
 mod killed_recorders;
 mod late_join;
 mod latency;
+mod limits;
 mod log;
 mod lying_source;
 mod metrics;

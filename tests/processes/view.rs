@@ -57,6 +57,14 @@ fn of_two_hundred_pages_as_many_as_fit_are_served_and_the_servers_readers_miss_n
 }
 
 #[test]
+fn three_hundred_idle_connections_do_not_shut_the_operator_out() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "50"]);
+    pytest::run("test_idle_crowd.py", &variables(&stage));
+    server.stop();
+}
+
+#[test]
 fn off_loopback_looking_takes_the_token_too() {
     if !is_possible(&["unshare", "--net"]) || !has_programs(&["ip"]) {
         return;

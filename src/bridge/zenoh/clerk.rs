@@ -100,7 +100,7 @@ impl Window {
         };
         let queryable = session.declare_queryable(key).callback(take).wait()?;
         let desk = Arc::clone(desk);
-        let thread = thread::spawn(move || {
+        let thread = thread::Builder::new().name("answers".to_owned()).spawn(move || {
             let mut answer = begin();
             let mut limit = RateLimit::new(QUESTION_RATE.0, QUESTION_RATE.1);
             for question in questions {
@@ -112,7 +112,7 @@ impl Window {
                     tracing::debug!("an answer is not sent: {error}");
                 }
             }
-        });
+        })?;
         Ok(Self { queryable: Some(queryable), thread: Some(thread) })
     }
 }

@@ -1,6 +1,8 @@
 //! The way to other machines: a zenoh session.
 
+use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -14,6 +16,9 @@ use super::link_settings::{LinkSettings, Side, endpoints};
 const LOOK_PERIOD: Duration = Duration::from_millis(20);
 /// How long one is waited for before it is said.
 const SILENT_WAIT: Duration = Duration::from_secs(1);
+
+/// Threads that zenoh starts for a session, with some room. It panics where it cannot.
+const THREADS: usize = 16;
 
 /// An open way to other machines.
 #[derive(Debug)]
@@ -42,7 +47,11 @@ impl Link {
         })?;
         let (sender, opened) = channel::bounded(1);
         // Where it is not waited for any more, it ends with the process.
-        thread::spawn(move || sender.send(zenoh::open(config).wait()));
+        require_threads()
+            .map_err(|error| LinkError::Open { reason: format!("cannot start {THREADS} threads: {error}") })?;
+        let open = move || sender.send(zenoh::open(config).wait());
+        let opening = thread::Builder::new().name("zenoh-open".to_owned()).spawn(open);
+        opening.map_err(|error| LinkError::Open { reason: format!("cannot start a thread: {error}") })?;
         let connects = endpoints(&document, "connect");
         let mut waiting = Some((Instant::now() + SILENT_WAIT, tell_waiting));
         let opened = loop {
@@ -79,4 +88,16 @@ impl Link {
     pub fn connects(&self) -> &[String] {
         &self.connects
     }
+}
+
+/// Starts as many threads as zenoh needs, all at once, and ends them again.
+fn require_threads() -> io::Result<()> {
+    let gate = Mutex::new(());
+    thread::scope(|scope| {
+        let closed = gate.lock().unwrap_or_else(PoisonError::into_inner);
+        let wait = || drop(gate.lock());
+        let started = (0..THREADS).try_for_each(|_| thread::Builder::new().spawn_scoped(scope, wait).map(drop));
+        drop(closed);
+        started
+    })
 }

@@ -10,6 +10,7 @@ use super::whole_file;
 use crate::cli::{Cli, ManArgs};
 use crate::command::BadInput;
 use crate::command::output::{print_bytes, print_line};
+use crate::command::printable::Printable;
 
 mod page;
 
@@ -52,7 +53,7 @@ fn write_all(program: &Command, folder: &Path) -> anyhow::Result<()> {
         let page = Page::of(command);
         let path = folder.join(page.file_name());
         whole_file::write(&path, page.text()?.as_bytes())?;
-        print_line(path.display())?;
+        print_line(Printable(&path))?;
         let shown: Vec<&Command> = command.get_subcommands().filter(|command| !command.is_hide_set()).collect();
         commands.extend(shown.into_iter().rev());
     }

@@ -7,6 +7,7 @@ use bench_dragon::report::{ContactReport, GuardReport, RestartReport, Restarts, 
 
 use crate::cli::Format;
 use crate::command::output::{behind, print_json, print_line};
+use crate::command::printable::Printable;
 
 pub(super) fn print_report(format: Format, summary: &ShowSummary, folder: &Path) -> anyhow::Result<()> {
     if format == Format::Json {
@@ -34,7 +35,7 @@ pub(super) fn print_report(format: Format, summary: &ShowSummary, folder: &Path)
     let behind = behind(summary.behind_s, summary.most_behind_s);
     print_line(format_args!("overruns        {}{behind}", summary.overruns))?;
     print_restarts(summary)?;
-    print_line(format_args!("in              {}", folder.display()))?;
+    print_line(format_args!("in              {}", Printable(folder)))?;
     Ok(())
 }
 

@@ -2,7 +2,7 @@
 
 use anyhow::{Context as _, ensure};
 use bench_dragon::config::{Config, Overrides};
-use bench_dragon::dragon::{Contact, RunEnd, first_contact};
+use bench_dragon::dragon::{Contact, RunEnd, Spent, first_contact};
 use serde::Serialize;
 
 use super::figures;
@@ -16,6 +16,9 @@ struct Answer {
     time_s: Option<f64>,
     benches: Option<[usize; 2]>,
     point_m: Option<[f64; 2]>,
+    /// Where the search ended, if the work for it was too much.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    searched_to_s: Option<f64>,
     #[serde(flatten)]
     profile: Option<Profile>,
 }
@@ -23,21 +26,26 @@ struct Answer {
 pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
     let config = load_config(&args.config, Overrides::default())?;
     let dragon = config.dragon();
-    let contact = first_contact(dragon, dragon.start_travel_m(), dragon.end_travel_m());
+    let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+    let searched = first_contact(&dragon.metered(&args.work.meter()), start_m, end_m);
+    let contact = searched.ok().flatten();
+    let spent = searched.err();
+    let to_m = contact.map(|contact| contact.travel_m).or(spent.map(|spent| spent.reached_m)).unwrap_or(end_m);
     let answer = Answer {
         time_s: contact.map(|contact| contact.travel_m / config.head_speed_mps()),
         benches: contact.map(|contact| contact.benches),
         point_m: contact.map(|contact| contact.point.to_array()),
-        profile: args.profile.then(|| Profile::of(&config, contact.as_ref(), args)).transpose()?,
+        searched_to_s: spent.map(|spent| spent.reached_m / config.head_speed_mps()),
+        profile: args.profile.then(|| Profile::of(&config, to_m, args)).transpose()?,
     };
-    draw(args, &config, contact.as_ref(), answer.profile.as_ref())?;
+    draw(args, &config, to_m, contact.as_ref(), answer.profile.as_ref())?;
     match args.format.format {
         Format::Json => print_json(&answer),
         Format::Text => {
             if let Some(profile) = &answer.profile {
                 print_line(profile.text())?;
             }
-            print_line(text(&config, contact.as_ref()))?;
+            print_line(text(&config, contact.as_ref(), spent))?;
             figures::tell(&args.figure)
         }
     }
@@ -47,25 +55,36 @@ pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
 fn draw(
     args: &ContactArgs,
     config: &Config,
+    to_m: f64,
     contact: Option<&Contact>,
     profile: Option<&Profile>,
 ) -> anyhow::Result<()> {
     let Some(file) = &args.figure.figure else { return Ok(()) };
     if let Some(profile) = profile {
         ensure!(profile.has_points(), "--figure has nothing to show: the dragon has no two benches but neighbours");
-        return figures::save(&figures::clearance_over_time(config, contact, &profile.near_misses).draw(), file);
+        ensure!(
+            to_m > config.dragon().start_travel_m(),
+            "--figure has nothing to show: benches touch at the start already"
+        );
+        let meter = args.work.meter();
+        let figure = figures::clearance_over_time(config, &meter, to_m, contact, &profile.near_misses);
+        return figures::save(&figure.draw(), file);
     }
     let contact = contact.context("--figure has nothing to show: no benches touch before the run ends")?;
     figures::save(&figures::contact_view(config, contact).draw(), file)
 }
 
-fn text(config: &Config, contact: Option<&Contact>) -> String {
+fn text(config: &Config, contact: Option<&Contact>, spent: Option<Spent>) -> String {
     if let Some(&Contact { travel_m, benches: [first, second], point }) = contact {
         let time_s = travel_m / config.head_speed_mps();
         return format!(
             "first contact at {time_s:.6} s, benches {first} and {second}, at ({:.6}, {:.6}) m",
             point.x, point.y
         );
+    }
+    if let Some(spent) = spent {
+        let reached_s = spent.reached_m / config.head_speed_mps();
+        return format!("no contact up to {reached_s:.6} s; further on it is not known: {spent}, --work allows more");
     }
     let end_s = config.end_s();
     match config.dragon().run_end() {

@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 use bench_dragon::config::{Config, RoutePlan};
-use bench_dragon::dragon::{Board, ChainSolver, Contact, Dragon, Handle};
+use bench_dragon::dragon::{Board, ChainSolver, Contact, Dragon, Handle, Meter};
 use bench_dragon::figure::{
     ClearanceOverTime, ContactMark, ContactView, Drawing, HandleSpeed, LargestSpeed, PlanView, SpeedsOverTime,
     TurnMarks,
@@ -14,6 +14,7 @@ use glam::DVec2;
 use super::profile::NearMiss;
 use crate::cli::{FigureArgs, FigureFile};
 use crate::command::output::print_line;
+use crate::command::printable::Printable;
 use crate::command::whole_file;
 
 /// How far a drawn route may lie off the true one: a fortieth of a millimetre where the surroundings of a contact are
@@ -23,6 +24,8 @@ const SAGITTA_M: f64 = 0.0005;
 const MAX_POINTS: f64 = 20_000.0;
 /// Points of a line over time: a few for each dot of a printed page.
 const SAMPLES: u32 = 4_000;
+/// Handles that are placed for such a line, at most: of a long dragon it has fewer points.
+const MAX_PLACED: usize = 10_000_000;
 /// Handles whose speeds are drawn, where the dragon has them: those that a turn sets apart, and one far back.
 const DRAWN_HANDLES: [usize; 5] = [0, 1, 2, 5, 51];
 /// Seconds around the largest speed that are drawn larger, at a head speed of 1 m/s: the head's way through a turn.
@@ -36,7 +39,7 @@ pub(super) fn save(drawing: &Drawing, file: &FigureFile) -> anyhow::Result<()> {
 /// Tells where the figure went, if one was asked for.
 pub(super) fn tell(args: &FigureArgs) -> anyhow::Result<()> {
     match &args.figure {
-        Some(file) => Ok(print_line(format_args!("drawn to {}", file.path.display()))?),
+        Some(file) => Ok(print_line(format_args!("drawn to {}", Printable(&file.path)))?),
         None => Ok(()),
     }
 }
@@ -86,15 +89,16 @@ pub(super) fn contact_view(config: &Config, contact: &Contact) -> ContactView {
     }
 }
 
-/// The clearance up to a contact or the run's end, with its near misses.
+/// The clearance up to a travel, with its near misses.
 pub(super) fn clearance_over_time(
     config: &Config,
+    meter: &Meter,
+    to_m: f64,
     contact: Option<&Contact>,
     near_misses: &[NearMiss],
 ) -> ClearanceOverTime {
-    let (dragon, speed_mps) = (config.dragon(), config.head_speed_mps());
-    let end_m = contact.map_or(dragon.end_travel_m(), |contact| contact.travel_m);
-    let points = clearance_profile(dragon, &even_travels(dragon.start_travel_m(), end_m), || ());
+    let (dragon, speed_mps) = (config.dragon().metered(meter), config.head_speed_mps());
+    let points = clearance_profile(&dragon, &even_travels(&dragon, dragon.start_travel_m(), to_m), || ());
     let sample = |point: &ClosestApproach| DVec2::new(point.travel_m / speed_mps, point.pair.clearance_m);
     let near_miss = |miss: &NearMiss| bench_dragon::figure::NearMiss {
         time_s: miss.time_s,
@@ -103,7 +107,7 @@ pub(super) fn clearance_over_time(
     };
     ClearanceOverTime {
         title: "Least clearance of all pairs of benches".to_owned(),
-        samples: points.iter().map(sample).collect(),
+        samples: points.approaches.iter().map(sample).collect(),
         near_misses: near_misses.iter().map(near_miss).collect(),
         contact: contact.map(|contact| ContactMark { time_s: contact.travel_m / speed_mps, benches: contact.benches }),
     }
@@ -117,7 +121,7 @@ pub(super) fn speeds_over_time(
     limit_mps: f64,
 ) -> SpeedsOverTime {
     let head_speed_mps = limit_mps / largest.ratio;
-    let travels_m = even_travels(dragon.start_travel_m(), dragon.end_travel_m());
+    let travels_m = even_travels(dragon, dragon.start_travel_m(), dragon.end_travel_m());
     let mut handles: Vec<HandleSpeed> = drawn_handles(dragon, largest.handle)
         .map(|handle| HandleSpeed { name: handle_name(handle), samples: Vec::with_capacity(travels_m.len()) })
         .collect();
@@ -153,8 +157,9 @@ fn handle_name(handle: usize) -> String {
     if handle == 0 { "head".to_owned() } else { format!("handle {handle}") }
 }
 
-fn even_travels(from_m: f64, to_m: f64) -> Vec<f64> {
-    (0..=SAMPLES).map(|i| from_m + (to_m - from_m) * f64::from(i) / f64::from(SAMPLES)).collect()
+fn even_travels(dragon: &Dragon, from_m: f64, to_m: f64) -> Vec<f64> {
+    let samples = SAMPLES.min((MAX_PLACED / dragon.dimensions().handles()) as u32);
+    (0..=samples).map(|i| from_m + (to_m - from_m) * f64::from(i) / f64::from(samples)).collect()
 }
 
 fn handles(dragon: &Dragon, travel_m: f64) -> Vec<Handle> {

@@ -33,7 +33,7 @@ pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
         RoutePlan::Turnaround(plan) => (SpiralPlan::default().start_turns, plan.turn_diameter_m),
     };
     let turn_diameter_m = args.turn_diameter.unwrap_or(planned_diameter_m);
-    let found = match smallest_pitch(config.dragon().dimensions(), start_turns, turn_diameter_m) {
+    let found = match smallest_pitch(config.dragon().dimensions(), start_turns, turn_diameter_m, &args.work.meter()) {
         Err(error @ (PitchError::Route(_) | PitchError::TurnDiameter { .. })) => {
             return Err(BadInput(error.to_string()).into());
         }

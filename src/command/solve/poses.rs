@@ -9,6 +9,7 @@ use super::figures;
 use super::times::{MAX_POSITIONS, times_s};
 use crate::cli::{PosesArgs, TableFormat};
 use crate::command::output::{print_bytes, print_json, print_line};
+use crate::command::printable::Printable;
 use crate::command::{BadInput, load_config, whole_file};
 
 /// Decimals that people see, of metres and of metres per second.
@@ -121,11 +122,11 @@ impl Answer {
             let handles = self.poses.first().map_or(0, |pose| pose.handles.len());
             let times = self.poses.len();
             let times = if times == 1 { "1 time".to_owned() } else { format!("{times} times") };
-            let path = path.display();
+            let path = Printable(path);
             print_line(format_args!("positions and speeds of {handles} handles at {times} written to {path}"))?;
         }
         if let Some(file) = &args.figure.figure {
-            print_line(format_args!("the dragon at {} s drawn to {}", self.poses[0].time_s, file.path.display()))?;
+            print_line(format_args!("the dragon at {} s drawn to {}", self.poses[0].time_s, Printable(&file.path)))?;
         }
         Ok(())
     }

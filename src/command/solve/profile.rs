@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 
 use bench_dragon::config::Config;
-use bench_dragon::dragon::Contact;
 use bench_dragon::plan::{ClosestApproach, clearance_profile, near_misses};
 use serde::Serialize;
 
@@ -18,8 +17,15 @@ const NANOSECONDS: f64 = 1e9;
 
 #[derive(Serialize)]
 pub(super) struct Profile {
-    profile: Vec<Point>,
+    #[serde(rename = "profile")]
+    points: Vec<Point>,
     pub(super) near_misses: Vec<NearMiss>,
+    /// Where the profile ends, if the work for it was too much.
+    #[serde(rename = "profile_to_s", skip_serializing_if = "Option::is_none")]
+    points_to_s: Option<f64>,
+    /// Where the near misses end, if the work for them was too much.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    near_misses_to_s: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -38,11 +44,11 @@ pub(super) struct NearMiss {
 }
 
 impl Profile {
-    /// The profile up to the contact, or to the run's end, with that as its last time.
-    pub(super) fn of(config: &Config, contact: Option<&Contact>, args: &ContactArgs) -> Result<Self, BadInput> {
+    /// The profile up to a travel, which is its last time: the contact, the run's end, or where the search for the contact
+    /// ended.
+    pub(super) fn of(config: &Config, to_m: f64, args: &ContactArgs) -> Result<Self, BadInput> {
         let (dragon, speed_mps) = (config.dragon(), config.head_speed_mps());
-        let (from_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
-        let to_m = contact.map_or(end_m, |contact| contact.travel_m);
+        let from_m = dragon.start_travel_m();
         let step_s = args.step as f64 / NANOSECONDS;
         let count = ((to_m - from_m) / (speed_mps * step_s)).ceil();
         if count >= MAX_TIMES as f64 {
@@ -55,13 +61,18 @@ impl Profile {
         let travels_m: Vec<f64> = times_m.chain([to_m]).collect();
         let progress = Progress::new("near misses", 1.0);
         let limit_m = args.near.unwrap_or_else(|| config.near_m());
-        let misses = near_misses(dragon, from_m, to_m, limit_m, |share| progress.add(share));
+        let metered = dragon.metered(&args.work.meter());
+        let misses = near_misses(&metered, from_m, to_m, limit_m, |share| progress.add(share));
         drop(progress);
         let progress = Progress::new("profile", travels_m.len() as f64);
-        let points = clearance_profile(dragon, &travels_m, || progress.add(1.0));
+        let metered = dragon.metered(&args.work.meter());
+        let points = clearance_profile(&metered, &travels_m, || progress.add(1.0));
         let at = |approach: &ClosestApproach| approach.travel_m / speed_mps;
         Ok(Self {
-            profile: points
+            points_to_s: points.ends_early_m.map(|travel_m| travel_m / speed_mps),
+            near_misses_to_s: misses.ends_early_m.map(|travel_m| travel_m / speed_mps),
+            points: points
+                .approaches
                 .iter()
                 .map(|point| Point {
                     time_s: at(point),
@@ -70,6 +81,7 @@ impl Profile {
                 })
                 .collect(),
             near_misses: misses
+                .approaches
                 .iter()
                 .map(|miss| NearMiss {
                     time_s: at(miss),
@@ -83,20 +95,32 @@ impl Profile {
 
     /// Whether there is a clearance at all: a dragon with fewer than three benches has none.
     pub(super) fn has_points(&self) -> bool {
-        !self.profile.is_empty()
+        !self.points.is_empty()
     }
 
     pub(super) fn text(&self) -> String {
         let mut text = format!("{:>12} {:>14} {:>14}\n", "s", "clearance m", "benches");
         // Writing into a String cannot fail.
-        for Point { time_s, clearance_m, benches: [first, second] } in &self.profile {
+        for Point { time_s, clearance_m, benches: [first, second] } in &self.points {
             // The last one, at a contact, may be 0 from either side.
             let clearance_m = if clearance_m.abs() < 5e-10 { 0.0 } else { *clearance_m };
             let _ = writeln!(text, "{time_s:>12.6} {clearance_m:>14.9} {first:>6} {second:>7}");
         }
+        if let Some(time_s) = self.points_to_s {
+            let _ = writeln!(
+                text,
+                "the profile is given up to {time_s:.6} s: more takes too much work, --work allows more"
+            );
+        }
         let _ = writeln!(text, "\n{} near misses", self.near_misses.len());
         for NearMiss { time_s, clearance_m, benches: [first, second], point_m: [x, y] } in &self.near_misses {
             let _ = writeln!(text, "{time_s:>12.6} {clearance_m:>14.9} {first:>6} {second:>7}  at ({x:.6}, {y:.6}) m");
+        }
+        if let Some(time_s) = self.near_misses_to_s {
+            let _ = writeln!(
+                text,
+                "near misses are given up to {time_s:.6} s: more takes too much work, --work allows more"
+            );
         }
         text
     }

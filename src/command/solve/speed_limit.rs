@@ -22,6 +22,9 @@ struct Answer {
     time_s: Option<f64>,
     handle: Option<usize>,
     infeasible: Option<String>,
+    /// Why it is not known, if the work for it was too much.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    undecided: Option<String>,
 }
 
 pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
@@ -36,7 +39,7 @@ pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
         Format::Json => print_json(&answer)?,
         Format::Text => print_line(text(&answer, args.limit))?,
     }
-    if let Some(reason) = &answer.infeasible {
+    if let Some(reason) = answer.infeasible.as_ref().or(answer.undecided.as_ref()) {
         figures::refuse(&args.figure, reason)?;
         return save_config(&args.save, Err(reason));
     }
@@ -59,9 +62,14 @@ impl Answer {
             largest_ratio: found.map(|largest| largest.ratio),
             time_s: found.map(|largest| largest.travel_m / planned_speed_mps),
             handle: found.map(|largest| largest.handle),
-            infeasible: largest.as_ref().err().map(ToString::to_string),
+            infeasible: largest.err().filter(|reason| !is_undecided(reason)).map(|reason| reason.to_string()),
+            undecided: largest.err().filter(is_undecided).map(|reason| reason.to_string()),
         }
     }
+}
+
+fn is_undecided(reason: &Infeasible) -> bool {
+    matches!(reason, Infeasible::TooMuchWork(_))
 }
 
 /// The configuration and its dragon: on the whole passage through a turn, or on a spiral that the configuration names.
@@ -71,13 +79,13 @@ fn passage(args: &SpeedLimitArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>,
     if plan.config.is_some() && !asks_for_turn {
         let config = load_config(&ConfigArgs { config: plan.config.clone() }, Overrides::default())?;
         if let RoutePlan::Spiral(_) = config.route() {
-            let dragon = Arc::clone(config.dragon());
+            let dragon = Arc::new(config.dragon().metered(&args.work.meter()));
             return Ok((config, Ok(dragon)));
         }
     }
     let (config, plan) = planned_turn(plan)?;
     let turnaround = plan.turnaround(config.head_speed_mps())?;
-    let passage = passage_through(turnaround, *config.dragon().dimensions());
+    let passage = passage_through(turnaround, *config.dragon().dimensions(), &args.work.meter());
     Ok((config, passage.map(Arc::new)))
 }
 
@@ -94,6 +102,7 @@ fn text(answer: &Answer, limit_mps: f64) -> String {
              handle {handle} is the fastest, {ratio:.6} times as fast as the head, at {time_s:.6} s of the \
              configured speed"
         ),
+        Answer { undecided: Some(reason), .. } => format!("{reason}, --work allows more"),
         Answer { infeasible, .. } => format!("infeasible: {}", infeasible.as_deref().unwrap_or_default()),
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use anyhow::bail;
+use anyhow::{Context as _, bail};
 use bench_dragon::config::{RoutePlan, TurnaroundPlan};
 use bench_dragon::dragon::Dimensions;
 use bench_dragon::number::Number;
@@ -31,6 +31,9 @@ struct Answer {
     least_clearance: Option<Nearness>,
     contact: Option<Touch>,
     infeasible: Option<String>,
+    /// Why it is not known, if the work for it was too much.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    undecided: Option<String>,
     /// Largest speed of any handle ÷ the head's on the whole passage.
     largest_ratio: Option<f64>,
     #[serde(flatten)]
@@ -70,13 +73,13 @@ pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
     let dimensions = *config.dragon().dimensions();
     let planned = plan.turnaround(speed_mps)?;
     let (config, turnaround, passage, shortest) = if args.shortest {
-        let (plan, passage, shortest) = find_shortest(&planned, dimensions, plan)?;
+        let (plan, passage, shortest) = find_shortest(args, &planned, dimensions, plan)?;
         (config.with_route(RoutePlan::Turnaround(plan))?, plan.turnaround(speed_mps)?, passage, Some(shortest))
     } else {
         let progress = Progress::new("passage", 1.0);
-        (config, planned, walk_through(planned, dimensions, |share| progress.add(share)), None)
+        (config, planned, walk_through(planned, dimensions, &args.work.meter(), |share| progress.add(share)), None)
     };
-    let largest_ratio = passage_through(turnaround, dimensions)
+    let largest_ratio = passage_through(turnaround, dimensions, &args.work.meter())
         .and_then(|dragon| largest_speed_ratio(&dragon))
         .ok()
         .map(|largest| largest.ratio);
@@ -86,17 +89,20 @@ pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
         Format::Text => print_line(answer.text().trim_end())?,
     }
     draw(args, &turnaround, dimensions, &passage, speed_mps)?;
-    save_config(&args.save, answer.infeasible.as_deref().map_or(Ok(&config), Err))
+    let reason = answer.infeasible.as_deref().or(answer.undecided.as_deref());
+    save_config(&args.save, reason.map_or(Ok(&config), Err))
 }
 
 /// The shortest S inside the planned circle, as a plan of its own.
 fn find_shortest(
+    args: &TurnArgs,
     planned: &Turnaround,
     dimensions: Dimensions,
     plan: TurnaroundPlan,
 ) -> anyhow::Result<(TurnaroundPlan, TurnPassage, Shortest)> {
     let progress = Progress::new("shortest turn", 1.0);
-    let Some(found) = shortest_turn(*planned, dimensions, |share| progress.add(share)) else {
+    let found = shortest_turn(*planned, dimensions, &args.work.long_meter(), |share| progress.add(share));
+    let Some(found) = found.context("the shortest S is not known, --work allows more")? else {
         bail!("the dragon gets through no S inside a circle of diameter {} m", Number(plan.turn_diameter_m));
     };
     let ShortestTurn { turnaround, radius_ratio, closest, limits } = found;
@@ -123,9 +129,10 @@ fn draw(
         TurnPassage::Clear { closest: Some(closest) } => ("nearest to itself", closest.travel_m),
         TurnPassage::Clear { closest: None } => ("on its way out", turnaround.turn_length_m()),
         TurnPassage::Contact(contact) => ("touching itself", contact.travel_m),
+        TurnPassage::TooMuchWork(spent) => bail!("--figure has nothing to show: {spent}"),
         TurnPassage::Infeasible(infeasible) => return figures::refuse(&args.figure, &infeasible.to_string()),
     };
-    let dragon = passage_through(*turnaround, dimensions)?;
+    let dragon = passage_through(*turnaround, dimensions, &args.work.meter())?;
     let title = format!("The dragon {what}, at {:.6} s", travel_m / speed_mps);
     figures::save(&figures::turn_view(&dragon, turnaround, title, travel_m).draw(), file)?;
     if args.format.format == Format::Text { figures::tell(&args.figure) } else { Ok(()) }
@@ -161,6 +168,13 @@ impl Answer {
             },
             infeasible: match passage {
                 TurnPassage::Infeasible(infeasible) => Some(infeasible.to_string()),
+                _ => None,
+            },
+            undecided: match passage {
+                TurnPassage::TooMuchWork(spent) => {
+                    let reached_s = spent.reached_m / speed_mps;
+                    Some(format!("no benches touch up to {reached_s:.6} s; more is not known: {spent}"))
+                }
                 _ => None,
             },
             largest_ratio: None,
@@ -207,6 +221,9 @@ impl Answer {
         }
         if let Some(reason) = &self.infeasible {
             let _ = writeln!(text, "{:<16} {reason}", "infeasible");
+        }
+        if let Some(reason) = &self.undecided {
+            let _ = writeln!(text, "{:<16} {reason}, --work allows more", "undecided");
         }
         text
     }

@@ -8,6 +8,7 @@ use super::scratch::{Ahead, Links, Scratch};
 use super::section::{Section, Step};
 use crate::dragon::chain::{Chain, Handle};
 use crate::dragon::dimensions::Dimensions;
+use crate::dragon::meter::UNLIMITED;
 
 /// What is kept of a handle: a pass writes it where it is wanted, without a copy in between.
 pub trait HandleRecord {
@@ -91,7 +92,7 @@ fn place(
         tangent: point.tangent,
         speed_ratio: ahead.rate * point.pace_m,
     };
-    let chain = Chain::behind(curve.route, dimensions, index, &handle);
+    let chain = Chain::behind(curve.route, dimensions, &UNLIMITED, index, &handle);
     section.place(scratch, chain.map(|handle| (handle, curve.route.point(handle.place).pace_m)));
 }
 

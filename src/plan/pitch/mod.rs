@@ -32,7 +32,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use crate::dragon::{Contact, Dimensions, Dragon, first_contact};
+use crate::dragon::{Contact, Dimensions, Dragon, DragonError, Meter, Spent, first_contact};
 use crate::number::Number;
 use crate::route::{Route, RouteError, Spiral};
 
@@ -89,6 +89,14 @@ pub enum PitchError {
         /// All pitches below are infeasible.
         pitch_m: f64,
     },
+    /// The work that was allowed is done.
+    #[error("no pitch up to {} m is feasible, and of wider ones it is not known: {spent}", Number(*pitch_m))]
+    TooMuchWork {
+        /// All pitches below are infeasible.
+        pitch_m: f64,
+        /// The limit.
+        spent: Spent,
+    },
 }
 
 /// The smallest feasible pitch.
@@ -120,10 +128,10 @@ pub enum PitchLimit {
 /// steps from below, as the module tells, and ends with a contact search of the whole way at the pitch that it returns.
 ///
 /// ```
-/// use bench_dragon::{dragon::Dimensions, plan::smallest_pitch};
+/// use bench_dragon::{dragon::{Dimensions, Meter}, plan::smallest_pitch};
 ///
 /// let paper = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275)?;
-/// let smallest = smallest_pitch(&paper, 16.0, 9.0)?;
+/// let smallest = smallest_pitch(&paper, 16.0, 9.0, &Meter::unlimited())?;
 /// assert!((smallest.pitch_m - 0.450337).abs() < 5e-7);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -131,11 +139,12 @@ pub enum PitchLimit {
 /// # Errors
 /// The diameter must be above a hundredth of the head's link and such that some spiral starts outside, the turns as a
 /// route has them. A circle within which body links could stop, which they cannot if the head's link is longer by a tenth,
-/// is refused. There may be no such pitch.
+/// is refused. There may be no such pitch, or it is not found by the work that the meter allows.
 pub fn smallest_pitch(
     dimensions: &Dimensions,
     start_turns: f64,
     turn_diameter_m: f64,
+    meter: &Meter,
 ) -> Result<SmallestPitch, PitchError> {
     Spiral::new(MAX_PITCH_M, start_turns).map_err(PitchError::Route)?;
     let link_radius_m = LEAST_RADIUS_PER_LINK * dimensions.link_m(1);
@@ -146,7 +155,7 @@ pub fn smallest_pitch(
     if !(turn_diameter_m > least_m && turn_diameter_m < 2.0 * start_turns * MAX_PITCH_M) {
         return Err(PitchError::TurnDiameter { turn_diameter_m, least_m, start_turns });
     }
-    climb(&Way { dimensions, start_turns, circle_radius_m: 0.5 * turn_diameter_m })
+    climb(&Way { dimensions, start_turns, circle_radius_m: 0.5 * turn_diameter_m, meter })
 }
 
 fn climb(way: &Way<'_>) -> Result<SmallestPitch, PitchError> {
@@ -159,7 +168,9 @@ fn climb(way: &Way<'_>) -> Result<SmallestPitch, PitchError> {
         let Some(spiral) = way.spiral(tried_m) else {
             return Err(PitchError::NoPitch { turn_diameter_m: 2.0 * way.circle_radius_m });
         };
-        match Verdict::of(way, tried_m, spiral) {
+        let verdict = Verdict::of(way, tried_m, spiral);
+        let verdict = verdict.map_err(|spent| PitchError::TooMuchWork { pitch_m, spent })?;
+        match verdict {
             Verdict::Feasible => return Ok(SmallestPitch { pitch_m: tried_m, limit }),
             Verdict::Infeasible(None) => (pitch_m, limit) = (tried_m, PitchLimit::Stop),
             Verdict::Infeasible(Some(witness)) => (pitch_m, limit) = witness.proves_up_to(way, tried_m),
@@ -174,6 +185,7 @@ struct Way<'a> {
     dimensions: &'a Dimensions,
     start_turns: f64,
     circle_radius_m: f64,
+    meter: &'a Meter,
 }
 
 impl Way<'_> {
@@ -236,18 +248,28 @@ enum Verdict {
 
 impl Verdict {
     /// Looks for a witness where one is likely, and searches the whole way if there is none.
-    fn of(way: &Way<'_>, pitch_m: f64, spiral: Spiral) -> Self {
+    ///
+    /// # Errors
+    /// The meter is spent.
+    fn of(way: &Way<'_>, pitch_m: f64, spiral: Spiral) -> Result<Self, Spent> {
         let likely = Stop::tightest(way, pitch_m).map(Witness::Stop);
         let likely = likely.or_else(|| Overlap::near_circle(way, pitch_m).map(Witness::Overlap));
+        if way.meter.is_spent() {
+            return Err(way.meter.spent(0.0));
+        }
         if likely.is_some() {
-            return Self::Infeasible(likely);
+            return Ok(Self::Infeasible(likely));
         }
         let arrival_m = spiral.travel(Way::place(pitch_m, way.circle_radius_m));
-        let Ok(dragon) = Dragon::new(*way.dimensions, Arc::new(spiral)) else { return Self::Infeasible(None) };
-        if let Some(contact) = first_contact(&dragon, 0.0, arrival_m) {
+        let dragon = match Dragon::with_meter(*way.dimensions, Arc::new(spiral), way.meter.clone()) {
+            Ok(dragon) => dragon,
+            Err(DragonError::TooMuchWork(spent)) => return Err(spent),
+            Err(_) => return Ok(Self::Infeasible(None)),
+        };
+        if let Some(contact) = first_contact(&dragon, 0.0, arrival_m)? {
             let radius_m = Way::radius_m(pitch_m, spiral.place(contact.travel_m));
-            return Self::Infeasible(Some(Witness::Overlap(Overlap { benches: contact.benches, radius_m })));
+            return Ok(Self::Infeasible(Some(Witness::Overlap(Overlap { benches: contact.benches, radius_m }))));
         }
-        if dragon.end_travel_m() < arrival_m { Self::Infeasible(None) } else { Self::Feasible }
+        Ok(if dragon.end_travel_m() < arrival_m { Self::Infeasible(None) } else { Self::Feasible })
     }
 }

@@ -51,10 +51,12 @@ impl Overlap {
     /// The deepest overlap in some poses just before the circle, if there is one. There the turns are tightest.
     pub(super) fn near_circle(way: &Way<'_>, pitch_m: f64) -> Option<Self> {
         let mut search = ClearanceSearch::default();
-        let poses = (0..POSES).filter_map(|pose| {
+        let poses = (0..POSES).take_while(|_| !way.meter.is_spent()).filter_map(|pose| {
             let arc_m = way.dimensions.link_m(1) * f64::from(pose) / f64::from(POSES);
             let radius_m = (way.circle_radius_m.powi(2) + pitch_m / PI * arc_m).sqrt().min(way.start_radius_m(pitch_m));
-            let nearest = search.nearest(&nearest_turns(way, pitch_m, radius_m))?;
+            let nearest = search.nearest(&nearest_turns(way, pitch_m, radius_m));
+            way.meter.add(search.take_steps());
+            let nearest = nearest?;
             let overlap = Self { benches: nearest.benches, radius_m };
             overlap.stand(way, pitch_m).map(|stand| (stand.depth_m, overlap))
         });
@@ -69,7 +71,7 @@ impl Overlap {
         loop {
             overlap = overlap.deepest_nearby(way, proved_m);
             let next_m = overlap.proves_at_its_radius(way, proved_m);
-            if next_m - proved_m < way.tolerance_m(pitch_m) {
+            if next_m - proved_m < way.tolerance_m(pitch_m) || way.meter.is_spent() {
                 return (next_m, overlap);
             }
             proved_m = next_m;
@@ -88,7 +90,7 @@ impl Overlap {
         let Some(mut here) = self.stand(way, pitch_m) else { return pitch_m };
         let (mut proved_m, enough_m) = (pitch_m, DEPTH_LEFT * here.depth_m);
         let mut step_m = here.depth_m;
-        while here.depth_m > enough_m && proved_m + step_m > proved_m {
+        while here.depth_m > enough_m && proved_m + step_m > proved_m && !way.meter.is_spent() {
             step_m = step_m.min(MAX_PITCH_M - proved_m);
             let Some(there) = self.stand(way, proved_m + step_m) else { return proved_m };
             let moved_m = here.moved_m(&there, way);
@@ -108,7 +110,7 @@ impl Overlap {
         let depth_m = |overlap: &Self| overlap.stand(way, pitch_m).map_or(f64::NEG_INFINITY, |stand| stand.depth_m);
         let (mut best, mut best_m) = (*self, depth_m(self));
         let mut look_m = (FIRST_LOOK * best_m.abs()).min(0.25 * way.dimensions.link_m(1));
-        while look_m > LAST_LOOK * best_m.abs() {
+        while look_m > LAST_LOOK * best_m.abs() && !way.meter.is_spent() {
             let sides = [-look_m, look_m].map(|side_m| (best.radius_m + side_m).clamp(lowest_m, highest_m));
             let found = sides.into_iter().find_map(|radius_m| {
                 let other = Self { radius_m, ..best };
@@ -125,7 +127,7 @@ impl Overlap {
     fn stand(&self, way: &Way<'_>, pitch_m: f64) -> Option<Stand> {
         let spiral = way.spiral(pitch_m)?;
         let place = Way::place(pitch_m, self.radius_m);
-        let mut chain = Chain::from_place(&spiral, way.dimensions, place);
+        let mut chain = Chain::from_place(&spiral, way.dimensions, way.meter, place);
         if place - chain.clone().nth(1)?.place >= PI {
             return None;
         }
@@ -147,7 +149,7 @@ impl Overlap {
 fn nearest_turns(way: &Way<'_>, pitch_m: f64, radius_m: f64) -> Vec<Board> {
     let spiral = way.spiral(pitch_m).expect("a pitch within range");
     let place = Way::place(pitch_m, radius_m);
-    let chain = Chain::from_place(&spiral, way.dimensions, place);
+    let chain = Chain::from_place(&spiral, way.dimensions, way.meter, place);
     let handles: Vec<Handle> = chain.take_while(|handle| place - handle.place < TURNS * TAU).collect();
     handles.windows(2).enumerate().map(|(bench, ends)| board(way, bench, &ends[0], &ends[1])).collect()
 }

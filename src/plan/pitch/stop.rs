@@ -44,7 +44,7 @@ impl Stop {
     pub(super) fn proves_up_to(self, way: &Way<'_>, pitch_m: f64) -> f64 {
         let mut proved_m = pitch_m;
         let mut step_m = FIRST_STEP * pitch_m;
-        while step_m > way.tolerance_m(pitch_m) {
+        while step_m > way.tolerance_m(pitch_m) && !way.meter.is_spent() {
             step_m = step_m.min(MAX_PITCH_M - proved_m);
             if self.walk(way, proved_m, proved_m + step_m) < 0.0 {
                 proved_m += step_m;
@@ -60,7 +60,9 @@ impl Stop {
     fn walk(self, way: &Way<'_>, pitch_m: f64, greater_m: f64) -> f64 {
         let Some(spiral) = way.spiral(greater_m) else { return f64::INFINITY };
         let place = Way::place(greater_m, self.radius_m);
-        let Some(rear) = Chain::from_place(&spiral, way.dimensions, place).nth(1) else { return f64::NEG_INFINITY };
+        let Some(rear) = Chain::from_place(&spiral, way.dimensions, way.meter, place).nth(1) else {
+            return f64::NEG_INFINITY;
+        };
         let angle = place - rear.place;
         if angle >= PI {
             return f64::NEG_INFINITY;

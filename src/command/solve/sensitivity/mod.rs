@@ -17,7 +17,7 @@ mod tables;
 pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<()> {
     let config = load_config(&args.config, Overrides::default())?;
     let sensitivity = sensitivity(&config, args);
-    let responses = study(&sensitivity);
+    let responses = study(&sensitivity, args);
     if let Some(path) = &args.xlsx {
         whole_file::write(path, &Xlsx.export(&tables::sheets(&sensitivity, &responses))?)?;
     }
@@ -58,7 +58,7 @@ fn sensitivity(config: &Config, args: &SensitivityArgs) -> Sensitivity {
 }
 
 /// With a bar while it takes long.
-fn study(sensitivity: &Sensitivity) -> Vec<Response> {
+fn study(sensitivity: &Sensitivity, args: &SensitivityArgs) -> Vec<Response> {
     let progress = Progress::new("answers", sensitivity.questions() as f64);
-    sensitivity.study(|| progress.add(1.0))
+    sensitivity.study(&args.work.long_meter(), || progress.add(1.0))
 }

@@ -1,0 +1,219 @@
+//! No question about any dragon that may be configured takes more work or more memory than it is allowed, and no frame of
+//! one takes its monitor more. Work is counted in steps and memory in bytes, so a loaded machine changes nothing.
+//!
+//! `tests/stress` asks the program itself, of many more dragons, and measures seconds and memory.
+
+use std::fs;
+use std::hint::black_box;
+
+use allocation_counter::measure;
+use bench_dragon::config::{Config, RoutePlan};
+use bench_dragon::dragon::{ChainSolver, Dragon, Meter, first_contact};
+use bench_dragon::monitor::{ALERT_BURST, Monitor};
+use bench_dragon::plan::{
+    Parameter, Sensitivity, Setting, clearance_profile, largest_speed_ratio, least_clearance, near_misses,
+    passage_through, shortest_turn, smallest_pitch, walk_through,
+};
+use bench_dragon::processors::Processors;
+use bench_dragon_ipc::{FrameHeader, HandleState};
+use proptest::prelude::*;
+use proptest::test_runner::{Config as Cases, RngAlgorithm, TestRng, TestRunner};
+
+/// Steps that an answer is allowed.
+const MOST_STEPS: u64 = 2_000_000;
+/// What is not broken off takes at most so many steps for each handle, as refining one near miss does, and so many besides,
+/// as lists of near pairs do.
+const STEPS_PER_HANDLE: u64 = 1_000;
+const STEPS_BESIDES: u64 = 40_000_000;
+/// Memory that an answer may take at any time: lists of near pairs alone may take 150 MB.
+const MOST_BYTES: u64 = 400 << 20;
+/// Longest time between two frames, in show seconds, as after lost ones.
+const FRAME_GAPS_S: [f64; 3] = [0.001, 1.0, 1000.0];
+
+/// Configurations that were found to take too much, and what lies at the edge of what may be configured.
+const EXTREMES: &[&str] = &[
+    "",
+    "[dragon]\nbenches = 100000\n[route]\nstart_turns = 10000\n",
+    "[dragon]\nbenches = 100000\n[route]\npitch_m = 0.31\nstart_turns = 2000\n[monitor]\nnear_m = 10\n",
+    "[dragon]\nbenches = 3\n[route]\nstart_turns = 10000\n",
+    "[route]\npitch_m = 1000\n",
+    "[route]\npitch_m = 1000\nstart_turns = 10000\n[dragon]\nbenches = 100000\n",
+    // Boards that overlap from the start.
+    "[dragon]\nhole_offset_m = 1.0\n",
+    "[dragon]\nbenches = 100000\nhole_offset_m = 1.0\n[route]\nstart_turns = 1000\n",
+    // The least links.
+    "[dragon]\nhead_length_m = 0.02\nbody_length_m = 0.02\nwidth_m = 0.01\nhole_offset_m = 0.005\n[route]\npitch_m = 0.011\n",
+    "[dragon]\nbenches = 100000\nhead_length_m = 0.02\nbody_length_m = 0.02\nwidth_m = 0.01\nhole_offset_m = 0.005\n\
+     [route]\npitch_m = 0.011\nstart_turns = 1000\n[monitor]\nnear_m = 10\n",
+    "[dragon]\nhead_length_m = 100\nbody_length_m = 0.2\nwidth_m = 0.2\nhole_offset_m = 0.095\nwidth_m = 1\n[route]\npitch_m = 1.1\n",
+    "[route]\nkind = \"turnaround\"\nstart_s = -1e6\nend_s = 1e6\n[head]\nspeed_mps = 10\n",
+    "[route]\nkind = \"turnaround\"\npitch_m = 0.31\nturn_diameter_m = 6000\n[dragon]\nbenches = 1000\n",
+];
+
+/// Configurations of any numbers within what is allowed, many of which are refused all the same.
+fn configs() -> impl Strategy<Value = String> {
+    let log = |low: f64, high: f64| (low.ln()..high.ln()).prop_map(f64::exp);
+    let dragon = (log(3.0, 100_000.0), log(0.02, 100.0), log(0.02, 100.0), log(0.01, 10.0), 0.0..0.5_f64);
+    let route = (log(1.01, 1000.0), log(1.0, 10_000.0), log(1.0, 1000.0), log(0.1, 10.0), any::<bool>());
+    let others = (log(0.001, 10.0), 0.0..10.0_f64);
+    (dragon, route, others).prop_map(|((benches, head_m, body_m, width_m, hole), route, (speed_mps, near_m))| {
+        let (widths, turns, diameter_m, ratio, turns_round) = route;
+        let route = if turns_round {
+            format!("kind = \"turnaround\"\nturn_diameter_m = {diameter_m}\nradius_ratio = {ratio}\n")
+        } else {
+            format!("start_turns = {turns}\n")
+        };
+        format!(
+            "[dragon]\nbenches = {}\nhead_length_m = {head_m}\nbody_length_m = {body_m}\nwidth_m = {width_m}\n\
+             hole_offset_m = {}\n[route]\npitch_m = {}\n{route}[head]\nspeed_mps = {speed_mps}\n\
+             [monitor]\nnear_m = {near_m}\n",
+            benches as u64,
+            hole * f64::min(head_m, body_m),
+            widths * width_m,
+        )
+    })
+}
+
+/// Asks, and holds the answer to its limits.
+fn ask(what: &str, text: &str, handles: usize, question: impl FnOnce(&Meter)) {
+    let meter = Meter::of(MOST_STEPS);
+    let allocations = measure(|| question(&meter));
+    let (steps, bytes) = (meter.done(), allocations.bytes_max);
+    let most = MOST_STEPS + STEPS_BESIDES + STEPS_PER_HANDLE * handles as u64;
+    assert!(steps <= most, "{what} takes {steps} steps, over {most}:\n{text}");
+    assert!(bytes <= MOST_BYTES, "{what} takes {bytes} bytes:\n{text}");
+}
+
+/// Whether it is a valid configuration.
+fn is_bounded(text: &str) -> bool {
+    let Ok(config) = Config::from_toml(text) else { return false };
+    let dragon = config.dragon();
+    let (start_m, end_m, handles) = (dragon.start_travel_m(), dragon.end_travel_m(), dragon.dimensions().handles());
+    let ask = |what: &str, question: &dyn Fn(&Meter)| ask(what, text, handles, question);
+    ask("the first contact", &|meter| {
+        black_box(first_contact(&dragon.metered(meter), start_m, end_m));
+    });
+    ask("the profile", &|meter| {
+        let travels_m: Vec<f64> = (0..1000).map(|i| start_m + (end_m - start_m) * f64::from(i) / 1000.0).collect();
+        clearance_profile(&dragon.metered(meter), &travels_m, || ());
+    });
+    ask("the near misses", &|meter| {
+        near_misses(&dragon.metered(meter), start_m, end_m, config.near_m(), |_| ());
+    });
+    ask("the least clearance", &|meter| {
+        black_box(least_clearance(&dragon.metered(meter), start_m, end_m, |_| ()));
+    });
+    ask("the speed limit", &|meter| {
+        black_box(largest_speed_ratio(&dragon.metered(meter)));
+    });
+    ask("the pitch", &|meter| {
+        black_box(smallest_pitch(dragon.dimensions(), 16.0, 9.0, meter));
+    });
+    if let RoutePlan::Turnaround(plan) = config.route() {
+        let turnaround = plan.turnaround(config.head_speed_mps()).expect("a valid configuration has a route");
+        let dimensions = *dragon.dimensions();
+        ask("the passage", &|meter| {
+            black_box(passage_through(turnaround, dimensions, meter));
+        });
+        ask("the turn", &|meter| {
+            black_box(walk_through(turnaround, dimensions, meter, |_| ()));
+        });
+        ask("the shortest turn", &|meter| {
+            black_box(shortest_turn(turnaround, dimensions, meter, |_| ()));
+        });
+    }
+    let setting =
+        Setting { dimensions: *dragon.dimensions(), route: config.route(), speed_mps: config.head_speed_mps() };
+    let parameters = vec![Parameter::Pitch, Parameter::Width];
+    let study = Sensitivity { setting, turn_diameter_m: 9.0, range: 0.05, steps: 1, parameters };
+    ask("the sensitivity", &|meter| {
+        black_box(study.study(meter, || ()));
+    });
+    watch(&config, text);
+    true
+}
+
+/// A monitor of some frames that are more and more apart.
+fn watch(config: &Config, text: &str) {
+    let dragon = config.dragon();
+    let mut solver = ChainSolver::new(dragon);
+    let mut header =
+        FrameHeader { run_id: 1, bench_count: dragon.dimensions().benches() as u32, ..FrameHeader::default() };
+    let (mut travel_m, mut monitor) = (dragon.start_travel_m(), Monitor::new(config));
+    for gap_s in FRAME_GAPS_S {
+        header = next_header(&header, config, travel_m, gap_s);
+        let handles = frame(&mut solver, dragon, travel_m);
+        let allocations = measure(|| {
+            black_box(monitor.observe(&header, &handles, None));
+        });
+        let alerts = monitor.alerts().len();
+        assert!(alerts <= ALERT_BURST as usize, "{alerts} alerts of one frame:\n{text}");
+        let bytes = allocations.bytes_max;
+        assert!(bytes <= MOST_BYTES, "a frame takes {bytes} bytes:\n{text}");
+        travel_m = (travel_m + gap_s * config.head_speed_mps()).min(dragon.end_travel_m());
+    }
+}
+
+fn next_header(last: &FrameHeader, config: &Config, travel_m: f64, gap_s: f64) -> FrameHeader {
+    let ticks = (gap_s / config.tick_s()).round().max(1.0);
+    FrameHeader {
+        tick: last.tick + ticks as u64,
+        sim_time_ns: last.sim_time_ns + (ticks * config.tick_s() * 1e9) as i64,
+        scheduled_ns: last.scheduled_ns + (gap_s * 1e9) as u64,
+        head_travel_m: travel_m,
+        head_speed_mps: config.head_speed_mps(),
+        time_scale: config.time_scale(),
+        ..*last
+    }
+}
+
+fn frame(solver: &mut ChainSolver, dragon: &Dragon, travel_m: f64) -> Vec<HandleState> {
+    let handles = solver.solve(dragon, travel_m).expect("within the run");
+    let state = |at: &bench_dragon::dragon::Handle| HandleState {
+        position_m: [at.position.x, at.position.y, 0.0],
+        ..HandleState::default()
+    };
+    handles.iter().map(state).collect()
+}
+
+/// Keeps this thread on one processor, so that the planner works on this thread alone, whose memory is counted.
+fn work_alone() {
+    let mine = Processors::of_this_process().expect("a thread has processors");
+    let first = (0..1024).find(|&cpu| mine.contains(cpu)).expect("one of them");
+    bench_dragon::processors::keep_on(first).expect("its own processor");
+}
+
+#[test]
+fn what_lies_at_the_edge_of_what_may_be_configured_takes_bounded_work_and_memory() {
+    work_alone();
+    let valid = EXTREMES.iter().filter(|text| is_bounded(text)).count();
+    assert!(valid + 2 >= EXTREMES.len(), "nearly all are valid: {valid} of {}", EXTREMES.len());
+}
+
+#[test]
+fn links_of_no_dragon_are_refused_with_the_least_that_is_allowed() {
+    let text = "[dragon]\nhead_length_m = 1e-7\nbody_length_m = 1e-7\nwidth_m = 1e-8\nhole_offset_m = 0\n";
+    let error = Config::from_toml(text).expect_err("too small").to_string();
+    assert_eq!(error, "[dragon] head_length_m is 1e-7, must be from 0.02 to 100");
+    let text = "[dragon]\nhole_offset_m = 1.09999995\n";
+    let error = Config::from_toml(text).expect_err("hinges on each other").to_string();
+    assert!(error.contains("body_length_m 2.2 are ") && error.contains(" m apart, must be at least 0.11"), "{error}");
+}
+
+#[test]
+fn any_dragon_takes_bounded_work_and_memory() {
+    work_alone();
+    let cases = std::env::var("PROPTEST_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(24);
+    let cases = Cases { cases, failure_persistence: None, ..Cases::default() };
+    // The same dragons every time; more of them with PROPTEST_CASES.
+    let mut runner = TestRunner::new_with_rng(cases, TestRng::deterministic_rng(RngAlgorithm::ChaCha));
+    let outcome = runner.run(&configs(), |text| {
+        prop_assume!(is_bounded(&text));
+        Ok(())
+    });
+    if let Err(error) = outcome {
+        // So that what was found can be asked again.
+        let _ = fs::write(std::env::temp_dir().join("bounded_work.txt"), error.to_string());
+        panic!("{error}");
+    }
+}
