@@ -91,7 +91,7 @@ fn is_bounded(text: &str) -> bool {
     let (start_m, end_m, handles) = (dragon.start_travel_m(), dragon.end_travel_m(), dragon.dimensions().handles());
     let ask = |what: &str, question: &dyn Fn(&Meter)| ask(what, text, handles, question);
     ask("the first contact", &|meter| {
-        black_box(first_contact(&dragon.metered(meter), start_m, end_m));
+        let _ = black_box(first_contact(&dragon.metered(meter), start_m, end_m));
     });
     ask("the profile", &|meter| {
         let travels_m: Vec<f64> = (0..1000).map(|i| start_m + (end_m - start_m) * f64::from(i) / 1000.0).collect();
@@ -101,25 +101,25 @@ fn is_bounded(text: &str) -> bool {
         near_misses(&dragon.metered(meter), start_m, end_m, config.near_m(), |_| ());
     });
     ask("the least clearance", &|meter| {
-        black_box(least_clearance(&dragon.metered(meter), start_m, end_m, |_| ()));
+        let _ = black_box(least_clearance(&dragon.metered(meter), start_m, end_m, |_| ()));
     });
     ask("the speed limit", &|meter| {
-        black_box(largest_speed_ratio(&dragon.metered(meter)));
+        let _ = black_box(largest_speed_ratio(&dragon.metered(meter)));
     });
     ask("the pitch", &|meter| {
-        black_box(smallest_pitch(dragon.dimensions(), 16.0, 9.0, meter));
+        let _ = black_box(smallest_pitch(dragon.dimensions(), 16.0, 9.0, meter));
     });
     if let RoutePlan::Turnaround(plan) = config.route() {
         let turnaround = plan.turnaround(config.head_speed_mps()).expect("a valid configuration has a route");
         let dimensions = *dragon.dimensions();
         ask("the passage", &|meter| {
-            black_box(passage_through(turnaround, dimensions, meter));
+            let _ = black_box(passage_through(turnaround, dimensions, meter));
         });
         ask("the turn", &|meter| {
             black_box(walk_through(turnaround, dimensions, meter, |_| ()));
         });
         ask("the shortest turn", &|meter| {
-            black_box(shortest_turn(turnaround, dimensions, meter, |_| ()));
+            let _ = black_box(shortest_turn(turnaround, dimensions, meter, |_| ()));
         });
     }
     let setting =

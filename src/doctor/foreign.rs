@@ -29,7 +29,7 @@ fn judge(census: &Census) -> Finding {
         format!(
             "{value} {noun} of other users with this instance's prefix, in nobody's way: {:?} of user {owner} is one; its \
              owner or root can remove it",
-            path.as_os_str()
+            path.to_string_lossy()
         ),
     )
 }
