@@ -116,15 +116,14 @@ impl Journal {
         let mut text = String::new();
         (&file).take(MAX_JOURNAL_LEN).read_to_string(&mut text)?;
         let tags: Vec<&str> = text.lines().collect();
-        match tags.split_last() {
-            Some((&END, tags)) => node.restore(tags)?,
+        if let Some((&END, tags)) = tags.split_last() {
+            node.restore(tags)?;
+        } else {
             // Nothing has been removed yet.
-            _ => {
-                file.set_len(0)?;
-                io::Seek::rewind(&mut file)?;
-                let tags: String = node.port_tags()?.into_iter().map(|tag| tag + "\n").collect();
-                file.write_all(format!("{tags}{END}\n").as_bytes())?;
-            }
+            file.set_len(0)?;
+            io::Seek::rewind(&mut file)?;
+            let tags: String = node.port_tags()?.into_iter().map(|tag| tag + "\n").collect();
+            file.write_all(format!("{tags}{END}\n").as_bytes())?;
         }
         let journal = Self { path, _file: file, node };
         if journal.node.is_removed()? {

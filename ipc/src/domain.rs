@@ -83,7 +83,7 @@ impl Domain {
         let uid = effective_uid()?;
         let root = base_directory(std::env::var_os("XDG_RUNTIME_DIR"), uid).join(instance.as_str());
         let path = root.as_os_str().as_encoded_bytes();
-        if !root.is_absolute() || path.len() >= MAX_ROOT_PATH_LEN || !path.iter().all(is_allowed) {
+        if !root.is_absolute() || path.len() >= MAX_ROOT_PATH_LEN || !path.iter().copied().all(is_allowed) {
             return Err(DomainError::RootPath { root });
         }
         Ok(Self { instance, root, uid })
@@ -215,8 +215,8 @@ impl Domain {
 }
 
 /// Whether a path may have this byte: iceoryx2 takes ASCII, without control characters and these.
-fn is_allowed(byte: &u8) -> bool {
-    matches!(byte, b' '..=b'~') && !b"<>\"|?*".contains(byte)
+fn is_allowed(byte: u8) -> bool {
+    matches!(byte, b' '..=b'~') && !b"<>\"|?*".contains(&byte)
 }
 
 /// The directory that holds the instances' directories.

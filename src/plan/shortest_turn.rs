@@ -183,8 +183,8 @@ struct Trial {
 type Tightest = (f64, f64, [Option<Obstacle>; 2]);
 
 /// Whether turns with this ratio, and with those that are looked at beside it, may be.
-fn is_allowed(ratio: &f64) -> bool {
-    (RADIUS_RATIO.start() * RATIO_ROOM..=RADIUS_RATIO.end() / RATIO_ROOM).contains(ratio)
+fn is_allowed(ratio: f64) -> bool {
+    (RADIUS_RATIO.start() * RATIO_ROOM..=RADIUS_RATIO.end() / RATIO_ROOM).contains(&ratio)
 }
 
 struct Search<'a> {
@@ -214,8 +214,11 @@ impl Search<'_> {
         let beside = LARGEST_RATIO.powf(2.0 / (RATIOS - 1) as f64);
         while clear_m - tight_m > TOLERANCE_M {
             let middle_m = 0.5 * (tight_m + clear_m);
-            let around: Vec<f64> =
-                [-2, -1, 0, 1, 2].map(|i| ratio * beside.powi(i)).into_iter().filter(is_allowed).collect();
+            let around: Vec<f64> = [-2, -1, 0, 1, 2]
+                .map(|i| ratio * beside.powi(i))
+                .into_iter()
+                .filter(|ratio| is_allowed(*ratio))
+                .collect();
             match self.clear_ratio(middle_m, clear_m - tight_m, &around)? {
                 Some(found) => (clear_m, ratio) = (middle_m, found),
                 None => tight_m = middle_m,
