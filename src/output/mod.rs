@@ -51,10 +51,8 @@ pub(crate) fn start() {
 /// Has the process wait for the reader of its stdout from now on: for a command whose only job is output. `stop` ends the wait;
 /// without one, signals end the process itself.
 pub(crate) fn wait_for_reader(stop: Option<&StopFlag>) {
-    let output = output();
-    output.stdout.shrink();
     // A second call changes nothing.
-    let _ = output.waiting.set(stop.cloned());
+    let _ = output().waiting.set(stop.cloned());
 }
 
 /// Prints whole lines to stdout.

@@ -18,8 +18,6 @@ use super::queue::{Piece, Queue, Stream};
 const TERMINAL_ROOM: usize = 64 << 10;
 /// Bytes that wait for a pipe or a file at most.
 const FILE_ROOM: usize = 8 << 20;
-/// Bytes that wait where the process waits for its reader: enough for the writer never to run dry.
-const WAITING_ROOM: usize = 256 << 10;
 /// Bytes of one `write(2)` at most.
 const WRITE_BYTES: usize = 64 << 10;
 /// How long a process that ends waits for a terminal that takes nothing.
@@ -41,7 +39,10 @@ pub(super) struct Printer {
     /// The printer that reports the dropped lines of this one, if it is another.
     reports_to: Option<Arc<Self>>,
     queue: Mutex<Queue>,
-    changed: Condvar,
+    /// Wakes the writer.
+    due: Condvar,
+    /// Wakes whoever waits for the writer.
+    written: Condvar,
     /// Counts the writes that have ended.
     writes: AtomicU64,
     /// Whether a flush has given up, and nothing was taken after it.
@@ -80,7 +81,8 @@ impl Printer {
             is_terminal,
             reports_to,
             queue: Mutex::new(Queue::new(if is_terminal { TERMINAL_ROOM } else { FILE_ROOM })),
-            changed: Condvar::new(),
+            due: Condvar::new(),
+            written: Condvar::new(),
             writes: AtomicU64::new(0),
             is_stalled: AtomicBool::new(false),
             failures: Default::default(),
@@ -102,11 +104,6 @@ impl Printer {
     /// Why a stream that leads here takes no more.
     pub(super) fn failure(&self, stream: Stream) -> Option<Failure> {
         self.failures[stream as usize].get().copied()
-    }
-
-    /// Leaves less room, for a process that waits for its reader.
-    pub(super) fn shrink(&self) {
-        self.queue().shrink(WAITING_ROOM);
     }
 
     /// Takes whole lines, or drops and counts them.
@@ -193,8 +190,15 @@ impl Printer {
     }
 
     fn change(&self, change: impl FnOnce(&mut Queue)) {
-        change(&mut self.queue());
-        self.changed.notify_all();
+        let is_asleep = {
+            let mut queue = self.queue();
+            change(&mut queue);
+            !queue.is_writing()
+        };
+        // A writer that is awake looks again by itself: to wake it costs a system call.
+        if is_asleep {
+            self.due.notify_one();
+        }
         if !self.has_thread {
             drop(self.write_waiting(self.queue()));
         }
@@ -204,7 +208,7 @@ impl Printer {
         let mut queue = self.queue();
         loop {
             queue = self.write_waiting(queue);
-            queue = self.changed.wait(queue).unwrap_or_else(PoisonError::into_inner);
+            queue = self.due.wait(queue).unwrap_or_else(PoisonError::into_inner);
         }
     }
 
@@ -215,7 +219,7 @@ impl Printer {
             self.write(piece);
             queue = self.queue();
             queue.end_piece();
-            self.changed.notify_all();
+            self.written.notify_all();
         }
         queue
     }
@@ -247,7 +251,7 @@ impl Printer {
     }
 
     fn wait<'a>(&self, queue: MutexGuard<'a, Queue>) -> MutexGuard<'a, Queue> {
-        self.changed.wait_timeout(queue, LOOK_PERIOD).unwrap_or_else(PoisonError::into_inner).0
+        self.written.wait_timeout(queue, LOOK_PERIOD).unwrap_or_else(PoisonError::into_inner).0
     }
 
     /// A thread that panicked while it held the queue has left it whole all the same.

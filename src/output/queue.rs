@@ -65,11 +65,6 @@ impl Queue {
         }
     }
 
-    /// Leaves no more room than this.
-    pub(super) fn shrink(&mut self, room_bytes: usize) {
-        self.room_bytes = self.room_bytes.min(room_bytes);
-    }
-
     /// Whether so many bytes would be taken. An empty queue takes a line of any length.
     pub(super) fn has_room(&self, bytes: usize) -> bool {
         self.dropped == 0 && (self.lines.is_empty() || self.bytes + bytes <= self.room_bytes)
@@ -110,6 +105,11 @@ impl Queue {
     /// Takes note that the last piece is written.
     pub(super) fn end_piece(&mut self) {
         self.is_writing = false;
+    }
+
+    /// Whether a piece is being written.
+    pub(super) fn is_writing(&self) -> bool {
+        self.is_writing
     }
 
     /// Whether all is written that is not held back.

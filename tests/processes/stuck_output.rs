@@ -180,7 +180,7 @@ fn a_signal_ends_an_echo_whose_pipe_nobody_reads() {
     let mut reader = crate::reader::Reader::join(&stage);
     let tick = reader.next().header.tick;
     // For more frames than the pipe and the queue have room for.
-    reader.read_to_tick(tick + 200);
+    reader.read_to_tick(tick + 400);
     drop(reader);
     echo.signal(Signal::INT);
     // Nothing is read until it has ended, but for what the end gives.

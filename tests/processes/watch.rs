@@ -265,6 +265,24 @@ fn a_signal_ends_a_watch_once_its_stalled_terminal_takes_something_again() {
 }
 
 #[test]
+fn one_signal_ends_a_watch_whose_terminal_takes_nothing() {
+    if !has_terminal() {
+        return;
+    }
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100", "--time-scale", "5"]);
+    let terminal = Tmux::open(&stage, "tmux-256color");
+    let (watch, stalled) = stall(&stage, &terminal);
+    kill_process(watch, Signal::TERM).expect("it runs");
+    eventually("the watch has ended", || test_kill_process(watch).is_err().then_some(()));
+    drop(stalled);
+    let told = terminal.shell("clear; stty -a", "icanon");
+    assert!(told.contains(" icanon") && told.contains(" echo "), "{told}");
+    drop(terminal);
+    server.stop();
+}
+
+#[test]
 fn a_second_signal_ends_a_watch_whose_terminal_takes_nothing() {
     if !has_terminal() {
         return;
