@@ -27,6 +27,7 @@ use iceoryx2::prelude::{CallbackProgression, Node};
 use crate::census::NodeEntry;
 use crate::domain::Domain;
 use crate::domain_error::DomainError;
+use crate::half_made_segments::settle;
 use crate::lock_file::{if_there, is_at};
 use crate::service::Service;
 
@@ -43,6 +44,7 @@ const READ_WRITE: u32 = 0o600;
 /// # Errors
 /// What cannot be written in the domain's directory.
 pub(crate) fn remove_dead_nodes(domain: &Domain) -> Result<Vec<NodeEntry>, DomainError> {
+    settle(domain);
     remove_all(domain).map_err(|error| DomainError::Io { path: domain.root().to_owned(), error })
 }
 

@@ -6,7 +6,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use bench_dragon_ipc::service::{self, Member, Role};
-use bench_dragon_ipc::{BusError, Description, Domain, ShowState, Status};
+use bench_dragon_ipc::{BusError, Description, Domain, SegmentWatch, ShowState, Status};
 use crossbeam::channel::{self, Sender};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::update_connections::UpdateConnections as _;
@@ -126,9 +126,11 @@ impl Reporter {
             report.publish(&shared);
             let _ = ready.send(Ok(()));
             let mut service_manager = ServiceManager::of_environment();
+            let mut segments = SegmentWatch::new(&domain);
             while !shared.finished.load(Ordering::Acquire) {
                 let _ = woken.recv_timeout(REPORT_PERIOD);
                 report.publish(&shared);
+                segments.look();
                 service_manager.look(shared.beats.load(Ordering::Relaxed), || shared.in_words());
             }
             report.publish(&shared);

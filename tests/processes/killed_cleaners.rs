@@ -2,6 +2,10 @@
 //! while clients live on. The test takes the process from one removed file to the next and ends it there.
 #![cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 
+use std::fs::{self, File, OpenOptions};
+use std::os::unix::fs::OpenOptionsExt as _;
+use std::path::{Path, PathBuf};
+
 use nix::libc::{self, c_long};
 use nix::sys::ptrace::{self, Options};
 use nix::sys::signal::Signal;
@@ -43,6 +47,49 @@ fn a_server_starts_at_first_try_wherever_a_cleaner_was_killed() {
 fn a_server_starts_at_first_try_wherever_a_cleaner_is_stopped() {
     let stops = servers_after_cleaners(Fate::Stopped, STOPPED_STRIDE);
     println!("{stops} cleaners were stopped");
+}
+
+/// A segment as a process leaves it that is killed between making it and giving it its size.
+fn leave_empty_segment(stage: &Stage, of: &str) -> PathBuf {
+    let shared_memory = Path::new("/dev/shm");
+    let names = fs::read_dir(shared_memory).expect("shared memory").flatten().map(|entry| entry.file_name());
+    let mut names = names.filter_map(|name| name.into_string().ok());
+    let prefix = stage.domain().prefix();
+    let name = names.find(|name| name.starts_with(&prefix) && name.ends_with(of)).expect("a segment of this kind");
+    let path = shared_memory.join(name);
+    fs::remove_file(&path).expect("it is ours");
+    let empty = OpenOptions::new().write(true).create_new(true).mode(0o200).open(&path).expect("shared memory");
+    drop(empty);
+    path
+}
+
+#[test]
+fn a_server_starts_at_first_try_beside_a_connection_without_a_size() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "200"]);
+    let mut reader = Reader::join(&stage);
+    reader.next();
+    server.process.kill();
+    let path = leave_empty_segment(&stage, ".connection");
+    let server = stage.serve(&["--rate", "200"]);
+    reader.read_until("a frame of the next server", |header| header.run_id == server.run_id);
+    assert!(fs::metadata(&path).map_or(true, |metadata| metadata.len() > 0), "{} is still empty", path.display());
+    drop(reader);
+    server.stop();
+}
+
+#[test]
+fn a_running_server_removes_a_segment_that_stays_without_a_size() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "200"]);
+    let path = PathBuf::from(format!("/dev/shm/{}1_2.connection", stage.domain().prefix()));
+    File::create_new(&path).expect("shared memory");
+    let mut reader = Reader::join(&stage);
+    while path.exists() {
+        reader.next();
+    }
+    drop(reader);
+    server.stop();
 }
 
 /// Kills a server, ends a cleaner of it at a later stop each time, and starts the next server, until a cleaner gets through.

@@ -84,7 +84,8 @@ fn end_set(stage: &Stage, random: &mut Random) -> Result<String, Failure> {
         player.process.signal(Signal::KILL);
     }
     for player in players.iter().filter(|player| !player.is_killed) {
-        player.process.signal(Signal::INT);
+        // Of SIGINT the same is made, but a shell's background jobs ignore it until the program takes it over.
+        player.process.signal(Signal::TERM);
     }
     let told = players
         .iter()

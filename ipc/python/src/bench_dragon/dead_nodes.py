@@ -5,14 +5,21 @@ import contextlib
 import fcntl
 import os
 import shutil
+import stat
+import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import iceoryx2 as iox2
 
 from bench_dragon.domain import Domain
+from bench_dragon.membership import SHARED_MEMORY
 
 _END = "end"
 _NO_PROCESS = bytes(16)
+_SIGHTINGS = 4
+_LOOK_PERIOD_S = 0.05
+_MOST_LOOKS = 20
 
 
 def remove_dead_nodes(domain: Domain) -> None:
@@ -20,6 +27,7 @@ def remove_dead_nodes(domain: Domain) -> None:
 
     Raises `OSError` where the domain's directory cannot be written.
     """
+    _settle(domain)
     prefix = _journal_prefix(domain)
     ids = [path.name.removeprefix(prefix) for path in domain.root.iterdir() if path.name.startswith(prefix)]
     for id in ids:
@@ -35,6 +43,29 @@ def remove_dead_nodes(domain: Domain) -> None:
             case iox2.NodeState.Dead(view):
                 if journal := _Journal.open(domain, str(view.id.value)):
                     _remove(view, journal)
+
+
+def _settle(domain: Domain) -> None:
+    """Removes segments that a process was killed in making, before they had a size: iceoryx2 waits for those without
+    end. `ipc/src/half_made_segments.rs` says why."""
+    sightings: dict[tuple[Path, int], int] = {}
+    for _ in range(_MOST_LOOKS):
+        sightings = {segment: sightings.get(segment, 0) + 1 for segment in _empty_segments(domain)}
+        if not sightings:
+            return
+        for (path, _), seen in sightings.items():
+            if seen >= _SIGHTINGS:
+                path.unlink(missing_ok=True)
+        time.sleep(_LOOK_PERIOD_S)
+
+
+def _empty_segments(domain: Domain) -> Iterator[tuple[Path, int]]:
+    for path in SHARED_MEMORY.iterdir():
+        if path.name.startswith(domain.prefix):
+            with contextlib.suppress(OSError):
+                metadata = path.lstat()
+                if stat.S_ISREG(metadata.st_mode) and not metadata.st_size and metadata.st_uid == os.geteuid():
+                    yield path, metadata.st_ino
 
 
 def _remove(view: iox2.DeadNodeView, journal: "_Journal") -> None:
