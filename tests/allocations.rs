@@ -11,7 +11,7 @@ use allocation_counter::AllocationInfo;
 use bench_dragon::config::Config;
 use bench_dragon::server::{Following, Server, ServerSettings};
 use bench_dragon::timecode::{FollowerSettings, FrameRate, Receiver};
-use bench_dragon_ipc::{Domain, FrameSubscriber, Instance, StatusReader};
+use bench_dragon_ipc::{Domain, FrameSubscriber, Instance, ShowState, StatusReader};
 
 #[path = "processes/eventually.rs"]
 #[allow(dead_code, reason = "these tests use a part of it")]
@@ -53,7 +53,7 @@ fn a_tick_that_follows_timecode_allocates_no_more() {
 fn a_tick_allocates_nothing_but_what_iceoryx2_does_for_its_sample() {
     for spin_us in [0, 100] {
         let (short, long) = short_and_long_run(spin_us);
-        assert_eq!(long.count_total - short.count_total, MORE_TICKS * OF_ICEORYX2, "{short:?} {long:?}");
+        assert_eq!(long.count_total, short.count_total, "beside one for each frame: {short:?} {long:?}");
         assert_eq!(long.count_current, short.count_current, "what a tick allocates it frees: {short:?} {long:?}");
         assert_eq!(long.count_max, short.count_max, "it never keeps more: {short:?} {long:?}");
     }
@@ -61,10 +61,10 @@ fn a_tick_allocates_nothing_but_what_iceoryx2_does_for_its_sample() {
 
 #[test]
 fn a_reader_allocates_once_a_second_for_its_report_and_for_nothing_else() {
-    const TICKS: u64 = 5000;
-    let (domain, server) = create(TICKS, 0);
+    const RELEASES: u64 = 5000;
+    let (domain, server) = create(RELEASES, 0);
     let (allocations, span_ns) = thread::scope(|scope| {
-        let reading = scope.spawn(|| read_to(TICKS, &domain));
+        let reading = scope.spawn(|| read_to_end(&domain));
         server.run(&AtomicBool::new(false)).expect("frames can be published");
         reading.join().expect("the reader does not panic")
     });
@@ -74,14 +74,14 @@ fn a_reader_allocates_once_a_second_for_its_report_and_for_nothing_else() {
     assert_eq!(allocations.count_current, 0, "it keeps nothing: {allocations:?}");
 }
 
-/// Reads frames up to a tick. Returns what that allocates from the second frame on, and what time lies between that and the last.
-fn read_to(last_tick: u64, domain: &Domain) -> (AllocationInfo, u64) {
+/// Reads frames up to the one of the finished show. Returns what that allocates from the second frame on, and what time lies between that and the last.
+fn read_to_end(domain: &Domain) -> (AllocationInfo, u64) {
     let mut reader = FrameSubscriber::open(domain, "test").expect("the server has made the services");
     let mut next =
         || eventually("the next frame", || reader.receive().expect("the bus is readable").map(|frame| *frame.header()));
     let (first, mut last) = (next(), next());
     let allocations = allocation_counter::measure(|| {
-        while last.tick < last_tick {
+        while last.show_state() != Some(ShowState::Finished) {
             last = next();
         }
     });
@@ -103,11 +103,13 @@ fn short_and_long_run(spin_us: u32) -> (AllocationInfo, AllocationInfo) {
     panic!("no two short runs are alike: {before:?}")
 }
 
-/// What the loop's thread allocates in a run of so many ticks after tick 0, with a reader that falls behind.
-fn run(ticks: u64, spin_us: u32) -> AllocationInfo {
-    let (domain, server) = create(ticks, spin_us);
-    let (allocations, frames) = measure(&domain, server);
-    assert_eq!(frames, ticks + 1);
+/// What the loop's thread allocates in a run of so many releases after tick 0, with a reader that falls behind, beside what
+/// iceoryx2 does for each frame. A busy machine misses releases, so there may be fewer frames.
+fn run(releases: u64, spin_us: u32) -> AllocationInfo {
+    let (domain, server) = create(releases, spin_us);
+    let (mut allocations, frames) = measure(&domain, server);
+    assert!(frames <= releases + 1, "{frames} frames");
+    allocations.count_total -= frames * OF_ICEORYX2;
     allocations
 }
 

@@ -54,14 +54,19 @@ impl Pty {
         OnPty(command.spawn().expect("the program is there"))
     }
 
-    /// Starts a program whose own terminal this is: it gets a SIGHUP when the terminal is closed. `launcher` runs it.
+    /// Starts a program whose own terminal this is: it gets a SIGHUP when the terminal is closed, also where the tests run under
+    /// `nohup`. `launcher` runs it.
     pub(crate) fn start_session(&self, launcher: &[&str], command: &Command) -> OnPty {
-        let mut session = Command::new("setsid");
-        session.arg("--ctty").args(launcher).arg(command.get_program()).args(command.get_args());
+        let mut session = Command::new("env");
+        session
+            .args(["--default-signal=HUP", "setsid", "--ctty"])
+            .args(launcher)
+            .arg(command.get_program())
+            .args(command.get_args());
         session.env_remove("RUST_LOG").env("TERM", "xterm");
         session.current_dir(command.get_current_dir().expect("the stage has a folder"));
         session.stdin(self.slave()).stdout(self.slave()).stderr(self.slave());
-        OnPty(session.spawn().expect("setsid is part of util-linux"))
+        OnPty(session.spawn().expect("env is part of the system"))
     }
 
     /// A handle of the terminal for a program.
