@@ -44,8 +44,12 @@ pub(crate) fn pids(file: &File) -> io::Result<Vec<u32>> {
 ///
 /// A line, and one of a process that waits: `1: FLOCK  ADVISORY  WRITE 123 00:1c:4567 0 EOF`, `1: -> FLOCK  …`.
 fn holder(line: &str, inode: u64) -> Option<u32> {
-    let words: Vec<&str> = line.split_ascii_whitespace().collect();
-    let &[_, "FLOCK", _, _, pid, file, ..] = words.as_slice() else { return None };
+    // Without a list of the words: the file has a line for each lock of the system.
+    let mut words = line.split_ascii_whitespace().skip(1);
+    if words.next()? != "FLOCK" {
+        return None;
+    }
+    let (pid, file) = (words.nth(2)?, words.next()?);
     let (_, number) = file.rsplit_once(':')?;
     (number.parse() == Ok(inode)).then(|| pid.parse().ok())?
 }
