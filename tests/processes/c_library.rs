@@ -76,7 +76,7 @@ fn every_value_that_c_and_cpp_read_is_what_rust_reads() {
     assert_eq!(reader.lost(), 0);
     // To its reader, the first one follows on nothing.
     let expected: Vec<String> = shots[1..].iter().map(line_of).collect();
-    assert!(expected.len() >= 40, "two seconds at 20 Hz: {}", expected.len());
+    assert_eq!(shots[shots.len() - 1].header.sim_time_ns, 2_000_000_000, "the whole show");
     for (file, process) in clients {
         process.end().expect_clean();
         let lines = fs::read_to_string(file).expect("the client has written it");
@@ -212,11 +212,10 @@ fn the_examples_are_built_by_cmake_and_tell_where_the_dragon_is() {
     let heads = start(&stage, Command::new(build.join("head")), &[]);
     let benches = start(&stage, Command::new(build.join("benches")), &[]).end().expect_clean().stdout;
     let heads = heads.end().expect_clean().stdout;
-    assert_eq!(heads.lines().count(), 21, "a second at 20 Hz: {heads}");
     assert!(heads.starts_with("0.000 s: head at 8.800, "), "{heads}");
     assert_eq!(benches.lines().count(), 223, "{benches}");
     assert!(benches.starts_with("0: centre "), "{benches}");
-    server.summary();
+    assert_eq!(server.summary()["frames"], heads.lines().count(), "a line a frame: {heads}");
 }
 
 /// A frame as the client `frames` writes it.

@@ -121,8 +121,8 @@ fn a_long_answer_shows_how_far_it_is_on_a_terminal_and_nothing_in_a_pipe() {
     let config = folder.path().join("long.toml");
     fs::write(&config, LONG_DRAGON).expect("the folder is ours");
     let config = config.to_str().expect("a path in UTF-8");
-    let Some(shown) = in_terminal(&format!("{BINARY} solve turn --config {config}"), &[]) else { return };
+    let Some(shown) = in_terminal(&format!("{BINARY} solve turn --work 10000 --config {config}"), &[]) else { return };
     assert!(shown.contains(" %  passage"), "{shown}");
-    let piped = Process::start(program(&["solve", "turn", "--config", config])).end().expect_clean();
+    let piped = Process::start(program(&["solve", "turn", "--work", "10000", "--config", config])).end().expect_clean();
     assert!(piped.stdout.contains("least clearance"));
 }

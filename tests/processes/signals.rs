@@ -56,12 +56,12 @@ fn a_signal_ends_a_recorder_with_a_finished_file() {
         let server = stage.serve(&["--rate", "1000", "--until", "0.1", "--readers", "1"]);
         let mut record = stage.start(&["record", "a.mcap", "--format", "json"]);
         assert_eq!(record.json()["type"], "started");
-        server.summary();
+        let frames = &server.summary()["frames"];
         record.signal(signal);
         let summary = record.end().expect_clean().last_json();
-        assert_eq!((&summary["frames"], &summary["lost"]), (&101.into(), &0.into()), "{signal:?}");
+        assert_eq!((&summary["frames"], &summary["lost"]), (frames, &0.into()), "{signal:?}");
         let repair = stage.run(&["record", "--repair", "a.mcap", "--format", "json"]).expect_clean().last_json();
-        assert_eq!((&repair["repaired"], &repair["frames"]), (&false.into(), &101.into()));
+        assert_eq!((&repair["repaired"], &repair["frames"]), (&false.into(), frames));
     }
 }
 

@@ -163,7 +163,7 @@ fn an_answer_to_a_pipe_is_whole_though_the_bar_is_on_a_stuck_terminal() {
     let stage = Stage::new();
     fs::write(stage.path("long.toml"), LONG_DRAGON).expect("the folder is ours");
     let terminal = Pty::stuck();
-    let mut solve = program(&["solve", "turn", "--config", "long.toml"]);
+    let mut solve = program(&["solve", "turn", "--work", "10000", "--config", "long.toml"]);
     solve.current_dir(stage.path("")).stdin(Stdio::null()).stderr(terminal.slave());
     let answered = solve.output().expect("the program is there");
     drop(terminal);
