@@ -4,7 +4,9 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use bench_dragon::dragon::{Board, ChainSolver, ContactSearch, Dimensions, Dragon, PairEvent, first_contact};
+use bench_dragon::dragon::{
+    Board, ChainSolver, ContactSearch, Dimensions, Dragon, PairEvent, first_contact, first_within,
+};
 use bench_dragon::route::{Route, RoutePoint, Spiral, Turnaround};
 use proptest::prelude::*;
 
@@ -109,11 +111,17 @@ fn first_overlap(dragon: &Dragon, step_m: f64) -> Option<f64> {
     (0..=steps).map(|step| f64::from(step) * step_m).find(|&travel_m| !touching_at(dragon, travel_m).is_empty())
 }
 
-/// The first contacts from the start and from further on are the same on both routes.
-fn assert_same_contacts([known, plain]: &[Dragon; 2], begin: f64) -> Result<(), TestCaseError> {
+/// Clearances to search for: touching, and some between boards.
+fn clearances() -> impl Strategy<Value = f64> {
+    prop_oneof![Just(0.0), 0.000_1..0.4_f64]
+}
+
+/// The first contacts within a clearance, from the start and from further on, are the same on both routes.
+fn assert_same_contacts([known, plain]: &[Dragon; 2], clearance_m: f64, begin: f64) -> Result<(), TestCaseError> {
     let (start_m, end_m) = (known.start_travel_m(), known.end_travel_m());
     for from_m in [start_m, start_m + begin * (end_m - start_m)] {
-        let [ours, theirs] = [known, plain].map(|dragon| first_contact(dragon, from_m, end_m).expect("no limit"));
+        let first = |dragon| first_within(dragon, clearance_m, from_m, end_m).expect("no limit");
+        let [ours, theirs] = [known, plain].map(first);
         prop_assert_eq!(ours.is_some(), theirs.is_some());
         let Some((ours, theirs)) = ours.zip(theirs) else { continue };
         prop_assert!((ours.travel_m - theirs.travel_m).abs() < 1e-9, "{ours:?} but {theirs:?}");
@@ -141,24 +149,36 @@ proptest! {
     }
 
     #[test]
-    fn what_is_known_of_spirals_hides_and_moves_no_contact(twins in twin_dragons(), begin in 0.0..1.0_f64) {
-        assert_same_contacts(&twins, begin)?;
+    fn what_is_known_of_spirals_hides_and_moves_no_contact(
+        twins in twin_dragons(),
+        clearance_m in clearances(),
+        begin in 0.0..1.0_f64,
+    ) {
+        assert_same_contacts(&twins, clearance_m, begin)?;
     }
 
     #[test]
-    fn what_is_known_of_turnarounds_hides_and_moves_no_contact(twins in turning_twins(), begin in 0.0..1.0_f64) {
-        assert_same_contacts(&twins, begin)?;
+    fn what_is_known_of_turnarounds_hides_and_moves_no_contact(
+        twins in turning_twins(),
+        clearance_m in clearances(),
+        begin in 0.0..1.0_f64,
+    ) {
+        assert_same_contacts(&twins, clearance_m, begin)?;
     }
 
     #[test]
-    fn a_search_in_pieces_finds_what_one_search_finds(dragon in crowded_dragons(), piece_m in 0.3..3.0_f64) {
-        let mut search = ContactSearch::new(&dragon);
+    fn a_search_in_pieces_finds_what_one_search_finds(
+        dragon in crowded_dragons(),
+        clearance_m in clearances(),
+        piece_m in 0.3..3.0_f64,
+    ) {
+        let mut search = ContactSearch::within(&dragon, clearance_m);
         let (mut contact, mut from_m) = (None, 0.0);
         while contact.is_none() && from_m < dragon.end_travel_m() {
             contact = search.first(from_m, from_m + piece_m).expect("no limit");
             from_m += piece_m;
         }
-        let whole = first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("no limit");
+        let whole = first_within(&dragon, clearance_m, 0.0, dragon.end_travel_m()).expect("no limit");
         prop_assert_eq!(contact.map(|contact| contact.benches), whole.map(|contact| contact.benches));
         let apart_m = contact.zip(whole).map_or(0.0, |(ours, theirs)| (ours.travel_m - theirs.travel_m).abs());
         prop_assert!(apart_m < 1e-10, "{contact:?} but {whole:?}");

@@ -90,8 +90,9 @@ impl Route for Keyhole {
     }
 }
 
-fn dragon() -> Dragon {
-    let dimensions = Dimensions::new(30, 1.2, 1.2, WIDTH_M, 0.1).expect("valid benches");
+/// A dragon whose boards are so much narrower than the two ways are apart.
+fn dragon(narrower_m: f64) -> Dragon {
+    let dimensions = Dimensions::new(30, 1.2, 1.2, WIDTH_M - narrower_m, 0.1).expect("valid benches");
     Dragon::new(dimensions, Arc::new(Keyhole::new())).expect("the dragon stands on the line")
 }
 
@@ -110,8 +111,18 @@ fn the_way_back_is_beside_the_way_in() {
 /// Where the ways meet benches swing past each other's ends; from there on they touch for as long as they are alongside.
 #[test]
 fn boards_that_slide_along_each_other_touch_and_part_in_turn() {
-    let dragon = dragon();
-    let mut search = ContactSearch::new(&dragon);
+    assert_touch_and_part_in_turn(0.0);
+}
+
+/// The same with a clearance that is the one searched for all along.
+#[test]
+fn boards_that_slide_along_at_the_clearance_come_within_it_and_leave_it_in_turn() {
+    assert_touch_and_part_in_turn(0.05);
+}
+
+fn assert_touch_and_part_in_turn(clearance_m: f64) {
+    let dragon = dragon(clearance_m);
+    let mut search = ContactSearch::within(&dragon, clearance_m);
     let mut changes = BTreeMap::<[usize; 2], Vec<bool>>::new();
     for event in search.sweep(dragon.start_travel_m(), dragon.end_travel_m()).events {
         let touches = matches!(event, PairEvent::Touch(_));
@@ -126,7 +137,7 @@ fn boards_that_slide_along_each_other_touch_and_part_in_turn() {
 
 #[test]
 fn first_contact_is_where_the_head_comes_alongside() {
-    let dragon = dragon();
+    let dragon = dragon(0.0);
     let contact = ContactSearch::new(&dragon).first(dragon.start_travel_m(), dragon.end_travel_m()).expect("no limit");
     let contact = contact.expect("the head comes alongside");
     assert_eq!(contact.benches[0], 0);

@@ -30,6 +30,9 @@
 //! that differ by p/2 or more, either way round. All other benches have at least a part of their link's stretch between
 //! the two ways, within the circle of radius R. Both their handles then have |x|² ≤ R² + p·d/2, as above, if K·d < 2
 //! there, and |x| ≤ R + 2·d in any case; and none of their points is further out than that and o.
+//!
+//! Boards within a clearance c of each other have a point in common once each is grown by c/2 on every side. So the
+//! same bounds rule out clearances of c and less, with h + c/2 and w + c in place of h and w.
 
 use std::f64::consts::TAU;
 
@@ -45,18 +48,20 @@ const ANGLE_TOLERANCE: f64 = 1e-4;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CoilReach {
     coil: Coil,
+    /// Of the boards, grown by half of the clearance on every side.
     dimensions: Dimensions,
     /// A bound on |curvature| between the way in and the way out.
     turn_curvature: f64,
 }
 
 impl CoilReach {
-    /// The reach of a dragon whose route has a coil.
-    pub(super) fn of(dragon: &Dragon) -> Option<Self> {
+    /// The reach of a dragon whose route has a coil, for benches within `clearance_m` of each other: to *touch* means that,
+    /// in all that follows.
+    pub(super) fn of(dragon: &Dragon, clearance_m: f64) -> Option<Self> {
         dragon.route().coil().map(|coil| {
             let turn_end = coil.way_out.unwrap_or(coil.end_place);
             let turn_curvature = dragon.route().curvature_bound(coil.end_place, turn_end);
-            Self { coil, dimensions: *dragon.dimensions(), turn_curvature }
+            Self { coil, dimensions: dragon.dimensions().grown(clearance_m), turn_curvature }
         })
     }
 
@@ -236,7 +241,7 @@ mod tests {
 
         #[test]
         fn boards_keep_to_their_turn_as_the_bounds_say((dragon, handles) in standing_dragons()) {
-            let reach = CoilReach::of(&dragon).expect("a spiral is a coil");
+            let reach = CoilReach::of(&dragon, 0.0).expect("a spiral is a coil");
             for bench in 0..BENCHES {
                 let (front, rear) = (&handles[bench], &handles[bench + 1]);
                 let Some(stand) = reach.stand(bench, -handles[bench.min(1)].place) else { continue };
@@ -260,7 +265,7 @@ mod tests {
             let turnaround = Turnaround::new(pitch_m, diameter_m, ratio).expect("a valid turn");
             let turnaround = turnaround.between(-1.0, 200.0).expect("a valid span");
             let Ok(dragon) = Dragon::new(dimensions, Arc::new(turnaround)) else { return Ok(()) };
-            let reach = CoilReach::of(&dragon).expect("the way in is a coil");
+            let reach = CoilReach::of(&dragon, 0.0).expect("the way in is a coil");
             let Some(clear_from) = reach.clear_out_from(turnaround.place(dragon.end_travel_m())) else { return Ok(()) };
             let from_m = turnaround.travel(clear_from);
             let travel_m = from_m + part * part * (dragon.end_travel_m() - from_m);
@@ -277,7 +282,7 @@ mod tests {
 
         #[test]
         fn benches_with_one_between_them_have_no_angle_in_common((dragon, handles) in standing_dragons()) {
-            let reach = CoilReach::of(&dragon).expect("a spiral is a coil");
+            let reach = CoilReach::of(&dragon, 0.0).expect("a spiral is a coil");
             prop_assume!(reach.keeps_apart(-handles[0].place));
             let angles = |bench: usize| {
                 let board = dragon.board(bench, &handles[bench], &handles[bench + 1]);

@@ -1,17 +1,17 @@
-//! Changes of a pair between apart and in touch.
+//! Changes of a pair between apart and in touch, or within whatever clearance a search is for.
 
 use std::cmp::Ordering;
 
 use glam::DVec2;
 
-/// Two boards touch.
+/// Two boards touch, or come within the clearance that was searched for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
     /// Travel of the head.
     pub travel_m: f64,
     /// Lower index first; not neighbours.
     pub benches: [usize; 2],
-    /// Where they touch.
+    /// Where they touch; midway between their nearest points if they are apart.
     pub point: DVec2,
 }
 

@@ -1,4 +1,4 @@
-//! When boards touch, over a whole run or from one frame to the next.
+//! When boards touch, or come within a clearance, over a whole run or from one frame to the next.
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -26,6 +26,34 @@ pub fn first_contact(dragon: &Dragon, from_travel_m: f64, to_travel_m: f64) -> R
     ContactSearch::new(dragon).first(from_travel_m, to_travel_m)
 }
 
+/// The first travel between two at which the clearance of some pair falls to `clearance_m`, as [`ContactSearch::first`]
+/// finds it: [`first_contact`] with a clearance of 0.
+///
+/// ```
+/// use std::sync::Arc;
+/// use bench_dragon::{dragon::{Dimensions, Dragon, first_within}, route::Spiral};
+///
+/// let paper = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275)?;
+/// let dragon = Dragon::new(paper, Arc::new(Spiral::new(0.55, 16.0)?))?;
+/// let near = first_within(&dragon, 0.05, 0.0, dragon.end_travel_m())?.expect("the dragon comes to touch itself");
+/// assert!(near.travel_m < 412.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// As [`ContactSearch::first`].
+///
+/// # Panics
+/// With a clearance that is negative or not finite.
+pub fn first_within(
+    dragon: &Dragon,
+    clearance_m: f64,
+    from_travel_m: f64,
+    to_travel_m: f64,
+) -> Result<Option<Contact>, Spent> {
+    ContactSearch::within(dragon, clearance_m).first(from_travel_m, to_travel_m)
+}
+
 /// What a sweep has found.
 #[derive(Clone, Copy, Debug)]
 pub struct Sweep<'a> {
@@ -35,11 +63,13 @@ pub struct Sweep<'a> {
     pub reached_m: f64,
 }
 
-/// Searches a dragon's run for contacts. Keeps its buffers and its last pose: sweeps that follow on each other solve
-/// one chain each as long as nothing is near.
+/// Searches a dragon's run for contacts, or for pairs that come within a clearance: to *touch* means either here. Keeps its
+/// buffers and its last pose: sweeps that follow on each other solve one chain each as long as nothing is near.
 #[derive(Clone, Debug)]
 pub struct ContactSearch {
     dragon: Dragon,
+    /// Boards this near to each other touch.
+    clearance_m: f64,
     reach: Option<CoilReach>,
     /// Travel before which no two benches touch, for the bounds of the coil say so.
     clear_to_m: f64,
@@ -58,11 +88,21 @@ pub struct ContactSearch {
 }
 
 impl ContactSearch {
-    /// A search over the run of `dragon`.
+    /// A search for contacts over the run of `dragon`.
     pub fn new(dragon: &Dragon) -> Self {
-        let reach = CoilReach::of(dragon);
+        Self::within(dragon, 0.0)
+    }
+
+    /// A search for pairs whose clearance is `clearance_m` or less.
+    ///
+    /// # Panics
+    /// With a clearance that is negative or not finite.
+    pub fn within(dragon: &Dragon, clearance_m: f64) -> Self {
+        assert!(clearance_m >= 0.0 && clearance_m.is_finite(), "a search for a clearance of {clearance_m} m");
+        let reach = CoilReach::of(dragon, clearance_m);
         Self {
             dragon: dragon.clone(),
+            clearance_m,
             reach,
             clear_to_m: reach.and_then(|reach| clear_to_m(dragon, &reach)).unwrap_or(f64::NEG_INFINITY),
             clear_from: reach.and_then(|reach| clear_from(dragon, &reach)).unwrap_or(f64::INFINITY),
@@ -131,7 +171,7 @@ impl ContactSearch {
         }
         self.place(from_m);
         let nearest = self.near.nearest(&self.earlier.boards)?;
-        if nearest.clearance_m <= 0.0 {
+        if nearest.clearance_m <= self.clearance_m {
             return Some(Contact { travel_m: from_m, benches: nearest.benches, point: nearest.point });
         }
         self.beginning.extend(self.earlier.handles.iter().map(|handle| handle.place));
@@ -140,8 +180,8 @@ impl ContactSearch {
 
     /// Every change of a pair between two travels, in order, each to 10⁻¹¹ m; what lies outside the run is left out.
     ///
-    /// A pair touches where its clearance comes down to 0, and parts where it comes up from there; whether it is in
-    /// touch at `from_travel_m` is for the caller to know. Allocates nothing when no pair is near and the search has
+    /// A pair touches where its clearance comes down to the one searched for, and parts where it comes up from there; whether
+    /// it is in touch at `from_travel_m` is for the caller to know. Allocates nothing when no pair is near and the search has
     /// swept before.
     ///
     /// Where the dragon's meter is spent on the way, the sweep ends with the stride before, as [`Sweep::reached_m`] says.
@@ -168,9 +208,9 @@ impl ContactSearch {
 
     /// Takes note of all changes of the collected pairs on a stride. Whether the work for it was allowed.
     fn follow_pairs(&mut self) -> bool {
-        let Self { dragon, earlier, later, pairs, events, .. } = self;
+        let Self { dragon, clearance_m, earlier, later, pairs, events, .. } = self;
         for &benches in &*pairs {
-            let _ = Follower::follow(dragon, benches, earlier, later, &mut |event| {
+            let _ = Follower::follow(dragon, benches, *clearance_m, earlier, later, &mut |event| {
                 events.push(event);
                 ControlFlow::Continue(())
             });
@@ -226,10 +266,11 @@ impl ContactSearch {
     fn collect_pairs(&mut self) -> bool {
         self.later.extend_to(&self.dragon, usize::MAX);
         let furthest_m = (0..self.earlier.boards.len()).map(|bench| self.drift_m(bench)).fold(0.0, f64::max);
+        let reach_m = self.clearance_m + 2.0 * furthest_m;
         self.pairs.clear();
-        self.pairs.extend(self.near.within(&self.earlier.boards, 2.0 * furthest_m).iter().map(|pair| pair.benches));
+        self.pairs.extend(self.near.within(&self.earlier.boards, reach_m).iter().map(|pair| pair.benches));
         self.dragon.meter.add(self.near.take_steps());
-        self.earlier.boards.len() < 3 || self.near.has_found_all(2.0 * furthest_m)
+        self.earlier.boards.len() < 3 || self.near.has_found_all(reach_m)
     }
 
     /// The same for pairs with the head or the bench behind it.
@@ -243,7 +284,7 @@ impl ContactSearch {
                 let boards = &self.earlier.boards;
                 let (ours, theirs) = (&boards[first], &boards[second]);
                 let gap_m = ours.centre.distance(theirs.centre) - ours.radius_m() - theirs.radius_m();
-                if gap_m <= drift_m + self.drift_m(second) {
+                if gap_m <= self.clearance_m + drift_m + self.drift_m(second) {
                     self.pairs.push([first, second]);
                 }
             }
@@ -252,13 +293,13 @@ impl ContactSearch {
 
     /// Puts up benches at both ends of the way until none of the rest can touch the first `leading` ones.
     fn extend_within_reach(&mut self, leading: usize) {
-        let Self { dragon, reach, earlier, later, .. } = self;
+        let Self { dragon, clearance_m, reach, earlier, later, .. } = self;
         earlier.extend_to(dragon, leading);
         later.extend_to(dragon, leading);
         let limit = reach.and_then(|reach| {
             let Some(front_angle) = reach.angle(later.handles[0].place) else {
                 let reach_m = |bench| furthest_m(&earlier.boards[bench]) + drift_between(dragon, bench, earlier, later);
-                return reach.beyond((0..leading).map(reach_m).fold(0.0, f64::max));
+                return reach.beyond(*clearance_m + (0..leading).map(reach_m).fold(0.0, f64::max));
             };
             let turns = reach.turns(0, front_angle)?.max(reach.turns(1, front_angle)?);
             let rear_angle = reach.angle(earlier.handles[leading].place)?;
@@ -275,7 +316,9 @@ impl ContactSearch {
     /// The first touch of any of the collected pairs.
     fn earliest_touch(&self) -> Option<Contact> {
         let touch = |&benches: &[usize; 2]| {
-            Follower::follow(&self.dragon, benches, &self.earlier, &self.later, &mut ControlFlow::Break).break_value()
+            let (dragon, clearance_m) = (&self.dragon, self.clearance_m);
+            Follower::follow(dragon, benches, clearance_m, &self.earlier, &self.later, &mut ControlFlow::Break)
+                .break_value()
         };
         let allowed = |_: &&[usize; 2]| !self.dragon.meter.is_spent();
         self.pairs.iter().take_while(allowed).filter_map(touch).min_by(PairEvent::order).map(|event| *event.contact())

@@ -154,6 +154,18 @@ impl Dimensions {
         Self { benches, ..self }
     }
 
+    /// The same links under boards that reach further by half of `clearance_m` on every side. Boards within `clearance_m` of
+    /// each other overlap when both are grown so; the converse need not hold, because the corners of a grown board are square.
+    pub(super) fn grown(self, clearance_m: f64) -> Self {
+        Self {
+            head_length_m: self.head_length_m + clearance_m,
+            body_length_m: self.body_length_m + clearance_m,
+            width_m: self.width_m + clearance_m,
+            hole_offset_m: self.hole_offset_m + 0.5 * clearance_m,
+            ..self
+        }
+    }
+
     /// Number of benches, N.
     pub fn benches(&self) -> usize {
         self.benches

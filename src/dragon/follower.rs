@@ -1,4 +1,5 @@
-//! One pair of benches on its way from one travel to a later one.
+//! One pair of benches on its way from one travel to a later one: when it comes within a clearance, and when it leaves it.
+//! A pair within it is called *in touch* here; with a clearance of 0 it is.
 //!
 //! The pair's poses at the two ends are known, and what its boards may cover in between: if that proves that the pair
 //! stays apart, or stays in touch, it is done, else the way is halved. So no contact can be stepped over, however
@@ -10,8 +11,10 @@
 
 use std::ops::ControlFlow;
 
+use glam::DVec2;
+
 use super::Dragon;
-use super::board::Approach;
+use super::board::{Approach, Board};
 use super::contact::{Contact, PairEvent};
 use super::pair_motion::{GRAZE_M, PairMotion};
 use super::passage::Passage;
@@ -32,6 +35,7 @@ const STEPS_PER_LOOK: u64 = 16;
 pub(super) struct Follower<'a> {
     dragon: &'a Dragon,
     benches: [usize; 2],
+    clearance_m: f64,
     /// Length of the way.
     length_m: f64,
     /// Bounds on it and all parts of it, if they were taken.
@@ -42,13 +46,19 @@ pub(super) struct Follower<'a> {
 struct Moment {
     travel_m: f64,
     seats: [Seat; 2],
-    /// The largest gap across an edge: above 0 exactly where the boards are apart.
+    /// How much further apart than the clearance the boards are, below 0 where they are nearer. With a clearance of 0 it is
+    /// the largest gap across an edge, whose sign is the same.
     gap_m: f64,
 }
 
 impl Moment {
-    fn new(travel_m: f64, first: Seat, second: Seat) -> Self {
-        Self { travel_m, seats: [first, second], gap_m: first.board.separation(&second.board).0 }
+    fn new(travel_m: f64, first: Seat, second: Seat, clearance_m: f64) -> Self {
+        let gap_m = if clearance_m == 0.0 {
+            first.board.separation(&second.board).0
+        } else {
+            first.board.clearance(&second.board) - clearance_m
+        };
+        Self { travel_m, seats: [first, second], gap_m }
     }
 
     fn touching(&self) -> bool {
@@ -58,22 +68,31 @@ impl Moment {
     fn approach(&self) -> Approach {
         self.seats[0].board.approach(&self.seats[1].board)
     }
+
+    /// The direction in which the clearance is measured, from either board to the other, along and across that board.
+    fn directions(&self) -> [DVec2; 2] {
+        let direction = self.approach().direction;
+        let seen_from =
+            |board: &Board, direction: DVec2| direction.rotate(DVec2::new(board.heading.x, -board.heading.y));
+        [seen_from(&self.seats[0].board, direction), seen_from(&self.seats[1].board, -direction)]
+    }
 }
 
 impl<'a> Follower<'a> {
     /// Hands out the changes of a pair of benches between two poses, in order, until `sink` breaks, or the dragon's meter is
-    /// spent.
+    /// spent: where it comes within the clearance, which is not negative, and where it leaves it.
     pub(super) fn follow(
         dragon: &'a Dragon,
         benches: [usize; 2],
+        clearance_m: f64,
         earlier: &Pose,
         later: &Pose,
         sink: &mut impl FnMut(PairEvent) -> ControlFlow<PairEvent>,
     ) -> ControlFlow<PairEvent> {
         dragon.meter.add((benches[1] - benches[0]) as u64);
         let motion = PairMotion::on_coil(dragon, benches, earlier, later);
-        let follower = Self { dragon, benches, length_m: later.travel_m - earlier.travel_m, motion };
-        let at = |pose: &Pose| Moment::new(pose.travel_m, pose.seat(benches[0]), pose.seat(benches[1]));
+        let follower = Self { dragon, benches, clearance_m, length_m: later.travel_m - earlier.travel_m, motion };
+        let at = |pose: &Pose| Moment::new(pose.travel_m, pose.seat(benches[0]), pose.seat(benches[1]), clearance_m);
         follower.walk(&at(earlier), &at(later), sink)
     }
 
@@ -98,7 +117,7 @@ impl<'a> Follower<'a> {
             Seat::new(self.dragon, bench, front, rear)
         };
         let [first, second] = self.benches;
-        Moment::new(travel_m, seat(first, first), seat(second, second - first - 2))
+        Moment::new(travel_m, seat(first, first), seat(second, second - first - 2), self.clearance_m)
     }
 
     fn walk(
@@ -131,7 +150,14 @@ impl<'a> Follower<'a> {
         }
         let is_settled = self.motion.is_some_and(|motion| {
             let encounter = motion.between(&earlier.seats, &later.seats);
-            if earlier.touching() { encounter.stays_touching() } else { encounter.stays_apart() }
+            if earlier.touching() {
+                return encounter.stays_touching(self.clearance_m);
+            }
+            // Apart by a clearance, boards may be nearest at two corners, which no edge keeps apart.
+            let corners_stay_apart =
+                |moment: &Moment| encounter.stays_apart_along(moment.directions(), self.clearance_m);
+            encounter.stays_apart(self.clearance_m)
+                || (self.clearance_m > 0.0 && [earlier, later].into_iter().any(corners_stay_apart))
         });
         is_settled || self.settled_separately(earlier, later)
     }
@@ -148,7 +174,9 @@ impl<'a> Follower<'a> {
         }
         [earlier, later].into_iter().any(|moment| {
             let (_, axis) = moment.seats[0].board.separation(&moment.seats[1].board);
-            first.stays_apart(&second, axis) || first.stays_apart(&second, moment.approach().direction)
+            [axis, moment.approach().direction]
+                .into_iter()
+                .any(|direction| first.gap_m(&second, direction) > self.clearance_m)
         })
     }
 

@@ -40,7 +40,7 @@ pub use board::{Approach, Board};
 pub use chain::{Chain, ChainBroken, ChainSolver, Handle};
 pub use clearance::{ClearanceSearch, PairClearance};
 pub use contact::{Contact, PairEvent};
-pub use contact_search::{ContactSearch, Sweep, first_contact};
+pub use contact_search::{ContactSearch, Sweep, first_contact, first_within};
 pub use dimensions::{
     Dimensions, DimensionsError, LEAST_LINK_M, LENGTH_M, MAX_BENCHES, MOST_PER_LINK, MOST_PER_WIDTH, WIDTH_M,
 };

@@ -6,6 +6,9 @@
 //! direction, and at most 2·|u'|·(|c'| + |m'|) + |u''|·|c − m| besides. If they are at most E, then over a stretch ℓ of
 //! the parameter the coordinate stays within E·ℓ²/8 of the straight line between its two ends.
 //!
+//! A line that is fixed to the one board keeps the other one at a distance if all corners of that stay beyond it. And the
+//! boards stay within a distance of each other if one corner does, because the distance to a rectangle is convex.
+//!
 //! A handle's acceleration is in part along its tangent. Across a board that part counts as little as the tangent points
 //! that way: so boards that slide along each other are not thought to part because they get faster or slower.
 //!
@@ -126,14 +129,14 @@ pub(super) struct Encounter {
 }
 
 impl Encounter {
-    /// Whether boards that are apart at both ends stay so: because all corners of one stay beyond the same edge of the
-    /// other.
-    pub(super) fn stays_apart(&self) -> bool {
+    /// Whether boards that are further apart than `clearance_m` at both ends stay so: because all corners of one stay beyond
+    /// the same edge of the other, by that much.
+    pub(super) fn stays_apart(&self, clearance_m: f64) -> bool {
         self.seen.iter().any(|seen| {
             let beyond = |part: fn(DVec2) -> f64| {
                 let is_beyond = |corner: &Corner| {
                     let (half_size, leeway_m) = (part(seen.half_size).abs(), part(corner.leeway_m).abs());
-                    corner.at.into_iter().all(|at| part(at) > half_size + leeway_m)
+                    corner.at.into_iter().all(|at| part(at) > half_size + clearance_m + leeway_m)
                 };
                 seen.corners.iter().all(is_beyond)
             };
@@ -141,12 +144,26 @@ impl Encounter {
         })
     }
 
-    /// Whether boards that touch at both ends stay so: because one holds a corner of the other.
-    pub(super) fn stays_touching(&self) -> bool {
+    /// The same for boards whose corners are nearest to each other: because all corners of one stay beyond a line that is
+    /// square to a unit vector. `directions` has it for either viewer, along and across its board, towards the other.
+    pub(super) fn stays_apart_along(&self, directions: [DVec2; 2], clearance_m: f64) -> bool {
+        self.seen.iter().zip(directions).any(|(seen, direction)| {
+            let edge_m = seen.half_size.dot(direction.abs()) + clearance_m;
+            let is_beyond = |corner: &Corner| {
+                let leeway_m = corner.leeway_m.dot(direction.abs());
+                corner.at.into_iter().all(|at| at.dot(direction) > edge_m + leeway_m)
+            };
+            seen.corners.iter().all(is_beyond)
+        })
+    }
+
+    /// Whether boards that are within `clearance_m` of each other at both ends stay so: because a corner of one stays as near
+    /// to the other.
+    pub(super) fn stays_touching(&self, clearance_m: f64) -> bool {
         self.seen.iter().any(|seen| {
             let held = |corner: &Corner| {
-                let spare_m = |at: DVec2| (seen.half_size - at.abs() - corner.leeway_m).min_element();
-                corner.at.into_iter().all(|at| spare_m(at) >= -GRAZE_M)
+                let outside_m = |at: DVec2| (at.abs() + corner.leeway_m - seen.half_size - GRAZE_M).max(DVec2::ZERO);
+                corner.at.into_iter().all(|at| outside_m(at).length() <= clearance_m)
             };
             seen.corners.iter().any(held)
         })

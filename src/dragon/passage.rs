@@ -47,11 +47,6 @@ impl Passage {
         }
     }
 
-    /// Whether there is a gap in this direction, from this board to the other, at whatever point of its way each is.
-    pub(super) fn stays_apart(&self, other: &Self, direction: DVec2) -> bool {
-        self.gap_m(other, direction) > 0.0
-    }
-
     /// A bound that the clearance of two boards does not fall under on their ways, from what it is at both ends: it changes
     /// by at most as much as they move, and what they move towards the one end is left for the other.
     pub(super) fn least_between_m(&self, other: &Self, clearances_m: [f64; 2]) -> f64 {
@@ -66,8 +61,9 @@ impl Passage {
         far - near - (self.bulge_m + other.bulge_m)
     }
 
-    /// Whether boards that overlap `depth_m` deep at one end of their ways overlap at whatever point of its way each
-    /// is: because they cannot move that far, or because one holds a corner of the other.
+    /// Whether boards that are `depth_m` within a clearance of each other at one end of their ways, with a clearance of 0
+    /// overlap so deep, are so at whatever point of its way each is: because they cannot move that far, or because one holds
+    /// a corner of the other.
     pub(super) fn stays_touching(&self, other: &Self, depth_m: f64) -> bool {
         depth_m > self.drift_m + other.drift_m || self.holds_a_corner(other) || other.holds_a_corner(self)
     }
