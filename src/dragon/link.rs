@@ -9,6 +9,10 @@ pub(super) const MAX_STEPS: u32 = 10_000;
 /// Bound on steps towards a bracketed crossing: in the worst case every second one halves the bracket.
 const MAX_REFINEMENTS: usize = 128;
 
+/// Share of rounding that the last step towards a crossing may leave to one side. Over 10⁴ links it adds up to less than
+/// the rounding of each link, which grows with the root of their number.
+const LAST_STEP_ERROR: f64 = 1.0 / 1024.0;
+
 /// The rear end of a link and how the link lies.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RearEnd {
@@ -52,18 +56,26 @@ struct Sight {
     growth: f64,
 }
 
+/// Where a link's end lies: behind a point of the walk back, up to here.
+#[derive(Clone, Copy)]
+struct Bracket {
+    far_place: f64,
+    /// A bound on the route's |curvature| in the bracket, in 1/m.
+    curvature: f64,
+}
+
 impl Link<'_> {
     /// The first place behind `front_place` at the link's length from it; none if [`MAX_STEPS`] do not reach it.
     ///
     /// Walks back by steps that cannot pass the first crossing, until the crossing is bracketed where the distance only
-    /// grows, then refines it. The distance is off by rounding alone: some 10⁻¹⁴ of the distance from the route's
-    /// centre.
+    /// grows, then refines it. The distance is off by rounding alone, to either side: some 10⁻¹⁴ of the distance from
+    /// the route's centre.
     pub(super) fn rear(&self, front_place: f64) -> Option<RearEnd> {
         let start = self.route.step_back(front_place, self.length_m);
         let mut sight = self.look(start);
         for step in 1..=MAX_STEPS {
-            if let Some(far_place) = self.far_bracket(&sight) {
-                return Some(self.refine(sight, far_place, step));
+            if let Some(bracket) = self.far_bracket(&sight) {
+                return Some(self.refine(sight, &bracket, step));
             }
             sight = self.look(self.route.step_back(sight.place, self.safe_step(&sight)));
         }
@@ -97,30 +109,41 @@ impl Link<'_> {
     ///
     /// The second derivative of the distance D is at least −|κ|. So D still grows after 6·gap/D' of arc if D'² ≥
     /// 6·|κ|·gap, and has grown by the gap after a third of that, which the step back covers.
-    fn far_bracket(&self, sight: &Sight) -> Option<f64> {
+    fn far_bracket(&self, sight: &Sight) -> Option<Bracket> {
         let gap_m = self.length_m - sight.distance_m;
         if gap_m <= 0.0 {
-            return Some(sight.place);
+            return Some(Bracket { far_place: sight.place, curvature: 0.0 });
         }
         if sight.growth <= 0.0 {
             return None;
         }
         let far_place = self.route.step_back(sight.place, 6.0 * gap_m / sight.growth);
         let curvature = self.route.curvature_bound(far_place, sight.place);
-        (sight.growth * sight.growth >= 6.0 * curvature * gap_m).then_some(far_place)
+        (sight.growth * sight.growth >= 6.0 * curvature * gap_m).then_some(Bracket { far_place, curvature })
     }
 
-    /// Newton's method on the distance from `near`, kept between it and `far_place`, which bracket a single crossing.
+    /// Newton's method on the distance from `near`, which is the front of the bracket, kept within the bracket.
     ///
-    /// A step that would leave the bracket halves it instead. Ends when the distance is as exact as the rounding of the
-    /// place allows. `looks` were taken before.
-    fn refine(&self, near: Sight, mut far_place: f64, mut looks: u32) -> RearEnd {
+    /// A step that would leave the bracket halves it instead. `looks` were taken before.
+    ///
+    /// The steps approach the crossing from one side. To end where the distance is within rounding would therefore leave
+    /// the links of a chain all too short, and their errors would add up. So a last step follows once the distance is so
+    /// near that this step ends at the crossing but for rounding, which falls to either side: a step of σ metres of arc
+    /// leaves ½·|D″|·σ², where |D″| is at most |κ| + 1/D, and at most |κ| more where the route's pace changes.
+    fn refine(&self, near: Sight, bracket: &Bracket, mut looks: u32) -> RearEnd {
         let rounding_m = self.route.rounding_m(near.place, near.point.pace_m) + f64::EPSILON * self.length_m;
-        let mut near_place = near.place;
+        let bend = bracket.curvature + 0.5 / self.length_m;
+        let last_step_m2 = LAST_STEP_ERROR * rounding_m / bend;
+        let (mut near_place, mut far_place) = (near.place, bracket.far_place);
         let mut sight = near;
+        let mut last_is_taken = false;
         for _ in 0..MAX_REFINEMENTS {
             let gap_m = self.length_m - sight.distance_m;
-            if gap_m.abs() <= rounding_m || near_place <= far_place {
+            if (last_is_taken && gap_m.abs() <= rounding_m) || near_place <= far_place {
+                break;
+            }
+            let newton = sight.place - gap_m / (sight.growth * sight.point.pace_m);
+            if newton == sight.place {
                 break;
             }
             if gap_m > 0.0 {
@@ -128,8 +151,8 @@ impl Link<'_> {
             } else {
                 far_place = sight.place;
             }
-            let newton = sight.place - gap_m / (sight.growth * sight.point.pace_m);
             let within = newton >= far_place && newton <= near_place;
+            last_is_taken = within && gap_m * gap_m <= last_step_m2 * sight.growth * sight.growth;
             sight = self.look(if within { newton } else { 0.5 * (near_place + far_place) });
             looks += 1;
         }
