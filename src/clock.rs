@@ -15,10 +15,14 @@ pub fn monotonic_ns() -> u64 {
     now.tv_sec as u64 * NANOS_PER_SECOND + now.tv_nsec as u64
 }
 
+/// The wall clock: nanoseconds since 1970-01-01 00:00 UTC.
+pub fn unix_ns() -> i64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos() as i64)
+}
+
 /// What to add to a `CLOCK_MONOTONIC` stamp of now to get Unix time, in nanoseconds.
 pub fn unix_minus_monotonic_ns() -> i64 {
-    let unix = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos() as i64);
-    unix - monotonic_ns() as i64
+    unix_ns() - monotonic_ns() as i64
 }
 
 /// Makes this thread's sleeps end when they are due: by default the kernel may add 50 µs to save a wake-up.

@@ -8,10 +8,11 @@ use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::subscriber::Subscriber;
 
 use crate::alert::Alert;
-use crate::command::{Command, CommandReply, Request};
+use crate::command::{Command, CommandReply, Request, Sender};
+use crate::command_event::CommandEvent;
 use crate::domain::Domain;
 use crate::error::BusError;
-use crate::service::{ALERTS, COMMANDS, DESCRIPTION, Member, Role, STATUS, Service};
+use crate::service::{ALERTS, COMMAND_EVENTS, COMMANDS, DESCRIPTION, Member, Role, STATUS, Service};
 use crate::status::Status;
 use crate::subscriber::LEAST_WAIT;
 
@@ -139,10 +140,45 @@ impl AlertSubscriber {
     }
 }
 
+/// Reads what has become of the commands to an instance's source, oldest first. The first ones are up to
+/// [`COMMAND_EVENT_BUFFER`](crate::service::COMMAND_EVENT_BUFFER) events from before the reader was opened.
+#[derive(Debug)]
+pub struct CommandEventReader {
+    subscriber: Subscriber<Service, CommandEvent, ()>,
+    _member: Member,
+}
+
+impl CommandEventReader {
+    /// Opens the events of a domain.
+    ///
+    /// # Errors
+    /// As [`Member::frames`]; [`BusError::NoServer`] also where the source is one of an earlier version, which makes no such
+    /// service.
+    pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
+        let member = Member::join(domain, name, Role::Client)?;
+        let subscriber = member
+            .command_events()?
+            .subscriber_builder()
+            .create()
+            .map_err(|error| BusError::failed(COMMAND_EVENTS, error))?;
+        Ok(Self { subscriber, _member: member })
+    }
+
+    /// The oldest event that has not been read yet. Never waits. A gap in [`CommandEvent::number`] shows how many were lost.
+    ///
+    /// # Errors
+    /// [`BusError::Failed`] where it cannot be mapped.
+    pub fn receive(&self) -> Result<Option<CommandEvent>, BusError> {
+        let sample = self.subscriber.receive().map_err(|error| BusError::failed(COMMAND_EVENTS, error))?;
+        Ok(sample.map(|sample| *sample.payload()))
+    }
+}
+
 /// Sends commands to the server of an instance.
 #[derive(Debug)]
 pub struct CommandClient {
     client: Client<Service, Command, (), CommandReply, ()>,
+    sender: Sender,
     instance: String,
     _member: Member,
 }
@@ -155,7 +191,14 @@ impl CommandClient {
     pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
         let member = Member::join(domain, name, Role::Client)?;
         let client = member.commands()?.client_builder().create().map_err(|error| BusError::failed(COMMANDS, error))?;
-        Ok(Self { client, instance: domain.instance().to_string(), _member: member })
+        let instance = domain.instance().to_string();
+        Ok(Self { client, sender: Sender::Client, instance, _member: member })
+    }
+
+    /// The same client, whose commands are recorded as this kind of sender's.
+    #[must_use]
+    pub fn sending_as(self, sender: Sender) -> Self {
+        Self { sender, ..self }
     }
 
     /// Sends one command and waits for its reply, at most `timeout`.
@@ -167,7 +210,8 @@ impl CommandClient {
     /// has not answered in time, else [`BusError::Failed`].
     pub fn call(&self, request: Request, timeout: Duration) -> Result<CommandReply, BusError> {
         const POLL_PERIOD: Duration = Duration::from_micros(200);
-        let pending = self.client.send_copy(request.to_wire()).map_err(|error| BusError::failed(COMMANDS, error))?;
+        let command = Command { sender: self.sender.to_wire(), pid: std::process::id(), ..request.to_wire() };
+        let pending = self.client.send_copy(command).map_err(|error| BusError::failed(COMMANDS, error))?;
         if pending.number_of_server_connections() == 0 {
             return Err(BusError::NoServer { instance: self.instance.clone() });
         }

@@ -7,19 +7,92 @@ use iceoryx2::prelude::ZeroCopySend;
 /// A command as it lies in shared memory. Build it with [`Request::to_wire`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("bench_dragon.Command.v2")]
+#[type_name("bench_dragon.Command.v3")]
 pub struct Command {
     /// Number of the [`Request`] variant, see [`Request::to_wire`].
     pub kind: u32,
-    /// Always 0.
-    pub reserved: u32,
+    /// A [`Sender`] as its number: the kind of program that sends it.
+    pub sender: u32,
     /// The run that the request is for; 0 where it is for any.
     pub run_id: u64,
     /// The request's values, the first ones first; 0 where it has fewer.
     pub values: [f64; 2],
+    /// Process id of the sender.
+    pub pid: u32,
+    /// 1 for a grant whose proven travel ends for good, else 0.
+    pub flags: u32,
 }
 
-const _: () = assert!(size_of::<Command>() == 32 && align_of::<Command>() == 8);
+const _: () = assert!(size_of::<Command>() == 40 && align_of::<Command>() == 8);
+
+/// The kind of program that sends a command.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Sender {
+    /// A client of the library, in Rust, C or Python, that names no other kind.
+    #[default]
+    Client = 0,
+    /// `bench-dragon ctl`.
+    Ctl = 1,
+    /// A browser page of `bench-dragon view`.
+    Page = 2,
+    /// `bench-dragon watch`.
+    Watch = 3,
+    /// A program on another host, through `bench-dragon bridge zenoh`.
+    Zenoh = 4,
+    /// The timecode that the server follows.
+    Timecode = 5,
+    /// The guard, `bench-dragon monitor --guard`.
+    Guard = 6,
+    /// A signal to the server's process, such as Ctrl-C.
+    Signal = 7,
+    /// The server itself.
+    Server = 8,
+}
+
+impl Sender {
+    /// The kind behind a number on the wire, or `None` where this version does not know the number.
+    pub fn from_wire(sender: u32) -> Option<Self> {
+        [
+            Self::Client,
+            Self::Ctl,
+            Self::Page,
+            Self::Watch,
+            Self::Zenoh,
+            Self::Timecode,
+            Self::Guard,
+            Self::Signal,
+            Self::Server,
+        ]
+        .into_iter()
+        .find(|known| known.to_wire() == sender)
+    }
+
+    /// The number on the wire.
+    pub fn to_wire(self) -> u32 {
+        self as u32
+    }
+
+    /// Lower-case name, as the commands print it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Client => "client",
+            Self::Ctl => "ctl",
+            Self::Page => "page",
+            Self::Watch => "watch",
+            Self::Zenoh => "zenoh",
+            Self::Timecode => "timecode",
+            Self::Guard => "guard",
+            Self::Signal => "signal",
+            Self::Server => "server",
+        }
+    }
+}
+
+impl fmt::Display for Sender {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(self.name())
+    }
+}
 
 /// The server's answer as it lies in shared memory. Read it with [`CommandReply::outcome`].
 #[repr(C)]
@@ -63,7 +136,7 @@ pub enum Request {
     Hold,
     /// Lift a `Hold`.
     Release,
-    /// End the server.
+    /// End the server: the head comes to rest first, and the last frame of the run says that it has ended.
     Stop,
     /// The guard's word that no two benches come too near to each other anywhere on a stretch of travel. It is true of the
     /// run's geometry, however the head walks there, so it is never taken back: a guarded server moves the head as far as
@@ -75,6 +148,8 @@ pub enum Request {
         from_m: f64,
         /// Where it ends.
         to_m: f64,
+        /// Whether the proven travel ends there for good: no later grant will reach further.
+        is_final: bool,
     },
 }
 
@@ -82,7 +157,7 @@ impl Request {
     /// Greatest speed of the head that may be asked for, in metres per show second.
     pub const MAX_SPEED_MPS: f64 = 10.0;
 
-    /// The wire form.
+    /// The wire form, as a [`Sender::Client`] sends it.
     pub fn to_wire(self) -> Command {
         let plain = |kind| Command { kind, ..Command::default() };
         match self {
@@ -93,7 +168,9 @@ impl Request {
             Self::Hold => plain(4),
             Self::Release => plain(5),
             Self::Stop => plain(6),
-            Self::Grant { run_id, from_m, to_m } => Command { run_id, values: [from_m, to_m], ..plain(7) },
+            Self::Grant { run_id, from_m, to_m, is_final } => {
+                Command { run_id, values: [from_m, to_m], flags: is_final.into(), ..plain(7) }
+            }
         }
     }
 
@@ -110,7 +187,7 @@ impl Request {
             4 => Self::Hold,
             5 => Self::Release,
             6 => Self::Stop,
-            7 => Self::Grant { run_id: command.run_id, from_m: value, to_m: second },
+            7 => Self::Grant { run_id: command.run_id, from_m: value, to_m: second, is_final: command.flags & 1 != 0 },
             _ => return None,
         })
     }

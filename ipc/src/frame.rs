@@ -26,7 +26,7 @@ pub struct FrameHeader {
     pub published_ns: u64,
     /// Signed arc length that the head has walked since t = 0, in metres.
     pub head_travel_m: f64,
-    /// Speed of the head in metres per show second; 0 while paused, held or finished.
+    /// Speed of the head in metres per show second; 0 while the head stands.
     pub head_speed_mps: f64,
     /// Show seconds per wall-clock second.
     pub time_scale: f64,
@@ -64,7 +64,7 @@ impl FrameHeader {
 pub struct HandleState {
     /// Position in metres.
     pub position_m: [f64; 3],
-    /// Velocity in metres per show second; 0 while paused, held or finished.
+    /// Velocity in metres per show second; 0 while the head stands.
     pub velocity_mps: [f64; 3],
 }
 
@@ -79,6 +79,8 @@ impl HandleState {
 }
 
 /// What the show is doing.
+///
+/// The states in which the head may walk are `Running` and `Stopping`, see [`ShowState::walks`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ShowState {
     /// The head walks.
@@ -89,12 +91,25 @@ pub enum ShowState {
     Held = 2,
     /// The end of the route, of the run, or of the time asked for is reached.
     Finished = 3,
+    /// A pause, a hold, a stop or the timecode has the head come to rest: it still walks, and brakes.
+    Stopping = 4,
+    /// The run has ended in order: this is its last frame.
+    Ended = 5,
 }
 
 impl ShowState {
     /// The state behind a number on the wire.
     pub fn from_wire(state: u32) -> Option<Self> {
-        [Self::Running, Self::Paused, Self::Held, Self::Finished].into_iter().find(|known| known.to_wire() == state)
+        Self::ALL.into_iter().find(|known| known.to_wire() == state)
+    }
+
+    /// All states, by their numbers.
+    pub const ALL: [Self; 6] =
+        [Self::Running, Self::Paused, Self::Held, Self::Finished, Self::Stopping, Self::Ended];
+
+    /// Whether the head may walk: only then does show time go on.
+    pub fn walks(self) -> bool {
+        matches!(self, Self::Running | Self::Stopping)
     }
 
     /// The number on the wire.
@@ -109,6 +124,8 @@ impl ShowState {
             Self::Paused => "paused",
             Self::Held => "held",
             Self::Finished => "finished",
+            Self::Stopping => "stopping",
+            Self::Ended => "ended",
         }
     }
 }

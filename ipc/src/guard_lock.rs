@@ -31,6 +31,11 @@ impl GuardLock {
         }
     }
 
+    /// The process id of the guard that holds the lock of a domain; `None` where no guard runs.
+    pub fn holder(domain: &Domain) -> Option<u32> {
+        lock_file::holder(&lock_path(domain))
+    }
+
     /// Removes the file that a killed guard has left.
     pub(crate) fn clear_abandoned(domain: &Domain) -> io::Result<()> {
         lock_file::clear_abandoned(&lock_path(domain))

@@ -11,6 +11,7 @@
 //! | `bench-dragon/alerts` | publish-subscribe, event | [`Alert`] |
 //! | `bench-dragon/readers` | publish-subscribe | [`ReaderReport`] |
 //! | `bench-dragon/commands` | request-response | [`Command`] → [`CommandReply`] |
+//! | `bench-dragon/command-events` | publish-subscribe, last ones for late joiners | [`CommandEvent`] |
 //!
 //! - *Who creates:* only a source creates services; a client opens them, and where there are none it is told so
 //!   ([`BusError::NoServer`]) and may try again.
@@ -47,6 +48,7 @@ mod bench;
 mod census;
 mod client;
 mod command;
+mod command_event;
 mod continuity;
 mod dead_nodes;
 mod domain;
@@ -76,8 +78,9 @@ mod trouble;
 pub use alert::{Alert, AlertKind};
 pub use bench::BenchState;
 pub use census::{Census, Cleared, ForeignFile, NodeEntry, clear};
-pub use client::{AlertSubscriber, CommandClient, Description, DescriptionReader, StatusReader};
-pub use command::{Command, CommandReply, Refusal, Request};
+pub use client::{AlertSubscriber, CommandClient, CommandEventReader, Description, DescriptionReader, StatusReader};
+pub use command::{Command, CommandReply, Refusal, Request, Sender};
+pub use command_event::{CommandEvent, EventKind, RunStart};
 pub use continuity::{Continuity, ContinuityTracker};
 pub use domain::{Domain, Instance, MAX_ROOT_PATH_LEN};
 pub use domain_error::DomainError;
@@ -91,7 +94,7 @@ pub use reader_reports::ReaderReports;
 pub use service_layout::ServiceLayout;
 pub use source_lock::SourceLock;
 pub use space::require_shared_memory;
-pub use status::Status;
+pub use status::{GuardState, SourceKind, Status, Stops, TimecodeKind, TimecodeState};
 pub use subscriber::{Frame, FrameSubscriber};
 pub use time_histogram::TimeHistogram;
 

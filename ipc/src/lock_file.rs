@@ -50,6 +50,15 @@ pub(crate) fn clear_abandoned(path: &Path) -> io::Result<()> {
     }
 }
 
+/// The process id of the holder of the lock file at a path, found out without touching the lock: a try would look like
+/// another holder to one that starts at that moment.
+pub(crate) fn holder(path: &Path) -> Option<u32> {
+    let pid: u32 = fs::read_to_string(path).ok()?.trim().parse().ok()?;
+    let open_files = fs::read_dir(format!("/proc/{pid}/fd")).ok()?;
+    let holds = open_files.flatten().any(|file| fs::read_link(file.path()).is_ok_and(|target| target == path));
+    holds.then_some(pid)
+}
+
 fn lock_exclusively(file: &mut File) -> Result<(), Refused> {
     match file.try_lock() {
         Ok(()) => Ok(()),

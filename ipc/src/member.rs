@@ -11,6 +11,7 @@ use iceoryx2::service::builder::publish_subscribe::Builder;
 
 use crate::alert::Alert;
 use crate::command::{Command, CommandReply};
+use crate::command_event::CommandEvent;
 use crate::dead_nodes::remove_dead_nodes;
 use crate::domain::Domain;
 use crate::domain_error::DomainError;
@@ -20,8 +21,8 @@ use crate::membership::Membership;
 use crate::open_files::require_open_files;
 use crate::reader_report::ReaderReport;
 use crate::service::{
-    ALERT_BUFFER, ALERTS, AlertService, CLIENT_FILES, CLIENT_MEMORY, COMMANDS, CommandService, DESCRIPTION,
-    DescriptionService, EventService, FRAMES, FrameService, MAX_ACTIVE_REQUESTS, MAX_BORROWED_FRAMES, MAX_MONITORS,
+    ALERT_BUFFER, ALERTS, AlertService, CLIENT_FILES, CLIENT_MEMORY, COMMAND_EVENT_BUFFER, COMMAND_EVENTS, COMMANDS,
+    CommandEventService, CommandService, DESCRIPTION, DescriptionService, EventService, FRAMES, FrameService, MAX_ACTIVE_REQUESTS, MAX_BORROWED_FRAMES, MAX_MONITORS,
     MAX_NODES, MAX_READERS, MAX_SOURCES, READERS, ReaderService, SOURCE_FILES, SOURCE_MEMORY, STATUS, Service,
     StatusService, frame_buffer,
 };
@@ -219,6 +220,21 @@ impl Member {
                 .create()
         };
         self.open_or_create(COMMANDS, || builder().open(), create)
+    }
+
+    /// What has become of every command, of which a late joiner is given the last ones.
+    ///
+    /// # Errors
+    /// As [`Member::frames`].
+    pub fn command_events(&self) -> Result<CommandEventService, BusError> {
+        let builder = || {
+            self.node
+                .service_builder(&service_name(COMMAND_EVENTS))
+                .publish_subscribe::<CommandEvent>()
+                .enable_safe_overflow(true)
+        };
+        let create = |_| limit(builder(), COMMAND_EVENT_BUFFER, 1, COMMAND_EVENT_BUFFER).create();
+        self.open_or_create(COMMAND_EVENTS, || builder().open(), create)
     }
 
     fn events(&self, service: &'static str) -> Result<EventService, BusError> {

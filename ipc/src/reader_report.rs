@@ -10,11 +10,11 @@ const NAME_LEN: usize = 32;
 /// A reader's account of itself, on the `bench-dragon/readers` service: about once a second while frames come, and once more
 /// when the reader ends.
 ///
-/// 96 bytes, no padding. Every [`FrameSubscriber`](crate::FrameSubscriber) sends its own; a reader that uses iceoryx2 without
+/// 104 bytes, no padding. Every [`FrameSubscriber`](crate::FrameSubscriber) sends its own; a reader that uses iceoryx2 without
 /// this library sends none.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
-#[type_name("bench_dragon.ReaderReport.v1")]
+#[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
+#[type_name("bench_dragon.ReaderReport.v2")]
 pub struct ReaderReport {
     /// Run of the last frame that it has read.
     pub run_id: u64,
@@ -24,6 +24,9 @@ pub struct ReaderReport {
     pub lost: u64,
     /// Bytes written since it opened; 0 for a reader that writes nothing.
     pub bytes_written: u64,
+    /// Seconds of wall time until the disk is full, at the rate of writing so far; [`ReaderReport::NO_ROOM`] for a reader that
+    /// writes nothing, or does not know it yet.
+    pub room_s: f64,
     /// `CLOCK_MONOTONIC` instant of the report in nanoseconds: that at which the last frame read was sent.
     pub sent_ns: u64,
     /// A number that no other reader on this machine has, nor this one when it is started again.
@@ -37,9 +40,34 @@ pub struct ReaderReport {
     pub name: [u8; NAME_LEN],
 }
 
-const _: () = assert!(size_of::<ReaderReport>() == 96 && align_of::<ReaderReport>() == 8);
+const _: () = assert!(size_of::<ReaderReport>() == 104 && align_of::<ReaderReport>() == 8);
+
+impl Default for ReaderReport {
+    fn default() -> Self {
+        Self {
+            run_id: 0,
+            frames: 0,
+            lost: 0,
+            bytes_written: 0,
+            room_s: Self::NO_ROOM,
+            sent_ns: 0,
+            reader: [0; 2],
+            pid: 0,
+            ended: 0,
+            name: [0; NAME_LEN],
+        }
+    }
+}
 
 impl ReaderReport {
+    /// Sentinel for *no room known*: infinity.
+    pub const NO_ROOM: f64 = f64::INFINITY;
+
+    /// Seconds of wall time until the disk is full, where the reader knows it.
+    pub fn room(&self) -> Option<f64> {
+        self.room_s.is_finite().then_some(self.room_s)
+    }
+
     /// The reader's name; of one that is no UTF-8, what comes before that.
     ///
     /// ```

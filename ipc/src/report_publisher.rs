@@ -51,6 +51,11 @@ impl ReportPublisher {
         self.report.bytes_written = bytes;
     }
 
+    /// Takes note of how many seconds of wall time the disk lasts.
+    pub(crate) fn set_room(&mut self, room_s: f64) {
+        self.report.room_s = room_s;
+    }
+
     /// Whether the last report is so many periods old. The frames are the clock, also of a source that is started again.
     pub(crate) fn is_due(&self, periods: u64) -> bool {
         self.report.sent_ns.abs_diff(self.sent.sent_ns) >= periods * PERIOD_NS

@@ -11,6 +11,7 @@ use iceoryx2::service::port_factory::{event, publish_subscribe, request_response
 
 use crate::alert::Alert;
 use crate::command::{Command, CommandReply};
+use crate::command_event::CommandEvent;
 use crate::frame::{FrameHeader, HandleState};
 pub use crate::member::{Member, Role};
 use crate::reader_report::ReaderReport;
@@ -28,6 +29,8 @@ pub const ALERTS: &str = "bench-dragon/alerts";
 pub const READERS: &str = "bench-dragon/readers";
 /// Name of the commands.
 pub const COMMANDS: &str = "bench-dragon/commands";
+/// Name of the record of commands.
+pub const COMMAND_EVENTS: &str = "bench-dragon/command-events";
 
 /// Readers that one service serves at a time.
 pub const MAX_READERS: usize = 24;
@@ -48,10 +51,12 @@ const FRAME_BUFFER: usize = 256;
 const LEAST_FRAME_BUFFER: usize = 4;
 /// What the frames of all readers may take of shared memory, in bytes, before the buffer shrinks: with all else less than
 /// the 64 MiB that containers have by default.
-const FRAME_MEMORY: usize = 56 << 20;
+const FRAME_MEMORY: usize = 55 << 20;
 pub(crate) const ALERT_BUFFER: usize = 256;
+/// Unread events of commands that are kept for a reader, and the last ones that a late joiner is given.
+pub const COMMAND_EVENT_BUFFER: usize = 128;
 /// What all but the frames of a source takes of shared memory at most, in bytes.
-pub const SOURCE_MEMORY: u64 = 5 << 20;
+pub const SOURCE_MEMORY: u64 = 6 << 20;
 /// What the alerts of all readers take of shared memory at most, in bytes.
 pub const ALERT_MEMORY: u64 = 1 << 20;
 /// What a client takes of shared memory at most, in bytes. Little, so that a safety stop gets through where hardly
@@ -78,6 +83,8 @@ pub type AlertService = publish_subscribe::PortFactory<Service, Alert, ()>;
 pub type ReaderService = publish_subscribe::PortFactory<Service, ReaderReport, ()>;
 /// Makes servers and clients of commands.
 pub type CommandService = request_response::PortFactory<Service, Command, (), CommandReply, ()>;
+/// Makes publishers and subscribers of the events of commands.
+pub type CommandEventService = publish_subscribe::PortFactory<Service, CommandEvent, ()>;
 /// Makes notifiers and listeners.
 pub type EventService = event::PortFactory<Service>;
 

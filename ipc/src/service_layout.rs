@@ -8,10 +8,11 @@ use iceoryx2::service::static_config::messaging_pattern::MessagingPattern as Pat
 
 use crate::alert::Alert;
 use crate::command::{Command, CommandReply};
+use crate::command_event::CommandEvent;
 use crate::domain::Domain;
 use crate::frame::{FrameHeader, HandleState};
 use crate::reader_report::ReaderReport;
-use crate::service::{ALERTS, COMMANDS, DESCRIPTION, FRAMES, READERS, STATUS, Service};
+use crate::service::{ALERTS, COMMAND_EVENTS, COMMANDS, DESCRIPTION, FRAMES, READERS, STATUS, Service};
 use crate::status::Status;
 
 /// One service, as a process has made it.
@@ -42,6 +43,7 @@ pub(crate) fn service_layouts(domain: &Domain) -> Vec<ServiceLayout> {
         (STATUS, single(fixed::<Status>())),
         (ALERTS, single(fixed::<Alert>())),
         (READERS, single(fixed::<ReaderReport>())),
+        (COMMAND_EVENTS, single(fixed::<CommandEvent>())),
         (COMMANDS, [single(fixed::<Command>()), single(fixed::<CommandReply>())].join(" to ")),
     ];
     let layout = |(service, expected): (&'static str, String)| {

@@ -66,7 +66,7 @@ impl SourceLock {
 impl SourceLock {
     /// The process id of the source that holds the lock of a domain; `None` where no source runs.
     pub fn holder(domain: &Domain) -> Option<u32> {
-        holder(domain)
+        lock_file::holder(&lock_path(domain))
     }
 
     /// Removes the file that a killed source has left.
@@ -91,16 +91,6 @@ impl Drop for SourceLock {
 
 fn lock_path(domain: &Domain) -> PathBuf {
     domain.root().join("source.lock")
-}
-
-/// The process id of the source that holds the lock, found out without touching the lock: a try would look like another
-/// source to one that starts at that moment.
-pub(crate) fn holder(domain: &Domain) -> Option<u32> {
-    let path = lock_path(domain);
-    let pid: u32 = fs::read_to_string(&path).ok()?.trim().parse().ok()?;
-    let open_files = fs::read_dir(format!("/proc/{pid}/fd")).ok()?;
-    let holds = open_files.flatten().any(|file| fs::read_link(file.path()).is_ok_and(|target| target == path));
-    holds.then_some(pid)
 }
 
 /// Removes what a killed source has left half made. Whoever leaves the domain meanwhile may remove any of it first.

@@ -8,7 +8,7 @@ use crate::time_histogram::TimeHistogram;
 /// How the server keeps its schedule. Published ten times a second and once more at the end.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("bench_dragon.Status.v3")]
+#[type_name("bench_dragon.Status.v4")]
 pub struct Status {
     /// Run that this is about.
     pub run_id: u64,
@@ -46,24 +46,34 @@ pub struct Status {
     pub granted_to_m: f64,
     /// Travel that a refused seek asked a guarded server for, in metres, or [`Status::NONE`]: its guard proves it.
     pub asked_m: f64,
+    /// Travel at which the proven travel ends for good, in metres, or [`Status::NONE`] where the guard has not reached it.
+    pub guard_end_m: f64,
     /// Ticks a second of wall time.
     pub rate_hz: u32,
     /// A [`ShowState`] as its number.
     pub state: u32,
     /// Process id of the server.
     pub pid: u32,
-    /// Always 0.
-    pub reserved: u32,
+    /// A [`SourceKind`] as its number.
+    pub source: u32,
+    /// A [`GuardState`] as its number.
+    pub guard: u32,
+    /// A [`TimecodeState`] as its number.
+    pub timecode: u32,
+    /// A [`TimecodeKind`] as its number.
+    pub timecode_kind: u32,
+    /// The [`Stops`] that keep the head from walking, or have it brake, as bits.
+    pub stops: u32,
     /// Lateness of every release since the start of the run.
     pub lateness: TimeHistogram,
     /// Duration of every tick since the start of the run.
     pub tick_time: TimeHistogram,
 }
 
-const _: () = assert!(size_of::<Status>() == 144 + 2 * size_of::<TimeHistogram>() && align_of::<Status>() == 8);
+const _: () = assert!(size_of::<Status>() == 168 + 2 * size_of::<TimeHistogram>() && align_of::<Status>() == 8);
 
 impl Status {
-    /// The value of a travel that there is none of: not a number.
+    /// Sentinel for *no travel*: NaN.
     pub const NONE: f64 = f64::NAN;
 
     /// Travel that a refused seek asked for, where there is one.
@@ -74,5 +84,186 @@ impl Status {
     /// The state of the show, or `None` where a newer server sends a number that this version does not know.
     pub fn show_state(&self) -> Option<ShowState> {
         ShowState::from_wire(self.state)
+    }
+}
+
+impl Status {
+    /// Travel at which the proven travel ends for good, where the guard has reached it.
+    pub fn guard_end(&self) -> Option<f64> {
+        (!self.guard_end_m.is_nan()).then_some(self.guard_end_m)
+    }
+
+    /// The kind of source, or `None` for a number that this version does not know.
+    pub fn source_kind(&self) -> Option<SourceKind> {
+        SourceKind::from_wire(self.source)
+    }
+
+    /// The state of the guard, or `None` for a number that this version does not know.
+    pub fn guard_state(&self) -> Option<GuardState> {
+        GuardState::from_wire(self.guard)
+    }
+
+    /// The state of the timecode, or `None` for a number that this version does not know.
+    pub fn timecode_state(&self) -> Option<TimecodeState> {
+        TimecodeState::from_wire(self.timecode)
+    }
+
+    /// The protocol of the timecode, or `None` for a number that this version does not know.
+    pub fn timecode_protocol(&self) -> Option<TimecodeKind> {
+        TimecodeKind::from_wire(self.timecode_kind)
+    }
+
+    /// What keeps the head from walking.
+    pub fn stops(&self) -> Stops {
+        Stops::from_wire(self.stops)
+    }
+}
+
+/// Declares an enum of the wire: a number for each variant, and its lower-case name.
+macro_rules! wire_enum {
+    ($(#[$outer:meta])* $name:ident { $($(#[$inner:meta])* $variant:ident = $number:literal, $text:literal;)* }) => {
+        $(#[$outer])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+        pub enum $name {
+            $($(#[$inner])* $variant = $number,)*
+        }
+
+        impl $name {
+            /// The variant behind a number on the wire, or `None` where this version does not know the number.
+            pub fn from_wire(number: u32) -> Option<Self> {
+                match number {
+                    $($number => Some(Self::$variant),)*
+                    _ => None,
+                }
+            }
+
+            /// The number on the wire.
+            pub fn to_wire(self) -> u32 {
+                self as u32
+            }
+
+            /// Lower-case name, as the commands print it.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $text,)*
+                }
+            }
+        }
+    };
+}
+
+wire_enum! {
+    /// The kind of source that publishes the frames.
+    SourceKind {
+        /// A server, which simulates the show.
+        #[default]
+        Server = 0, "server";
+        /// A replay of a recording.
+        Replay = 1, "replay";
+        /// A bridge that receives the frames of another host.
+        Remote = 2, "remote";
+    }
+}
+
+wire_enum! {
+    /// Whether a guard watches over the head.
+    GuardState {
+        /// The server was not started with `--guarded`.
+        #[default]
+        None = 0, "none";
+        /// The server waits for grants, and no guard runs.
+        Missing = 1, "missing";
+        /// A guard runs.
+        Running = 2, "running";
+    }
+}
+
+wire_enum! {
+    /// How the timecode is that the server follows.
+    TimecodeState {
+        /// The server follows no timecode.
+        #[default]
+        None = 0, "none";
+        /// No timecode has come yet; the show stands.
+        Waiting = 1, "waiting";
+        /// The timecode runs, and the show follows.
+        Locked = 2, "locked";
+        /// The timecode stands, and the show with it.
+        Standing = 3, "standing";
+        /// The timecode is lost: the show goes on at its own pace, unless it stood.
+        Lost = 4, "lost";
+    }
+}
+
+wire_enum! {
+    /// The protocol of the timecode.
+    TimecodeKind {
+        /// The server follows no timecode.
+        #[default]
+        None = 0, "none";
+        /// Art-Net (`ArtTimeCode`).
+        ArtNet = 1, "Art-Net";
+        /// Open Sound Control.
+        Osc = 2, "OSC";
+    }
+}
+
+/// What keeps the head from walking, or has it brake. Several may hold at once.
+#[allow(clippy::struct_excessive_bools, reason = "independent bits of the wire")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stops {
+    /// Bit 0: the operator's pause.
+    pub paused: bool,
+    /// Bit 1: a safety hold. `release` lifts it.
+    pub held: bool,
+    /// Bit 2: the end of the travel that the guard has granted.
+    pub guard_limit: bool,
+    /// Bit 3: the timecode stands, or has not come yet.
+    pub timecode: bool,
+    /// Bit 4: the server was asked to end.
+    pub ending: bool,
+    /// Bit 5: the end of the route, of the run, or of the time asked for.
+    pub run_end: bool,
+}
+
+impl Stops {
+    /// The bits on the wire.
+    pub fn to_wire(self) -> u32 {
+        self.in_order().into_iter().enumerate().map(|(bit, holds)| u32::from(holds) << bit).sum()
+    }
+
+    /// The stops behind the bits on the wire; bits that this version does not know are ignored.
+    pub fn from_wire(bits: u32) -> Self {
+        let holds = |bit: u32| bits >> bit & 1 == 1;
+        Self {
+            paused: holds(0),
+            held: holds(1),
+            guard_limit: holds(2),
+            timecode: holds(3),
+            ending: holds(4),
+            run_end: holds(5),
+        }
+    }
+
+    fn in_order(self) -> [bool; 6] {
+        [self.paused, self.held, self.guard_limit, self.timecode, self.ending, self.run_end]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_set_of_stops_passes_the_wire() {
+        for bits in 0..1 << 6 {
+            assert_eq!(Stops::from_wire(bits).to_wire(), bits);
+        }
+    }
+
+    #[test]
+    fn a_number_of_a_newer_server_is_unknown() {
+        assert_eq!(GuardState::from_wire(GuardState::Running.to_wire()), Some(GuardState::Running));
+        assert_eq!((GuardState::from_wire(3), TimecodeState::from_wire(9)), (None, None));
     }
 }

@@ -158,6 +158,11 @@ impl FrameSubscriber {
     pub fn set_bytes_written(&mut self, bytes: u64) {
         self.reports.set_bytes_written(bytes);
     }
+
+    /// Sets how many seconds of wall time the reader's disk lasts, for its next report.
+    pub fn set_room(&mut self, room_s: f64) {
+        self.reports.set_room(room_s);
+    }
 }
 
 /// A frame, borrowed from shared memory: nothing is copied, and nobody writes to it while it is held.

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use bench_dragon::control;
 use bench_dragon::stop::StopFlag;
-use bench_dragon_ipc::{Domain, Request};
+use bench_dragon_ipc::{Domain, Request, Sender};
 use serde::Serialize;
 
 use crate::cli::{CtlArgs, Format, Order};
@@ -22,7 +22,7 @@ struct ReplyLine {
 pub(crate) fn run(args: &CtlArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
-    let reply = control::call(&domain, "ctl", request(args.order), || stop.is_set())?;
+    let reply = control::call(&domain, "ctl", Sender::Ctl, request(args.order), || stop.is_set())?;
     let outcome = reply.outcome();
     let reason = outcome.err().map(|refusal| refusal.to_string());
     match (args.format.format, &reason) {

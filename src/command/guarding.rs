@@ -9,7 +9,7 @@ use std::time::Duration;
 use bench_dragon::config::Config;
 use bench_dragon::dragon::Meter;
 use bench_dragon::guard::{FinalRest, Guard, GuardSettings, STEPS_AT_A_TIME};
-use bench_dragon_ipc::{BusError, CommandClient, Domain, FrameHeader, Request, StatusReader};
+use bench_dragon_ipc::{BusError, CommandClient, Domain, FrameHeader, Request, Sender, StatusReader};
 use crossbeam::channel::{self, Receiver, RecvTimeoutError, Sender, TryRecvError};
 use crossbeam::queue::ArrayQueue;
 
@@ -114,7 +114,7 @@ impl Watch {
         has_fault: Arc<AtomicBool>,
         woken: Receiver<()>,
     ) -> Result<Self, BusError> {
-        let commands = CommandClient::open(domain, "guard")?;
+        let commands = CommandClient::open(domain, "guard")?.sending_as(Sender::Guard);
         let status = StatusReader::open(domain, "guard-status")?;
         Ok(Self { commands, status, frames, has_fault, woken, asked_m: None })
     }
@@ -146,11 +146,11 @@ impl Watch {
             if let Some(status) = self.status.poll().map_err(News::Failed)? {
                 self.asked_m = status.asked().filter(|_| status.run_id == header.run_id);
             }
-            let Some(grant @ Request::Grant { from_m, to_m, .. }) = guard.follow(&header, self.asked_m) else {
+            let Some(grant @ Request::Grant { from_m, to_m, is_final, .. }) = guard.follow(&header, self.asked_m) else {
                 return Ok(());
             };
             match self.commands.call(grant, PATIENCE).map(|reply| reply.outcome()) {
-                Ok(Ok(_)) => guard.note_granted(from_m, to_m),
+                Ok(Ok(_)) => guard.note_granted(from_m, to_m, is_final),
                 // It has just been started again, or is gone: the next frame tells.
                 Ok(Err(_)) | Err(BusError::NoServer { .. } | BusError::NoAnswer { .. }) => return Ok(()),
                 Err(error) => return Err(News::Failed(error)),

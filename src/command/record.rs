@@ -200,6 +200,7 @@ impl Session {
         self.progress_due = now + PROGRESS_PERIOD;
         let progress = self.recorder.progress();
         frames.set_bytes_written(progress.bytes_written);
+        frames.set_room(progress.room_s.unwrap_or(ReaderReport::NO_ROOM));
         match progress.warning {
             Some(warning) if now >= self.warning_due => {
                 self.warning_due = now + WARNING_PERIOD;

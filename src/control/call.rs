@@ -3,7 +3,7 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use bench_dragon_ipc::{BusError, CommandClient, CommandReply, Domain, Refusal, Request};
+use bench_dragon_ipc::{BusError, CommandClient, CommandReply, Domain, Refusal, Request, Sender};
 
 /// How long a server may take to answer: far more than a tick at the lowest rate.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -12,7 +12,7 @@ pub const HOLD_PATIENCE: Duration = Duration::from_secs(12);
 /// How often a seek that is not proved yet is sent again.
 const PROOF_PERIOD: Duration = Duration::from_millis(20);
 
-/// Sends a command, under this node name, and waits for its reply. A seek that the server's guard has still to prove is sent
+/// Sends a command, under this node name and as this kind of sender, and waits for its reply. A seek that the server's guard has still to prove is sent
 /// again until it is, or until it is given up; then it is refused.
 ///
 /// Each call joins the bus anew: a client that stays would take a killed server for one that is slow.
@@ -22,10 +22,11 @@ const PROOF_PERIOD: Duration = Duration::from_millis(20);
 pub fn call(
     domain: &Domain,
     name: &str,
+    sender: Sender,
     request: Request,
     is_given_up: impl Fn() -> bool,
 ) -> Result<CommandReply, BusError> {
-    let client = CommandClient::open(domain, name)?;
+    let client = CommandClient::open(domain, name)?.sending_as(sender);
     let began = Instant::now();
     loop {
         let reply = client.call(request, PATIENCE)?;

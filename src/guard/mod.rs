@@ -92,8 +92,8 @@ pub struct Guard<'a> {
 #[derive(Debug)]
 struct Granting<'a> {
     ground: Ground<'a>,
-    /// Where the last grant of it that was taken ends.
-    granted_to_m: Option<f64>,
+    /// Where the last grant of it that was taken ends, and whether for good.
+    granted: Option<(f64, bool)>,
 }
 
 impl<'a> Guard<'a> {
@@ -117,7 +117,7 @@ impl<'a> Guard<'a> {
     /// Looks at a frame of the run, and at the travel that a refused seek asked for, proves more ground where it is needed,
     /// and returns a grant for the server. It is returned again until [`Guard::note_granted`] says that it was taken.
     pub fn follow(&mut self, header: &FrameHeader, asked_m: Option<f64>) -> Option<Request> {
-        if header.show_state() == Some(ShowState::Running) {
+        if header.show_state().is_some_and(ShowState::walks) {
             self.walking_speed_mps = header.head_speed_mps;
         }
         let (run_id, travel_m) = (self.run_id, header.head_travel_m);
@@ -129,10 +129,10 @@ impl<'a> Guard<'a> {
     }
 
     /// Takes note that the server has taken a grant.
-    pub fn note_granted(&mut self, from_m: f64, to_m: f64) {
+    pub fn note_granted(&mut self, from_m: f64, to_m: f64, is_final: bool) {
         let grantings = [&mut self.present, &mut self.prepared].into_iter().flatten();
         for granting in grantings.filter(|granting| granting.ground.begin_m() == from_m) {
-            granting.granted_to_m = Some(to_m);
+            granting.granted = Some((to_m, is_final));
         }
     }
 
@@ -187,20 +187,20 @@ impl<'a> Guard<'a> {
     fn begin(&self, travel_m: f64) -> Option<Granting<'a>> {
         let within_run = (self.dragon.start_travel_m()..=self.dragon.end_travel_m()).contains(&travel_m);
         let ground = within_run.then(|| Ground::at(self.dragon, self.settings.margin_m, travel_m))?.ok()?;
-        Some(Granting { ground, granted_to_m: None })
+        Some(Granting { ground, granted: None })
     }
 }
 
 impl Granting<'_> {
     /// Proves on, and returns what is to be granted if it is needed for a head at `travel_m`.
     fn next_grant(&mut self, run_id: u64, travel_m: f64, horizon_m: f64) -> Option<Request> {
-        let is_needed = |granted_to_m: f64| granted_to_m < travel_m + horizon_m;
-        if !self.granted_to_m.is_none_or(is_needed) {
+        let is_needed = |(to_m, is_final): (f64, bool)| !is_final && to_m < travel_m + horizon_m;
+        if !self.granted.is_none_or(is_needed) {
             return None;
         }
         self.ground.extend(travel_m + GRANTED_HORIZONS * horizon_m, HANDLES_AT_A_TIME);
-        let (from_m, to_m) = (self.ground.begin_m(), self.ground.end_m());
-        let is_new = self.granted_to_m.is_none_or(|granted_to_m| granted_to_m < to_m);
-        is_new.then_some(Request::Grant { run_id, from_m, to_m })
+        let (from_m, to_m, is_final) = (self.ground.begin_m(), self.ground.end_m(), self.ground.is_whole());
+        let is_new = self.granted.is_none_or(|granted| granted.0 < to_m || is_final);
+        is_new.then_some(Request::Grant { run_id, from_m, to_m, is_final })
     }
 }

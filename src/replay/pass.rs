@@ -12,7 +12,7 @@ use super::read_ahead::RecordedRun;
 use super::{COMMAND_PERIOD, Replay};
 use crate::clock::{monotonic_ns, sleep_precisely, sleep_until};
 use crate::histogram::Percentiles;
-use crate::source::{Stage, TimesOfAll};
+use crate::source::{Moment, Stage, TimesOfAll};
 
 /// How long a replay waits for the readers that it was told to expect.
 const READER_PATIENCE: Duration = Duration::from_secs(10);
@@ -122,7 +122,7 @@ impl<'a> Pass<'a> {
     }
 
     /// The next frame, as soon as it has been read; `None` where the recorded run ends.
-    fn next_frame(&self, stop: &AtomicBool) -> Result<Option<PlannedFrame>, Stopped> {
+    fn next_frame(&mut self, stop: &AtomicBool) -> Result<Option<PlannedFrame>, Stopped> {
         loop {
             match self.run.frames.recv_timeout(COMMAND_PERIOD) {
                 Ok(frame) => return Ok(Some(frame)),
@@ -132,7 +132,7 @@ impl<'a> Pass<'a> {
         }
     }
 
-    fn wait_until(&self, due_ns: u64, stop: &AtomicBool) -> Result<(), Stopped> {
+    fn wait_until(&mut self, due_ns: u64, stop: &AtomicBool) -> Result<(), Stopped> {
         self.look_for_stop(stop)?;
         loop {
             let now_ns = monotonic_ns();
@@ -148,9 +148,11 @@ impl<'a> Pass<'a> {
     }
 
     /// Answers the commands that have come.
-    fn look_for_stop(&self, stop: &AtomicBool) -> Result<(), Stopped> {
+    fn look_for_stop(&mut self, stop: &AtomicBool) -> Result<(), Stopped> {
         let mut asked_to_stop = false;
-        self.stage.take_commands(self.progress.tick, |request| match request {
+        let sim_time_ns = (self.progress.sim_time_s * 1e9).round() as i64;
+        let moment = Moment { sim_time_ns, overruns: self.overruns() };
+        self.stage.take_commands(self.progress.tick, moment, |request| match request {
             Request::Stop => {
                 asked_to_stop = true;
                 Ok(())
@@ -160,7 +162,7 @@ impl<'a> Pass<'a> {
         if asked_to_stop || stop.load(Ordering::Relaxed) { Err(Stopped) } else { Ok(()) }
     }
 
-    fn wait_for_readers(&self, stop: &AtomicBool) -> Result<(), Stopped> {
+    fn wait_for_readers(&mut self, stop: &AtomicBool) -> Result<(), Stopped> {
         const LOOK_PERIOD: Duration = Duration::from_millis(1);
         let is_first = self.replay.summary.passes == 1;
         let expected = if is_first { self.replay.settings.readers } else { 0 };

@@ -1,6 +1,8 @@
 //! The loop's end of timecode: takes the newest sample, and has the simulation do what the follower says.
 
-use bench_dragon_ipc::Request;
+use bench_dragon_ipc::{
+    Command, CommandEvent, CommandReply, EventKind, Refusal, Request, Sender, TimecodeKind, TimecodeState,
+};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::simulation::Simulation;
@@ -15,6 +17,21 @@ pub struct Following {
     follower: Follower,
     inbox: Inbox,
     news: Producer<TimecodeNews>,
+    kind: TimecodeKind,
+    /// What the timecode was last recorded to have the show do.
+    recorded: Option<Recorded>,
+    /// Whether the last seek was refused, and recorded so.
+    is_seek_refused: bool,
+}
+
+/// What a simulation of the run needs to know of the timecode, beside the frames.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Recorded {
+    stands: bool,
+    /// Whether the timecode says where the show is.
+    leads: bool,
+    /// The time scale where it does not: otherwise the frames carry it.
+    time_scale: Option<f64>,
 }
 
 /// What happened to the timecode, and where the show was then.
@@ -30,9 +47,20 @@ pub struct TimecodeNews {
 
 impl Following {
     /// Follows what comes into an inbox. The news are for a thread that tells them.
-    pub fn new(settings: FollowerSettings, inbox: Inbox) -> (Self, Consumer<TimecodeNews>) {
+    pub fn new(settings: FollowerSettings, kind: TimecodeKind, inbox: Inbox) -> (Self, Consumer<TimecodeNews>) {
         let (news, to_tell) = RingBuffer::new(MOST_NEWS);
-        (Self { follower: Follower::new(settings), inbox, news }, to_tell)
+        let follower = Follower::new(settings);
+        (Self { follower, inbox, news, kind, recorded: None, is_seek_refused: false }, to_tell)
+    }
+
+    /// The protocol of the timecode.
+    pub(super) fn kind(&self) -> TimecodeKind {
+        self.kind
+    }
+
+    /// How the timecode is.
+    pub(super) fn state(&self) -> TimecodeState {
+        self.follower.timecode_state()
     }
 
     /// Whether it is the timecode that says where the show is.
@@ -40,8 +68,15 @@ impl Following {
         self.follower.leads()
     }
 
-    /// Steers the tick that is due now, one of so many a second. Returns the time scale from it on.
-    pub(super) fn steer(&mut self, simulation: &mut Simulation, due_ns: u64, rate_hz: u32) -> f64 {
+    /// Steers the tick that is due now, one of so many a second, and hands what changes to `record`. Returns the time scale
+    /// from it on.
+    pub(super) fn steer(
+        &mut self,
+        simulation: &mut Simulation,
+        due_ns: u64,
+        rate_hz: u32,
+        mut record: impl FnMut(CommandEvent),
+    ) -> f64 {
         for sample in self.inbox.take() {
             self.follower.hear(sample);
         }
@@ -52,10 +87,36 @@ impl Following {
             let _ = self.news.push(TimecodeNews { event, sim_time_s: show.sim_time_s, is_stopped: show.is_stopped });
         }
         if let Some(sim_time_s) = order.seek_s {
-            self.follower.note_seek(simulation.request(Request::Seek { sim_time_s }).is_ok());
+            let outcome = simulation.request(Request::Seek { sim_time_s });
+            self.follower.note_seek(outcome.is_ok());
+            // A refused seek is tried again ten times a second: the first try is recorded.
+            if !std::mem::replace(&mut self.is_seek_refused, outcome.is_err()) || outcome.is_ok() {
+                record(seek_event(sim_time_s, outcome));
+            }
+        }
+        let leads = self.follower.leads();
+        let time_scale = (!leads).then_some(order.time_scale);
+        let steered = Recorded { stands: order.stands, leads, time_scale };
+        if self.recorded.replace(steered) != Some(steered) {
+            record(steered.event(order.time_scale));
         }
         simulation.set_stands(order.stands);
         simulation.set_tick(order.time_scale / f64::from(rate_hz));
         order.time_scale
     }
+}
+
+impl Recorded {
+    fn event(self, time_scale: f64) -> CommandEvent {
+        let kind = if self.stands { EventKind::Stand } else { EventKind::Follow };
+        let values = [f64::from(u8::from(self.leads)), time_scale, 0.0, 0.0];
+        CommandEvent { values, ..CommandEvent::plain(kind, Sender::Timecode, 0) }
+    }
+}
+
+fn seek_event(sim_time_s: f64, outcome: Result<(), Refusal>) -> CommandEvent {
+    let command =
+        Command { sender: Sender::Timecode.to_wire(), pid: std::process::id(), ..Request::Seek { sim_time_s }.to_wire() };
+    let reply = outcome.map_or_else(|refusal| CommandReply::refused(0, 0, refusal), |()| CommandReply::accepted(0, 0));
+    CommandEvent::answered(&command, &reply)
 }

@@ -12,12 +12,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::service::{AlertService, EventService, Member, ReaderService, Role};
-use bench_dragon_ipc::{BusError, Description, Domain, Refusal, Request, ShowState, SourceLock};
+use bench_dragon_ipc::{
+    BusError, CommandEvent, Description, Domain, EventKind, Refusal, Request, RunStart, Sender, ShowState, SourceKind,
+    SourceLock,
+};
 
 use crate::clock::{monotonic_ns, sleep_until, spin_until};
 use crate::config::Config;
 use crate::histogram::Percentiles;
-use crate::source::{CommandServer, FramePublisher, SourceReport, TimesOfAll, random_run_id, service_manager};
+use crate::source::{CommandServer, FramePublisher, Moment, SourceReport, TimesOfAll, random_run_id, service_manager};
 
 pub mod motion;
 pub mod schedule;
@@ -29,7 +32,7 @@ mod simulation;
 pub use following::{Following, TimecodeNews};
 pub use simulation::Simulation;
 
-use motion::{Limits, MotionPlan};
+use motion::MotionPlan;
 use schedule::Schedule;
 
 /// From here to the first release.
@@ -115,9 +118,11 @@ impl Server {
         let member = Member::join(domain, "serve", Role::Source { bench_count })?;
         let run_id = random_run_id();
         let description = Description { run_id, toml: settings.config.to_toml() };
-        let report = SourceReport::start("serve", domain.clone(), description, bench_count, settings.config.rate_hz())?;
+        let rate_hz = settings.config.rate_hz();
+        let report = SourceReport::start(SourceKind::Server, domain.clone(), description, bench_count, rate_hz)?;
+        let plan = MotionPlan::of_run(&settings.config, &settings.run_start(), run_id);
         let server = Self {
-            simulation: Simulation::new(settings.config.dragon().clone(), plan(&settings, run_id)),
+            simulation: Simulation::new(settings.config.dragon().clone(), plan),
             commands: CommandServer::create(&member)?,
             _alerts: (member.alerts()?, member.alert_events()?),
             _readers: member.readers()?,
@@ -147,12 +152,12 @@ impl Server {
 
     /// Has the show follow timecode: it stands until the first one.
     pub fn follow(&mut self, following: Following) {
-        self.simulation.set_stands(true);
+        self.simulation.follow();
         self.following = Some(following);
     }
 
-    /// Publishes frame after frame, on the calling thread, until `stop` is set, a client asks for it, or the show time to
-    /// end at is reached.
+    /// Publishes frame after frame, on the calling thread, until the run has ended: `stop` was set or a client asked for it,
+    /// and the head has come to rest; or the show time to end at is reached. The last frame's state is [`ShowState::Ended`].
     ///
     /// The thread takes on the processor and the priority of the configuration, as far as it may, and keeps them.
     ///
@@ -160,46 +165,42 @@ impl Server {
     /// [`BusError::Failed`] where a frame cannot be published.
     pub fn run(mut self, stop: &AtomicBool) -> Result<ServerSummary, BusError> {
         real_time::settle(&self.settings.config);
-        let stopped_before = self.wait_for_readers(stop);
+        self.record(self.settings.run_start_event(self.following.is_some()), 0);
+        self.wait_for_readers(stop);
         let mut schedule = Schedule::new(monotonic_ns() + LEAD.as_nanos() as u64, self.settings.config.rate_hz());
-        let (mut tick, mut missed) = (0, 0);
-        if stopped_before {
-            return Ok(self.finish(tick, &schedule));
-        }
+        let (mut tick, mut missed, mut has_signal) = (0, 0, false);
         let spin_ns = u64::from(self.settings.config.spin_us()) * 1000;
-        while !stop.load(Ordering::Relaxed) {
-            while !sleep_until(schedule.due_ns() - spin_ns) {
-                if stop.load(Ordering::Relaxed) {
-                    return Ok(self.finish(tick, &schedule));
-                }
-            }
+        loop {
+            // A signal ends the sleep early; the loop looks at it when the tick is due.
+            while !sleep_until(schedule.due_ns() - spin_ns) {}
             let begun_ns = spin_until(schedule.due_ns());
-            let asked_to_stop = self.tick(tick, missed, &schedule)?;
-            tick += 1;
-            let ended_ns = monotonic_ns();
-            let lateness_ns = begun_ns - schedule.due_ns();
-            self.report.count(lateness_ns, ended_ns - begun_ns);
-            if asked_to_stop || self.is_over() {
-                break;
+            if stop.load(Ordering::Relaxed) && !has_signal {
+                has_signal = true;
+                self.end_by_signal(tick, schedule.overruns());
             }
+            let state = self.tick(tick, missed, &schedule)?;
+            let ended_ns = monotonic_ns();
+            self.report.count(begun_ns - schedule.due_ns(), ended_ns - begun_ns);
+            if state == ShowState::Ended {
+                self.record(CommandEvent::plain(EventKind::End, Sender::Server, tick), schedule.overruns());
+                return Ok(self.finish(tick + 1, &schedule));
+            }
+            tick += 1;
             missed = schedule.advance(ended_ns);
         }
-        Ok(self.finish(tick, &schedule))
     }
 
-    /// One tick, after so many missed releases. Returns whether a client asked the server to stop.
-    fn tick(&mut self, tick: u64, missed: u64, schedule: &Schedule) -> Result<bool, BusError> {
+    /// One tick, after so many missed releases. Returns the state that its frame shows.
+    fn tick(&mut self, tick: u64, missed: u64, schedule: &Schedule) -> Result<ShowState, BusError> {
         self.simulation.miss(missed);
         if self.is_led() {
             // The follower makes up what the timecode is ahead by.
             self.simulation.forget_lag();
         }
-        let asked_to_stop = self.take_commands(tick);
-        let Self { simulation, frames, following, time_scale, settings, run_id, .. } = self;
+        self.take_commands(tick, schedule.overruns());
+        self.follow_timecode(tick, schedule);
+        let Self { simulation, frames, time_scale, settings, run_id, .. } = self;
         let config = &settings.config;
-        if let Some(following) = following {
-            *time_scale = following.steer(simulation, schedule.due_ns(), config.rate_hz());
-        }
         simulation.advance();
         let bench_count = config.dragon().dimensions().benches() as u32;
         let head = simulation.head();
@@ -212,25 +213,45 @@ impl Server {
         frames.publish(fill, monotonic_ns)?;
         self.report.tell(&header, schedule.overruns());
         self.report.tell_behind(self.simulation.catch_up().behind_ns(self.settings.config.rate_hz()));
-        let Limits { granted_to_m, asked_m } = self.simulation.limits();
-        self.report.tell_limits(granted_to_m, asked_m);
-        Ok(asked_to_stop)
+        self.report.report_limits(self.simulation.limits());
+        self.report.report_stops(self.simulation.stops());
+        Ok(head.state)
     }
 
-    /// Answers the commands that have come; they hold from this tick on. Returns whether a client asked the server to stop.
-    fn take_commands(&mut self, tick: u64) -> bool {
+    /// Steers by the newest timecode, where the server follows one, and records what the timecode changes.
+    fn follow_timecode(&mut self, tick: u64, schedule: &Schedule) {
+        let Some(following) = &mut self.following else { return };
+        let moment = moment(&self.simulation, schedule.overruns());
+        let log = self.report.commands();
+        let record = |event: CommandEvent| log.record(CommandEvent { tick, ..event }, moment);
+        let rate_hz = self.settings.config.rate_hz();
+        self.time_scale = following.steer(&mut self.simulation, schedule.due_ns(), rate_hz, record);
+        self.report.report_timecode(following.kind(), following.state());
+    }
+
+    /// Has the head come to rest, because the process was asked to end.
+    fn end_by_signal(&mut self, tick: u64, overruns: u64) {
+        // A stop is never refused.
+        let _ = self.simulation.request(Request::Stop);
+        self.record(CommandEvent::plain(EventKind::Stop, Sender::Signal, tick), overruns);
+    }
+
+    fn record(&mut self, event: CommandEvent, overruns: u64) {
+        let moment = moment(&self.simulation, overruns);
+        self.report.commands().record(event, moment);
+    }
+
+    /// Answers the commands that have come; they hold from this tick on.
+    fn take_commands(&mut self, tick: u64, overruns: u64) {
         let is_led = self.is_led();
-        let Self { simulation, commands, run_id, .. } = self;
-        let mut asked_to_stop = false;
-        commands.drain(*run_id, tick, |request| {
-            asked_to_stop |= request == Request::Stop;
-            match request {
-                // It would be undone at once.
-                Request::Seek { .. } if is_led => Err(Refusal::Followed),
-                _ => simulation.request(request),
-            }
-        });
-        asked_to_stop
+        let Self { simulation, commands, report, run_id, .. } = self;
+        let (moment, log) = (moment(simulation, overruns), report.commands());
+        let decide = |request| match request {
+            // It would be undone at once.
+            Request::Seek { .. } if is_led => Err(Refusal::Followed),
+            _ => simulation.request(request),
+        };
+        commands.drain(*run_id, tick, decide, |event| log.record(event, moment));
     }
 
     /// Whether it is a timecode that says where the show is.
@@ -238,32 +259,21 @@ impl Server {
         self.following.as_ref().is_some_and(Following::leads)
     }
 
-    /// Whether the show time to end at is reached. Without one the server goes on publishing the finished show.
-    ///
-    /// A timecode that jumps beyond it may jump back: only a walk there is the end.
-    fn is_over(&self) -> bool {
-        let is_put = self.following.is_some() && self.simulation.is_put();
-        self.settings.until_s.is_some() && self.simulation.head().state == ShowState::Finished && !is_put
-    }
-
-    /// Waits for the readers that were told of, and answers commands meanwhile. Returns whether a client asked the server
-    /// to stop.
-    fn wait_for_readers(&mut self, stop: &AtomicBool) -> bool {
+    /// Waits for the readers that it was started with, unless it is asked to end.
+    fn wait_for_readers(&mut self, stop: &AtomicBool) {
         const POLL_PERIOD: Duration = Duration::from_millis(1);
         let deadline = Instant::now() + READER_PATIENCE;
-        while self.frames.reader_count() < self.settings.readers && !stop.load(Ordering::Relaxed) {
+        let is_to_end = |simulation: &Simulation| simulation.stops().ending || stop.load(Ordering::Relaxed);
+        while self.frames.reader_count() < self.settings.readers && !is_to_end(&self.simulation) {
             if Instant::now() >= deadline {
                 let (seen, expected) = (self.frames.reader_count(), self.settings.readers);
                 tracing::warn!("starting with {seen} of {expected} readers");
                 break;
             }
-            if self.take_commands(0) {
-                return true;
-            }
+            self.take_commands(0, 0);
             self.report.beat();
             std::thread::sleep(POLL_PERIOD);
         }
-        false
     }
 
     fn finish(self, frames: u64, schedule: &Schedule) -> ServerSummary {
@@ -278,23 +288,26 @@ impl Server {
     }
 }
 
-fn plan(settings: &ServerSettings, run_id: u64) -> MotionPlan {
-    let config = &settings.config;
-    let speed_mps = config.head_speed_mps();
-    MotionPlan {
-        speed_mps,
-        accel_mps2: config.head_accel_mps2(),
-        tick_s: config.tick_s(),
-        start_s: settings.start_s,
-        start_travel_m: settings.start_travel_m.unwrap_or(speed_mps * settings.start_s),
-        start_speed_mps: settings.start_speed_mps.unwrap_or(speed_mps),
-        first_s: config.start_s(),
-        last_s: config.end_s(),
-        end_travel_m: config.dragon().end_travel_m(),
-        until_s: settings.until_s,
-        held: settings.held,
-        paused: settings.paused,
-        guarded_run: config.is_guarded().then_some(run_id),
-        most_jumped: config.most_jumped(),
+fn moment(simulation: &Simulation, overruns: u64) -> Moment {
+    Moment { sim_time_ns: simulation.head().sim_time_ns, overruns }
+}
+
+impl ServerSettings {
+    fn run_start(&self) -> RunStart {
+        let speed_mps = self.config.head_speed_mps();
+        RunStart {
+            start_s: self.start_s,
+            travel_m: self.start_travel_m.unwrap_or(speed_mps * self.start_s),
+            speed_mps: self.start_speed_mps.unwrap_or(speed_mps),
+            until_s: self.until_s,
+            is_held: self.held,
+            is_paused: self.paused,
+            is_guarded: self.config.is_guarded(),
+            follows_timecode: false,
+        }
+    }
+
+    fn run_start_event(&self, follows_timecode: bool) -> CommandEvent {
+        RunStart { follows_timecode, ..self.run_start() }.event()
     }
 }

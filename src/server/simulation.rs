@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use bench_dragon_ipc::{FrameHeader, HandleState, Refusal, Request};
+use bench_dragon_ipc::{FrameHeader, HandleState, Refusal, Request, Stops};
 use glam::DVec2;
 
 use crate::dragon::{ChainStepper, Dragon, HandleRecord};
@@ -55,6 +55,11 @@ impl Simulation {
         self.motion.set_tick(tick_s);
     }
 
+    /// Lets the show follow timecode: it stands until the first one.
+    pub fn follow(&mut self) {
+        self.motion.follow();
+    }
+
     /// Has the show stand, paused, or walk on, beside what the operator wants.
     pub fn set_stands(&mut self, stands: bool) {
         self.motion.set_stands(stands);
@@ -65,11 +70,6 @@ impl Simulation {
         Show { sim_time_s: self.motion.next_sim_s(), is_stopped: self.motion.is_stopped() }
     }
 
-    /// Whether a seek has put the head where it is, from where it has not walked since.
-    pub fn is_put(&self) -> bool {
-        self.motion.is_put()
-    }
-
     /// The head at this tick.
     pub fn head(&self) -> HeadState {
         self.motion.head()
@@ -78,6 +78,11 @@ impl Simulation {
     /// What a guard has to do with this head.
     pub fn limits(&self) -> Limits {
         self.motion.limits()
+    }
+
+    /// What keeps the head from walking, or has it brake.
+    pub fn stops(&self) -> Stops {
+        self.motion.stops()
     }
 
     /// Writes every handle at this tick. The slice has one handle more than there are benches.

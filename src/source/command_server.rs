@@ -1,7 +1,7 @@
 //! Taking commands off the bus.
 
 use bench_dragon_ipc::service::{CommandService, MAX_ACTIVE_REQUESTS, Member, Service};
-use bench_dragon_ipc::{BusError, Command, CommandReply, Refusal, Request, service};
+use bench_dragon_ipc::{BusError, Command, CommandEvent, CommandReply, Refusal, Request, service};
 #[cfg(feature = "zenoh")]
 use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::port::server::Server;
@@ -34,10 +34,17 @@ impl CommandServer {
         self.server.receive().ok().flatten().map(AskedCommand)
     }
 
-    /// Takes up to [`MAX_COMMANDS_PER_TICK`] commands and answers each with what `decide` says of it.
+    /// Takes up to [`MAX_COMMANDS_PER_TICK`] commands, answers each with what `decide` says of it, and hands it with its
+    /// answer to `record`.
     ///
     /// A client that is gone before its answer, or a connection that fails, changes nothing for the others.
-    pub(crate) fn drain(&self, run_id: u64, tick: u64, mut decide: impl FnMut(Request) -> Result<(), Refusal>) {
+    pub(crate) fn drain(
+        &self,
+        run_id: u64,
+        tick: u64,
+        mut decide: impl FnMut(Request) -> Result<(), Refusal>,
+        mut record: impl FnMut(CommandEvent),
+    ) {
         for _ in 0..MAX_COMMANDS_PER_TICK {
             let Ok(Some(active)) = self.server.receive() else { return };
             let outcome = Request::from_wire(active.payload()).ok_or(Refusal::Unknown).and_then(&mut decide);
@@ -45,6 +52,7 @@ impl CommandServer {
                 Ok(()) => CommandReply::accepted(run_id, tick),
                 Err(refusal) => CommandReply::refused(run_id, tick, refusal),
             };
+            record(CommandEvent::answered(active.payload(), &reply));
             let _ = active.send_copy(reply);
         }
     }

@@ -3,6 +3,7 @@
 //! A source holds the instance's [`SourceLock`](bench_dragon_ipc::SourceLock), creates the services, and gives each run
 //! a number of its own.
 
+mod command_log;
 mod command_server;
 mod frame_publisher;
 mod reporter;
@@ -15,6 +16,7 @@ pub(crate) mod service_manager;
 
 #[cfg(feature = "zenoh")]
 pub(crate) use command_server::AskedCommand;
+pub(crate) use command_log::{CommandLog, Moment};
 pub(crate) use command_server::CommandServer;
 pub(crate) use frame_publisher::FramePublisher;
 pub(crate) use reporter::TimesOfAll;

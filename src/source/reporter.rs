@@ -5,11 +5,15 @@ use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, AtomicU64, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use bench_dragon_ipc::service::{self, Member, Role};
-use bench_dragon_ipc::{BusError, Description, Domain, SegmentWatch, ShowState, Status};
+use bench_dragon_ipc::service::{self, COMMAND_EVENT_BUFFER, Member, Role};
+use bench_dragon_ipc::{
+    BusError, CommandEvent, Description, Domain, GuardLock, GuardState, SegmentWatch, ShowState, SourceKind, Status,
+};
 use crossbeam::channel::{self, Sender};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::update_connections::UpdateConnections as _;
+
+use rtrb::Consumer;
 
 use super::service_manager::ServiceManager;
 use super::tick_times::TickTimes;
@@ -41,6 +45,16 @@ pub(super) struct LoopGauges {
     pub(super) granted_to_m: AtomicU64,
     /// Travel that a guarded head was asked to be put at, the bits of a double.
     pub(super) asked_m: AtomicU64,
+    /// Travel at which the proven travel ends for good, the bits of a double.
+    pub(super) guard_end_m: AtomicU64,
+    /// Whether the head waits for a guard's grants.
+    pub(super) is_guarded: AtomicBool,
+    /// What keeps the head from walking, as on the wire.
+    pub(super) stops: AtomicU32,
+    /// How the timecode is, as on the wire.
+    pub(super) timecode: AtomicU32,
+    /// The protocol of the timecode, as on the wire.
+    pub(super) timecode_kind: AtomicU32,
     finished: AtomicBool,
 }
 
@@ -57,6 +71,11 @@ impl LoopGauges {
             most_behind_ns: AtomicU64::default(),
             granted_to_m: none(),
             asked_m: none(),
+            guard_end_m: none(),
+            is_guarded: AtomicBool::default(),
+            stops: AtomicU32::default(),
+            timecode: AtomicU32::default(),
+            timecode_kind: AtomicU32::default(),
             beats: AtomicU64::default(),
             finished: AtomicBool::default(),
         }
@@ -85,8 +104,7 @@ pub(crate) struct TimesOfAll {
 /// What there is to report on.
 #[derive(Debug)]
 pub(super) struct Account {
-    /// What kind of source it is, as the names of its nodes tell.
-    pub(super) source: &'static str,
+    pub(super) kind: SourceKind,
     pub(super) description: Description,
     pub(super) bench_count: usize,
     /// Frames a second; 0 where that is not known.
@@ -110,13 +128,14 @@ impl Reporter {
         domain: Domain,
         account: Account,
         times: Arc<TickTimes>,
+        commands: Consumer<CommandEvent>,
     ) -> Result<(Self, Arc<LoopGauges>), BusError> {
         let gauges = Arc::new(LoopGauges::new(account.rate_hz));
         let shared = Arc::clone(&gauges);
         let (ready, opened) = channel::bounded(1);
         let (wake, woken) = channel::bounded::<()>(1);
         let work = move || {
-            let mut report = match Report::open(&domain, &account, times) {
+            let mut report = match Report::open(domain.clone(), &account, times, commands) {
                 Ok(report) => report,
                 Err(error) => {
                     let _ = ready.send(Err(error));
@@ -130,10 +149,12 @@ impl Reporter {
             while !shared.finished.load(Ordering::Acquire) {
                 let _ = woken.recv_timeout(REPORT_PERIOD);
                 report.publish(&shared);
+                report.publish_commands(COMMAND_EVENT_BUFFER / 2);
                 segments.look();
                 service_manager.look(shared.beats.load(Ordering::Relaxed), || shared.in_words());
             }
             report.publish(&shared);
+            report.publish_commands(usize::MAX);
             report.times_of_all()
         };
         let thread =
@@ -169,9 +190,13 @@ impl Drop for Reporter {
 struct Report {
     description: Publisher<service::Service, [u8], u64>,
     status: Publisher<service::Service, Status, ()>,
+    events: Publisher<service::Service, CommandEvent, ()>,
     _member: Member,
+    domain: Domain,
+    kind: SourceKind,
     run_id: u64,
     times: Arc<TickTimes>,
+    commands: Consumer<CommandEvent>,
 }
 
 impl Report {
@@ -180,17 +205,49 @@ impl Report {
         TimesOfAll { lateness_us: (&lateness.histogram()).into(), tick_us: (&duration.histogram()).into() }
     }
 
-    fn open(domain: &Domain, account: &Account, times: Arc<TickTimes>) -> Result<Self, BusError> {
-        let Account { source, description, bench_count, .. } = account;
-        let bench_count = *bench_count;
-        let member = Member::join(domain, &format!("{source}-report"), Role::Source { bench_count })?;
+    fn open(
+        domain: Domain,
+        account: &Account,
+        times: Arc<TickTimes>,
+        commands: Consumer<CommandEvent>,
+    ) -> Result<Self, BusError> {
+        let Account { kind, description, bench_count, .. } = account;
+        let (kind, bench_count) = (*kind, *bench_count);
+        let member = Member::join(&domain, &format!("{}-report", node_name(kind)), Role::Source { bench_count })?;
+        let events = member.command_events()?.publisher_builder().create();
         Ok(Self {
+            events: events.map_err(|error| failed(service::COMMAND_EVENTS, &error))?,
             description: publish_description(&member, description)?,
             status: member.status()?.publisher_builder().create().map_err(|error| failed(service::STATUS, &error))?,
             _member: member,
+            domain,
+            kind,
             run_id: description.run_id,
             times,
+            commands,
         })
+    }
+
+    /// Whether a guard watches over the head.
+    fn guard_state(&self, gauges: &LoopGauges) -> GuardState {
+        match (gauges.is_guarded.load(Ordering::Relaxed), GuardLock::holder(&self.domain)) {
+            (false, _) => GuardState::None,
+            (true, None) => GuardState::Missing,
+            (true, Some(_pid)) => GuardState::Running,
+        }
+    }
+
+    /// Publishes the events that wait, so many at most, and gives late joiners the last ones.
+    fn publish_commands(&mut self, most: usize) {
+        for _ in 0..most {
+            let Ok(event) = self.commands.pop() else { break };
+            if let Err(error) = self.events.send_copy(event) {
+                tracing::warn!("the event of a command is not published: {error}");
+            }
+        }
+        if let Err(error) = self.events.update_connections() {
+            tracing::warn!("a reader of the commands is not served: {error:?}");
+        }
     }
 
     fn publish(&mut self, gauges: &LoopGauges) {
@@ -214,10 +271,15 @@ impl Report {
             tick_max_ns: tick_time.max_ns,
             granted_to_m: f64::from_bits(gauges.granted_to_m.load(Ordering::Relaxed)),
             asked_m: f64::from_bits(gauges.asked_m.load(Ordering::Relaxed)),
+            guard_end_m: f64::from_bits(gauges.guard_end_m.load(Ordering::Relaxed)),
             rate_hz: gauges.rate_hz.load(Ordering::Relaxed),
             state: gauges.state.load(Ordering::Relaxed),
             pid: std::process::id(),
-            reserved: 0,
+            source: self.kind.to_wire(),
+            guard: self.guard_state(gauges).to_wire(),
+            timecode: gauges.timecode.load(Ordering::Relaxed),
+            timecode_kind: gauges.timecode_kind.load(Ordering::Relaxed),
+            stops: gauges.stops.load(Ordering::Relaxed),
             lateness,
             tick_time,
         };
@@ -227,6 +289,15 @@ impl Report {
         if let Err(error) = self.description.update_connections() {
             tracing::warn!("a reader of the description is not served: {error:?}");
         }
+    }
+}
+
+/// The name of a source's nodes, as `iox2 node list` shows it.
+pub(super) fn node_name(kind: SourceKind) -> &'static str {
+    match kind {
+        SourceKind::Server => "serve",
+        SourceKind::Replay => "replay",
+        SourceKind::Remote => "bridge-zenoh",
     }
 }
 

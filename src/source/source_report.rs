@@ -3,10 +3,14 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use bench_dragon_ipc::{BusError, Description, Domain, FrameHeader, Status};
+use bench_dragon_ipc::{
+    BusError, Description, Domain, FrameHeader, SourceKind, Status, Stops, TimecodeKind, TimecodeState,
+};
 
+use super::command_log::CommandLog;
 use super::reporter::{Account, LoopGauges, Reporter, TimesOfAll};
 use super::tick_times::{TickTimes, TickTimesRecorder};
+use crate::server::motion::Limits;
 
 /// The slow side of a run, on a thread of its own. What the loop tells it costs a few stores.
 #[derive(Debug)]
@@ -14,24 +18,31 @@ pub(crate) struct SourceReport {
     reporter: Reporter,
     gauges: Arc<LoopGauges>,
     times: TickTimesRecorder,
+    commands: CommandLog,
 }
 
 impl SourceReport {
-    /// Starts the thread of a source of this name and returns once the description and a first status are on the bus.
+    /// Starts the thread of a source of this kind and returns once the description and a first status are on the bus.
     ///
     /// # Errors
     /// What kept them from the bus.
     pub(crate) fn start(
-        source: &'static str,
+        kind: SourceKind,
         domain: Domain,
         description: Description,
         bench_count: usize,
         rate_hz: u32,
     ) -> Result<Self, BusError> {
         let times = Arc::new(TickTimes::default());
-        let account = Account { source, description, bench_count, rate_hz };
-        let (reporter, gauges) = Reporter::start(domain, account, Arc::clone(&times))?;
-        Ok(Self { reporter, gauges, times: TickTimesRecorder::new(times) })
+        let (commands, events) = CommandLog::new(description.run_id);
+        let account = Account { kind, description, bench_count, rate_hz };
+        let (reporter, gauges) = Reporter::start(domain, account, Arc::clone(&times), events)?;
+        Ok(Self { reporter, gauges, times: TickTimesRecorder::new(times), commands })
+    }
+
+    /// The record of the run's commands.
+    pub(crate) fn commands(&mut self) -> &mut CommandLog {
+        &mut self.commands
     }
 
     /// Tells that the loop turns.
@@ -60,10 +71,30 @@ impl SourceReport {
         self.gauges.rate_hz.store(rate_hz, Ordering::Relaxed);
     }
 
-    /// Tells how far a guarded head may walk, and where it was asked to be put.
-    pub(crate) fn tell_limits(&self, granted_to_m: Option<f64>, asked_m: Option<f64>) {
-        self.gauges.granted_to_m.store(granted_to_m.unwrap_or(Status::NONE).to_bits(), Ordering::Relaxed);
-        self.gauges.asked_m.store(asked_m.unwrap_or(Status::NONE).to_bits(), Ordering::Relaxed);
+    /// Reports how far a guarded head may walk, and where a seek has asked for.
+    pub(crate) fn report_limits(&self, limits: Limits) {
+        let Limits { granted_to_m, asked_m, end_m } = limits;
+        let gauges = &*self.gauges;
+        gauges.is_guarded.store(granted_to_m.is_some(), Ordering::Relaxed);
+        let travels = [
+            (&gauges.granted_to_m, granted_to_m),
+            (&gauges.asked_m, asked_m),
+            (&gauges.guard_end_m, end_m),
+        ];
+        for (gauge, travel_m) in travels {
+            gauge.store(travel_m.unwrap_or(Status::NONE).to_bits(), Ordering::Relaxed);
+        }
+    }
+
+    /// Reports what keeps the head from walking.
+    pub(crate) fn report_stops(&self, stops: Stops) {
+        self.gauges.stops.store(stops.to_wire(), Ordering::Relaxed);
+    }
+
+    /// Reports how the timecode is.
+    pub(crate) fn report_timecode(&self, kind: TimecodeKind, state: TimecodeState) {
+        self.gauges.timecode_kind.store(kind.to_wire(), Ordering::Relaxed);
+        self.gauges.timecode.store(state.to_wire(), Ordering::Relaxed);
     }
 
     /// Counts how late a tick began and how long it took.

@@ -1,12 +1,13 @@
 //! The place on the bus of a run whose frames come from elsewhere: a recording, or another host.
 
 use bench_dragon_ipc::service::{AlertService, EventService, Member, ReaderService, Role};
-use bench_dragon_ipc::{BusError, Description, Domain, FrameHeader, HandleState, Refusal, Request};
+use bench_dragon_ipc::{BusError, Description, Domain, FrameHeader, HandleState, Refusal, Request, SourceKind};
 
 use super::command_server::CommandServer;
 use super::frame_publisher::FramePublisher;
+use super::command_log::Moment;
 use super::random_run_id;
-use super::reporter::TimesOfAll;
+use super::reporter::{TimesOfAll, node_name};
 use super::source_report::SourceReport;
 
 /// What one run of a source has on the bus. The run has a number of its own, and its ticks are counted afresh.
@@ -25,7 +26,7 @@ pub(crate) struct Stage {
 }
 
 impl Stage {
-    /// Makes the services of a run, under a node name that `iox2 node list` shows, and publishes its description.
+    /// Makes the services of a run and publishes its description.
     ///
     /// Its frames come so many times a second, which is not what the run is described with where it is played faster, or
     /// thinned out; 0 where that is not known.
@@ -34,19 +35,19 @@ impl Stage {
     /// As [`Member::join`] and [`Member::frames`].
     pub(crate) fn open(
         domain: &Domain,
-        name: &'static str,
+        kind: SourceKind,
         toml: &str,
         bench_count: usize,
         rate_hz: u32,
     ) -> Result<Self, BusError> {
-        let member = Member::join(domain, name, Role::Source { bench_count })?;
+        let member = Member::join(domain, node_name(kind), Role::Source { bench_count })?;
         let run_id = random_run_id();
         let description = Description { run_id, toml: toml.to_owned() };
         Ok(Self {
             commands: CommandServer::create(&member)?,
             _alerts: (member.alerts()?, member.alert_events()?),
             _readers: member.readers()?,
-            report: SourceReport::start(name, domain.clone(), description, bench_count, rate_hz)?,
+            report: SourceReport::start(kind, domain.clone(), description, bench_count, rate_hz)?,
             // The last service: clients take it for the sign that all are there.
             frames: FramePublisher::create(domain, &member, bench_count)?,
             _member: member,
@@ -85,8 +86,14 @@ impl Stage {
     }
 
     /// Answers the commands that have come.
-    pub(crate) fn take_commands(&self, tick: u64, decide: impl FnMut(Request) -> Result<(), Refusal>) {
-        self.commands.drain(self.run_id, tick, decide);
+    pub(crate) fn take_commands(
+        &mut self,
+        tick: u64,
+        moment: Moment,
+        decide: impl FnMut(Request) -> Result<(), Refusal>,
+    ) {
+        let log = self.report.commands();
+        self.commands.drain(self.run_id, tick, decide, |event| log.record(event, moment));
     }
 
     /// Takes the next command, to be answered later.

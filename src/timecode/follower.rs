@@ -7,6 +7,8 @@
 //! A position that does not go on from the ones before moves nothing, until the next one agrees with it: one packet that is
 //! astray is no jump. Readers of linear timecode do the same.
 
+use bench_dragon_ipc::TimecodeState;
+
 use super::{Position, Sample};
 
 /// Proportional gain, per second: differences are made good within some seconds.
@@ -180,6 +182,16 @@ impl Follower {
         if is_there {
             self.has_met = true;
             (self.sought_ns, self.stood_s, self.braked_s) = (None, None, 0.0);
+        }
+    }
+
+    /// How the timecode is, as the status reports it.
+    pub fn timecode_state(&self) -> TimecodeState {
+        match self.state {
+            None => TimecodeState::Waiting,
+            Some(State::Runs) => TimecodeState::Locked,
+            Some(State::Stands) => TimecodeState::Standing,
+            Some(State::Lost { .. }) => TimecodeState::Lost,
         }
     }
 

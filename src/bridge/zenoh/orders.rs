@@ -102,7 +102,7 @@ impl Orders {
 impl Way {
     fn open(domain: &Domain) -> Result<Self, BusError> {
         Ok(Self {
-            client: CommandClient::open(domain, "bridge-commands")?,
+            client: CommandClient::open(domain, "bridge-commands")?.sending_as(Sender::Zenoh),
             reader: StatusReader::open(domain, "bridge-commands")?,
             status: None,
         })

@@ -1,6 +1,6 @@
 //! A run of another host on the bus of this one.
 
-use bench_dragon_ipc::{Alert, BusError, Domain, FrameHeader, HandleState};
+use bench_dragon_ipc::{Alert, BusError, Domain, FrameHeader, HandleState, SourceKind};
 
 use super::advance::Advance;
 use super::known_runs::Description;
@@ -68,7 +68,7 @@ impl ReceivedRun {
         toml: String,
         bench_count: usize,
     ) -> Result<Self, BusError> {
-        let stage = Stage::open(domain, "bridge-zenoh", &toml, bench_count, sent_hz(described))?;
+        let stage = Stage::open(domain, SourceKind::Remote, &toml, bench_count, sent_hz(described))?;
         let advance = Advance::new(described.rate_hz);
         let most_hz = advance.rate_hz() * HASTE;
         Ok(Self {

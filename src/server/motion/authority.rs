@@ -7,11 +7,20 @@ use bench_dragon_ipc::Refusal;
 struct Stretch {
     from_m: f64,
     to_m: f64,
+    /// Whether the proven travel ends there for good.
+    is_final: bool,
 }
 
 impl Stretch {
     fn contains(&self, travel_m: f64) -> bool {
         (self.from_m..=self.to_m).contains(&travel_m)
+    }
+
+    /// Both stretches, which overlap, as one.
+    fn joined(self, other: Self) -> Self {
+        let reaches = |stretch: Self, to_m: f64| stretch.is_final && stretch.to_m == to_m;
+        let to_m = self.to_m.max(other.to_m);
+        Self { from_m: self.from_m.min(other.from_m), to_m, is_final: reaches(self, to_m) || reaches(other, to_m) }
     }
 }
 
@@ -43,16 +52,20 @@ impl Authority {
     ///
     /// # Errors
     /// [`Refusal::OtherRun`].
-    pub(super) fn grant(&mut self, run_id: u64, from_m: f64, to_m: f64, travel_m: f64) -> Result<(), Refusal> {
+    pub(super) fn grant(
+        &mut self,
+        run_id: u64,
+        [from_m, to_m]: [f64; 2],
+        is_final: bool,
+        travel_m: f64,
+    ) -> Result<(), Refusal> {
         if run_id != self.run_id {
             return Err(Refusal::OtherRun);
         }
-        let stretch = Stretch { from_m, to_m };
+        let stretch = Stretch { from_m, to_m, is_final };
         let slot = if stretch.contains(travel_m) { &mut self.present } else { &mut self.prepared };
         let known = slot.filter(|known| known.from_m <= to_m && from_m <= known.to_m);
-        *slot = Some(
-            known.map_or(stretch, |known| Stretch { from_m: known.from_m.min(from_m), to_m: known.to_m.max(to_m) }),
-        );
+        *slot = Some(known.map_or(stretch, |known| known.joined(stretch)));
         Ok(())
     }
 
@@ -71,6 +84,11 @@ impl Authority {
         }
         self.asked_m = None;
         Ok(())
+    }
+
+    /// Travel at which the stretch that the head is on ends for good, where the guard has reached it.
+    pub(super) fn end_m(&self) -> Option<f64> {
+        self.present.filter(|present| present.is_final).map(|present| present.to_m)
     }
 
     /// Travel that a refused seek asked for.
@@ -92,15 +110,24 @@ mod tests {
     fn grants_are_joined_and_never_shrink() {
         let mut authority = Authority::none(7);
         for (from_m, to_m, limit_m) in [(0.0, 2.0, 2.0), (0.0, 5.0, 5.0), (1.0, 3.0, 5.0)] {
-            authority.grant(7, from_m, to_m, 1.5).expect("the run is the right one");
+            authority.grant(7, [from_m, to_m], false, 1.5).expect("the run is the right one");
             assert_eq!(authority.limit_m(1.5), limit_m);
+        }
+    }
+
+    #[test]
+    fn the_end_for_good_is_known_once_it_is_granted_and_then_stays() {
+        let mut authority = Authority::none(7);
+        for (to_m, is_final, end_m) in [(2.0, false, None), (5.0, true, Some(5.0)), (3.0, false, Some(5.0))] {
+            authority.grant(7, [0.0, to_m], is_final, 1.5).expect("the run is the right one");
+            assert_eq!(authority.end_m(), end_m);
         }
     }
 
     #[test]
     fn a_grant_for_another_run_is_refused() {
         let mut authority = Authority::none(7);
-        assert_eq!(authority.grant(8, 0.0, 9.0, 0.0), Err(Refusal::OtherRun));
+        assert_eq!(authority.grant(8, [0.0, 9.0], false, 0.0), Err(Refusal::OtherRun));
         assert_eq!(authority.limit_m(0.0), 0.0);
     }
 
@@ -108,7 +135,7 @@ mod tests {
     fn a_grant_elsewhere_moves_nothing_and_lets_the_head_be_put_there() {
         let mut authority = Authority::none(7);
         assert_eq!((authority.seek(100.0), authority.asked_m()), (Err(Refusal::NotProved), Some(100.0)));
-        authority.grant(7, 100.0, 101.0, 0.0).expect("the run is the right one");
+        authority.grant(7, [100.0, 101.0], false, 0.0).expect("the run is the right one");
         assert_eq!(authority.limit_m(0.0), 0.0);
         assert_eq!((authority.seek(100.5), authority.asked_m()), (Ok(()), None));
         assert_eq!(authority.limit_m(100.5), 101.0);

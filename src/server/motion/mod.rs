@@ -20,7 +20,7 @@ mod plan;
 mod tests;
 mod walk;
 
-use bench_dragon_ipc::{Refusal, Request, ShowState};
+use bench_dragon_ipc::{Refusal, Request, ShowState, Stops};
 
 pub use catch_up::{CatchUp, FASTEST};
 pub use plan::{HeadState, Limits, MotionPlan};
@@ -51,8 +51,12 @@ pub struct Motion {
     catch_up: CatchUp,
     paused: bool,
     held: bool,
-    /// Whether what the show follows has it stand.
+    /// Whether the show follows timecode.
+    follows: bool,
+    /// Whether the timecode has the show stand.
     stands: bool,
+    /// Whether the server was asked to end.
+    ending: bool,
     /// Whether the show time at which the show is over has been reached.
     over: bool,
     /// Whether the head has been put where it is and has not walked since.
@@ -71,7 +75,9 @@ impl Motion {
             catch_up: CatchUp::new(plan.most_jumped),
             paused: plan.paused,
             held: plan.held,
+            follows: false,
             stands: false,
+            ending: false,
             over: plan.until_s.is_some_and(|until_s| plan.start_s >= until_s),
             put: false,
         };
@@ -84,7 +90,7 @@ impl Motion {
     /// A tick that starts a leg, by a seek or as the first of all, shows the leg's start.
     pub fn advance(&mut self) {
         let starts_leg = !std::mem::replace(&mut self.leg.shown, true);
-        let runs = !starts_leg && self.state() == ShowState::Running;
+        let runs = !starts_leg && self.state().walks();
         let parts = self.catch_up.tick(runs);
         if runs {
             self.go_on(parts);
@@ -96,7 +102,7 @@ impl Motion {
     /// A running show goes on by as many periods, as if it had ticked; where they are more than may be jumped, it is behind
     /// by them instead.
     pub fn miss(&mut self, releases: u64) {
-        if releases > 0 && self.leg.shown && self.state() == ShowState::Running {
+        if releases > 0 && self.leg.shown && self.state().walks() {
             let parts = self.catch_up.miss(releases);
             self.go_on(parts);
         }
@@ -127,7 +133,8 @@ impl Motion {
         self.stop_time_at_rest();
     }
 
-    /// Takes a request at the start of a tick, from which on it holds. `Stop` is accepted and changes nothing here.
+    /// Takes a request at the start of a tick, from which on it holds. After a `Stop` the head comes to rest, and the state
+    /// there is [`ShowState::Ended`].
     ///
     /// # Errors
     /// The reason for which it is refused; then nothing has changed, but that a refused `Seek` of a guarded head is
@@ -140,8 +147,8 @@ impl Motion {
             Request::Seek { sim_time_s } => self.seek(sim_time_s)?,
             Request::Hold => self.held = true,
             Request::Release => self.release()?,
-            Request::Grant { run_id, from_m, to_m } => self.grant(run_id, from_m, to_m)?,
-            Request::Stop => {}
+            Request::Grant { run_id, from_m, to_m, is_final } => self.grant(run_id, [from_m, to_m], is_final)?,
+            Request::Stop => self.ending = true,
         }
         self.steer();
         Ok(())
@@ -157,6 +164,12 @@ impl Motion {
         self.leg.shown = shown;
         self.walk.count_in(tick_s);
         self.plan.tick_s = tick_s;
+    }
+
+    /// Lets the show follow timecode: it stands until the first one.
+    pub fn follow(&mut self) {
+        self.follows = true;
+        self.set_stands(true);
     }
 
     /// Has the show stand, paused, or walk on. The operator's pause and hold are kept beside it.
@@ -177,21 +190,35 @@ impl Motion {
 
     /// Show time of the next tick if it runs, in seconds.
     pub fn next_sim_s(&self) -> f64 {
-        let runs = self.leg.shown && self.state() == ShowState::Running;
+        let runs = self.leg.shown && self.state().walks();
         if runs { self.sim_s_at(self.ticks() + 1.0) } else { self.sim_s() }
     }
 
     /// The head at this tick.
     pub fn head(&self) -> HeadState {
         let state = self.state();
-        let speed_mps = if state == ShowState::Running { self.walk.speed_mps(self.ticks()) } else { 0.0 };
+        let speed_mps = if state.walks() { self.walk.speed_mps(self.ticks()) } else { 0.0 };
         HeadState { sim_time_ns: (self.sim_s() * 1e9).round() as i64, travel_m: self.travel_m(), speed_mps, state }
     }
 
     /// What a guard has to do with this head.
     pub fn limits(&self) -> Limits {
         let asked_m = self.authority.and_then(|authority| authority.asked_m());
-        Limits { granted_to_m: self.granted_to_m(), asked_m }
+        let end_m = self.authority.and_then(|authority| authority.end_m());
+        Limits { granted_to_m: self.granted_to_m(), asked_m, end_m }
+    }
+
+    /// What keeps the head from walking, or has it brake.
+    pub fn stops(&self) -> Stops {
+        let rests = self.walk.rests_since().is_some();
+        Stops {
+            paused: self.paused,
+            held: self.held,
+            guard_limit: rests && self.is_at_limit(),
+            timecode: self.stands,
+            ending: self.ending,
+            run_end: self.over || rests && self.travel_m() >= self.plan.end_travel_m,
+        }
     }
 
     fn granted_to_m(&self) -> Option<f64> {
@@ -201,13 +228,27 @@ impl Motion {
     fn state(&self) -> ShowState {
         let rests = self.walk.rests_since().is_some();
         match self {
+            Self { ending: true, .. } if rests || self.over => ShowState::Ended,
             Self { held: true, .. } if rests || self.over => ShowState::Held,
-            Self { over: true, .. } => ShowState::Finished,
-            _ if rests && self.travel_m() >= self.plan.end_travel_m => ShowState::Finished,
+            Self { over: true, .. } => self.state_at_end(),
+            _ if rests && self.travel_m() >= self.plan.end_travel_m => self.state_at_end(),
             _ if rests && self.is_at_limit() => ShowState::Held,
             Self { paused: true, .. } | Self { stands: true, .. } if rests => ShowState::Paused,
+            _ if self.is_to_stand() => ShowState::Stopping,
             _ => ShowState::Running,
         }
+    }
+
+    /// A run that was given an end is over there; any other goes on publishing the finished show. A timecode that jumps
+    /// beyond the end may jump back: with timecode only a walk there ends the run.
+    fn state_at_end(&self) -> ShowState {
+        let ends = self.plan.until_s.is_some() && !(self.follows && self.put);
+        if ends { ShowState::Ended } else { ShowState::Finished }
+    }
+
+    /// Whether somebody has the head come to rest.
+    fn is_to_stand(&self) -> bool {
+        self.held || self.paused || self.stands || self.ending
     }
 
     fn is_at_limit(&self) -> bool {
@@ -232,7 +273,7 @@ impl Motion {
 
     /// Tells the walk what all requests so far come to.
     fn steer(&mut self) {
-        let target_mps = if self.held || self.paused || self.stands { 0.0 } else { self.speed_mps };
+        let target_mps = if self.is_to_stand() { 0.0 } else { self.speed_mps };
         let granted_to_m = self.granted_to_m().unwrap_or(f64::INFINITY);
         self.walk.steer(self.ticks(), target_mps, granted_to_m.min(self.plan.end_travel_m));
     }
@@ -241,7 +282,7 @@ impl Motion {
     fn stop_time_at_rest(&mut self) {
         if let Some(since) = self.walk.rests_since()
             && since <= self.ticks()
-            && self.state() != ShowState::Running
+            && !self.state().walks()
         {
             self.begin_leg(self.sim_s_at(since), since);
         }
@@ -253,7 +294,7 @@ impl Motion {
         let until = (until_s - self.leg.start_s) / self.plan.tick_s;
         self.walk.advance_to(until);
         match self.walk.rests_since() {
-            Some(since) if self.state() != ShowState::Running => self.begin_leg(self.sim_s_at(since), since),
+            Some(since) if !self.state().walks() => self.begin_leg(self.sim_s_at(since), since),
             _ => {
                 self.over = true;
                 self.begin_leg(until_s.max(self.sim_s()), until);
@@ -271,8 +312,8 @@ impl Motion {
         match self.state() {
             _ if self.held => return Err(Refusal::Held),
             ShowState::Held => return Err(Refusal::HeldByGuard),
-            ShowState::Finished => return Err(Refusal::Finished),
-            ShowState::Running | ShowState::Paused => self.paused = false,
+            ShowState::Finished | ShowState::Ended => return Err(Refusal::Finished),
+            ShowState::Running | ShowState::Stopping | ShowState::Paused => self.paused = false,
         }
         Ok(())
     }
@@ -307,13 +348,13 @@ impl Motion {
         Ok(())
     }
 
-    fn grant(&mut self, run_id: u64, from_m: f64, to_m: f64) -> Result<(), Refusal> {
+    fn grant(&mut self, run_id: u64, [from_m, to_m]: [f64; 2], is_final: bool) -> Result<(), Refusal> {
         let travel_m = self.travel_m();
         let Some(authority) = &mut self.authority else { return Err(Refusal::NotGuarded) };
         let (first_m, end_m) = (self.plan.speed_mps * self.plan.first_s, self.plan.end_travel_m);
         require(from_m, first_m, end_m)?;
         require(to_m, from_m, end_m)?;
-        authority.grant(run_id, from_m, to_m, travel_m)
+        authority.grant(run_id, [from_m, to_m], is_final, travel_m)
     }
 }
 

@@ -1,6 +1,8 @@
 //! What a motion starts from, and what it says of the head.
 
-use bench_dragon_ipc::ShowState;
+use bench_dragon_ipc::{RunStart, ShowState};
+
+use crate::config::Config;
 #[cfg(doc)]
 use {super::Motion, bench_dragon_ipc::Request};
 
@@ -38,6 +40,26 @@ pub struct MotionPlan {
 }
 
 impl MotionPlan {
+    /// The motion of a server's run.
+    pub fn of_run(config: &Config, start: &RunStart, run_id: u64) -> Self {
+        Self {
+            speed_mps: config.head_speed_mps(),
+            accel_mps2: config.head_accel_mps2(),
+            tick_s: config.tick_s(),
+            start_s: start.start_s,
+            start_travel_m: start.travel_m,
+            start_speed_mps: start.speed_mps,
+            first_s: config.start_s(),
+            last_s: config.end_s(),
+            end_travel_m: config.dragon().end_travel_m(),
+            until_s: start.until_s,
+            held: start.is_held,
+            paused: start.is_paused,
+            guarded_run: start.is_guarded.then_some(run_id),
+            most_jumped: config.most_jumped(),
+        }
+    }
+
     /// A run at 1 m/s, between two travels, of which nothing else is wanted. It jumps all missed releases.
     pub fn plain(tick_s: f64, start_travel_m: f64, end_travel_m: f64) -> Self {
         Self {
@@ -66,7 +88,7 @@ pub struct HeadState {
     pub sim_time_ns: i64,
     /// Signed arc length walked since t = 0, in metres.
     pub travel_m: f64,
-    /// Speed in metres per show second; 0 unless running.
+    /// Speed in metres per show second; 0 where the head stands.
     pub speed_mps: f64,
     /// What the show is doing.
     pub state: ShowState,
@@ -79,4 +101,6 @@ pub struct Limits {
     pub granted_to_m: Option<f64>,
     /// Travel that a seek has asked for and that is not proved yet.
     pub asked_m: Option<f64>,
+    /// Travel at which the granted stretch ends for good, in metres, where the guard has reached it.
+    pub end_m: Option<f64>,
 }

@@ -1,0 +1,271 @@
+//! What has become of a command: the `bench-dragon/command-events` service.
+//!
+//! The events of a run are a complete record. They begin with the start of the run, and hold every command with the tick from
+//! which it holds, or at which it was refused, in the order in which the source took them. A simulation that is given the
+//! accepted ones at the same ticks gives the same frames, bit for bit.
+
+use iceoryx2::prelude::ZeroCopySend;
+
+use crate::command::{Command, CommandReply, Refusal, Request, Sender};
+
+/// One event: a command and its outcome, or the start or the end of the run.
+///
+/// 120 bytes, no padding. Use [`CommandEvent::event_kind`], [`CommandEvent::sent_by`] and [`CommandEvent::outcome`] to read
+/// the coded fields.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[type_name("bench_dragon.CommandEvent.v1")]
+pub struct CommandEvent {
+    /// Run of the source.
+    pub run_id: u64,
+    /// Number of the event in its run, from 0, without a hole: a jump means that this reader lost events.
+    pub number: u64,
+    /// Tick from which an accepted command holds; the tick at which it was refused otherwise.
+    pub tick: u64,
+    /// Show time at which it was taken, at the start of that tick, in nanoseconds.
+    pub sim_time_ns: i64,
+    /// Wall-clock time of the event: nanoseconds since 1970-01-01 00:00 UTC.
+    pub wall_ns: i64,
+    /// Releases that were missed in the run before that tick.
+    pub overruns: u64,
+    /// The command's values, the first ones first; 0 where it has fewer. Of a start: see [`RunStart`].
+    pub values: [f64; 4],
+    /// Least value that a refused value may have.
+    pub lowest: f64,
+    /// Greatest value that a refused value may have.
+    pub highest: f64,
+    /// An [`EventKind`] as its number.
+    pub kind: u32,
+    /// A [`Sender`] as its number.
+    pub sender: u32,
+    /// Process id of the sender; 0 where it is not known.
+    pub pid: u32,
+    /// 0 where the command was accepted, else a [`Refusal`] as its number.
+    pub refusal: u32,
+    /// Of a grant: bit 0 where it is final. Of a start: see [`RunStart`]. Else 0.
+    pub flags: u32,
+    /// Always 0.
+    pub reserved: u32,
+}
+
+const _: () = assert!(size_of::<CommandEvent>() == 120 && align_of::<CommandEvent>() == 8);
+
+/// What an event is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum EventKind {
+    /// [`Request::Pause`].
+    Pause = 0,
+    /// [`Request::Resume`].
+    Resume = 1,
+    /// [`Request::Speed`].
+    Speed = 2,
+    /// [`Request::Seek`].
+    Seek = 3,
+    /// [`Request::Hold`].
+    Hold = 4,
+    /// [`Request::Release`].
+    Release = 5,
+    /// [`Request::Stop`].
+    Stop = 6,
+    /// [`Request::Grant`].
+    Grant = 7,
+    /// The timecode that the server follows has the show stand. First value: 1 where the timecode says where the show is, 0
+    /// where it does not; second value: the time scale.
+    Stand = 8,
+    /// The timecode has the show go on. Values as of `Stand`.
+    Follow = 9,
+    /// The run begins: the first event of all.
+    Start = 10,
+    /// The run has ended in order: the last event of all, at its last tick.
+    End = 11,
+}
+
+impl EventKind {
+    const ALL: [Self; 12] = [
+        Self::Pause,
+        Self::Resume,
+        Self::Speed,
+        Self::Seek,
+        Self::Hold,
+        Self::Release,
+        Self::Stop,
+        Self::Grant,
+        Self::Stand,
+        Self::Follow,
+        Self::Start,
+        Self::End,
+    ];
+
+    /// The kind behind a number on the wire.
+    pub fn from_wire(kind: u32) -> Option<Self> {
+        Self::ALL.into_iter().find(|known| known.to_wire() == kind)
+    }
+
+    /// The number on the wire.
+    pub fn to_wire(self) -> u32 {
+        self as u32
+    }
+
+    /// Lower-case name, as the commands print it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pause => "pause",
+            Self::Resume => "resume",
+            Self::Speed => "speed",
+            Self::Seek => "seek",
+            Self::Hold => "hold",
+            Self::Release => "release",
+            Self::Stop => "stop",
+            Self::Grant => "grant",
+            Self::Stand => "stand",
+            Self::Follow => "follow",
+            Self::Start => "start",
+            Self::End => "end",
+        }
+    }
+}
+
+impl CommandEvent {
+    /// The kind of an event whose command is of a kind that the source does not know.
+    pub const UNKNOWN_KIND: u32 = u32::MAX;
+
+    /// The event of a command that was answered. The source adds the run, the number and the instants.
+    pub fn answered(command: &Command, reply: &CommandReply) -> Self {
+        let [first, second] = command.values;
+        let is_known = Request::from_wire(command).is_some();
+        Self {
+            tick: reply.tick,
+            values: [first, second, 0.0, 0.0],
+            lowest: reply.lowest,
+            highest: reply.highest,
+            kind: if is_known { command.kind } else { Self::UNKNOWN_KIND },
+            sender: command.sender,
+            pid: command.pid,
+            refusal: reply.refusal,
+            flags: command.flags,
+            ..Self::default()
+        }
+    }
+
+    /// The event of something at a tick that the source does by itself. The source adds the run, the number and the instants.
+    pub fn plain(kind: EventKind, sender: Sender, tick: u64) -> Self {
+        Self { tick, kind: kind.to_wire(), sender: sender.to_wire(), ..Self::default() }
+    }
+
+    /// What it is about, or `None` for a number that this version does not know.
+    pub fn event_kind(&self) -> Option<EventKind> {
+        EventKind::from_wire(self.kind)
+    }
+
+    /// The kind of sender, or `None` for a number that this version does not know.
+    pub fn sent_by(&self) -> Option<Sender> {
+        Sender::from_wire(self.sender)
+    }
+
+    /// The request behind a command's event, `None` for the other events.
+    pub fn request(&self) -> Option<Request> {
+        let [first, second, ..] = self.values;
+        let command = Command {
+            kind: self.kind,
+            run_id: self.run_id,
+            values: [first, second],
+            flags: self.flags,
+            ..Command::default()
+        };
+        Request::from_wire(&command)
+    }
+
+    /// Whether the command was accepted.
+    ///
+    /// # Errors
+    /// The reason of the refusal; a number that this version does not know reads as [`Refusal::Unknown`].
+    pub fn outcome(&self) -> Result<(), Refusal> {
+        let Self { refusal, lowest, highest, .. } = *self;
+        CommandReply { refusal, lowest, highest, ..CommandReply::default() }.outcome().map(|_tick| ())
+    }
+
+    /// The start of the run, where this is its event.
+    pub fn run_start(&self) -> Option<RunStart> {
+        let [start_s, travel_m, speed_mps, until_s] = self.values;
+        (self.event_kind() == Some(EventKind::Start)).then_some(RunStart {
+            start_s,
+            travel_m,
+            speed_mps,
+            until_s: (!until_s.is_nan()).then_some(until_s),
+            is_held: self.flags & 1 != 0,
+            is_paused: self.flags & 2 != 0,
+            is_guarded: self.flags & 4 != 0,
+            follows_timecode: self.flags & 8 != 0,
+        })
+    }
+}
+
+/// What a run of a server starts with, beside its configuration.
+#[allow(clippy::struct_excessive_bools, reason = "independent bits of the wire")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RunStart {
+    /// Show time at tick 0 in seconds: the event's first value.
+    pub start_s: f64,
+    /// Travel at tick 0 in metres: the second value.
+    pub travel_m: f64,
+    /// Speed to walk at from tick 0 on, in metres per show second: the third value.
+    pub speed_mps: f64,
+    /// Show time in seconds at which the run ends: the fourth value, NaN for none.
+    pub until_s: Option<f64>,
+    /// Whether tick 0 is held: bit 0 of the flags.
+    pub is_held: bool,
+    /// Whether tick 0 is paused, or will be once the hold is lifted: bit 1.
+    pub is_paused: bool,
+    /// Whether the head waits for a guard's grants: bit 2.
+    pub is_guarded: bool,
+    /// Whether the show follows timecode: bit 3.
+    pub follows_timecode: bool,
+}
+
+impl RunStart {
+    /// The event of this start.
+    pub fn event(&self) -> CommandEvent {
+        let bits = [self.is_held, self.is_paused, self.is_guarded, self.follows_timecode];
+        CommandEvent {
+            values: [self.start_s, self.travel_m, self.speed_mps, self.until_s.unwrap_or(f64::NAN)],
+            flags: bits.into_iter().enumerate().map(|(bit, holds)| u32::from(holds) << bit).sum(),
+            pid: std::process::id(),
+            ..CommandEvent::plain(EventKind::Start, Sender::Server, 0)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_event_gives_back_the_command_and_its_outcome() {
+        let request = Request::Grant { run_id: 7, from_m: 1.0, to_m: 2.5, is_final: true };
+        let command = Command { sender: Sender::Guard.to_wire(), pid: 12, ..request.to_wire() };
+        let refusal = Refusal::OutOfRange { lowest: 0.0, highest: 2.0 };
+        let event = CommandEvent {
+            run_id: 7,
+            ..CommandEvent::answered(&command, &CommandReply::refused(7, 41, refusal))
+        };
+        assert_eq!((event.request(), event.outcome(), event.tick), (Some(request), Err(refusal), 41));
+        assert_eq!((event.event_kind(), event.sent_by()), (Some(EventKind::Grant), Some(Sender::Guard)));
+        assert_eq!(event.run_start(), None);
+    }
+
+    #[test]
+    fn a_start_passes_the_wire() {
+        let start = RunStart {
+            start_s: 0.1,
+            travel_m: -3.0,
+            speed_mps: 1.5,
+            until_s: None,
+            is_held: true,
+            is_paused: false,
+            is_guarded: true,
+            follows_timecode: false,
+        };
+        assert_eq!(start.event().run_start(), Some(start));
+        assert_eq!((start.event().request(), start.event().sent_by()), (None, Some(Sender::Server)));
+    }
+}
