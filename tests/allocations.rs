@@ -11,7 +11,7 @@ use allocation_counter::AllocationInfo;
 use bench_dragon::config::Config;
 use bench_dragon::server::{Following, Server, ServerSettings};
 use bench_dragon::timecode::{FollowerSettings, FrameRate, Receiver};
-use bench_dragon_ipc::{Domain, FrameSubscriber, Instance, ShowState, StatusReader};
+use bench_dragon_ipc::{Domain, FrameSubscriber, Instance, ShowState, StatusReader, TimecodeKind};
 
 #[path = "processes/eventually.rs"]
 #[allow(dead_code, reason = "these tests use a part of it")]
@@ -81,7 +81,7 @@ fn read_to_end(domain: &Domain) -> (AllocationInfo, u64) {
         || eventually("the next frame", || reader.receive().expect("the bus is readable").map(|frame| *frame.header()));
     let (first, mut last) = (next(), next());
     let allocations = allocation_counter::measure(|| {
-        while last.show_state() != Some(ShowState::Finished) {
+        while last.show_state() != Some(ShowState::Ended) {
             last = next();
         }
     });
@@ -127,7 +127,7 @@ fn run_after_timecode(ticks: u64) -> (AllocationInfo, u64) {
     let source = "osc:0".parse().expect("a source");
     let (receiver, inbox) = Receiver::start(source, FrameRate::default(), 1_000_000_000).expect("a port");
     let settings = FollowerSettings { offset_s: 0.0, timeout_ns: 1_000_000_000, first_s: 0.0, last_s: 100.0 };
-    server.follow(Following::new(settings, inbox).0);
+    server.follow(Following::new(settings, TimecodeKind::Osc, inbox).0);
     let (begun, over) = mpsc::channel::<()>();
     let listen = receiver.listen();
     let measured = thread::scope(|scope| {

@@ -303,7 +303,7 @@ fn a_guard_lets_the_show_be_put_where_the_way_is_proved() {
     assert!(moments.iter().all(|moment| moment.head.sim_time_ns == 0));
     let asked_m = rehearsal.motion.limits().asked_m.expect("it was asked where to prove the way");
     assert!((100.0..101.0).contains(&asked_m), "{asked_m}");
-    let grant = Request::Grant { run_id: 7, from_m: asked_m, to_m: asked_m + 5.0 };
+    let grant = Request::Grant { run_id: 7, from_m: asked_m, to_m: asked_m + 5.0, is_final: false };
     rehearsal.motion.request(grant).expect("it is of this run");
     let moments = rehearsal.play(2_000, |elapsed_s| Some(101.0 + elapsed_s));
     assert_near(&moments[200..], FRAME_S);

@@ -199,7 +199,7 @@ impl Log {
         }
         self.account.frames += 1;
         self.account.last_tick = header.tick;
-        self.is_over = header.show_state() == Some(ShowState::Finished);
+        self.is_over = header.show_state() == Some(ShowState::Ended);
         let is_sample = header.tick % SAMPLE_TICKS == 0 && self.samples.len() < SAMPLES || self.is_over;
         if self.proving && is_sample {
             self.samples.push((*header, handles.to_vec()));

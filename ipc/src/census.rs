@@ -79,7 +79,7 @@ impl Census {
             Err(error) => return Err(error),
         }
         let mut census = Self {
-            source: source_lock::holder(domain),
+            source: SourceLock::holder(domain),
             half_made: source_lock::half_made(domain).unwrap_or_default(),
             entries,
             foreign,

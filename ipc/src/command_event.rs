@@ -244,10 +244,8 @@ mod tests {
         let request = Request::Grant { run_id: 7, from_m: 1.0, to_m: 2.5, is_final: true };
         let command = Command { sender: Sender::Guard.to_wire(), pid: 12, ..request.to_wire() };
         let refusal = Refusal::OutOfRange { lowest: 0.0, highest: 2.0 };
-        let event = CommandEvent {
-            run_id: 7,
-            ..CommandEvent::answered(&command, &CommandReply::refused(7, 41, refusal))
-        };
+        let event =
+            CommandEvent { run_id: 7, ..CommandEvent::answered(&command, &CommandReply::refused(7, 41, refusal)) };
         assert_eq!((event.request(), event.outcome(), event.tick), (Some(request), Err(refusal), 41));
         assert_eq!((event.event_kind(), event.sent_by()), (Some(EventKind::Grant), Some(Sender::Guard)));
         assert_eq!(event.run_start(), None);

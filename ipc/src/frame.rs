@@ -104,8 +104,7 @@ impl ShowState {
     }
 
     /// All states, by their numbers.
-    pub const ALL: [Self; 6] =
-        [Self::Running, Self::Paused, Self::Held, Self::Finished, Self::Stopping, Self::Ended];
+    pub const ALL: [Self; 6] = [Self::Running, Self::Paused, Self::Held, Self::Finished, Self::Stopping, Self::Ended];
 
     /// Whether the head may walk: only then does show time go on.
     pub fn walks(self) -> bool {

@@ -22,9 +22,9 @@ use crate::open_files::require_open_files;
 use crate::reader_report::ReaderReport;
 use crate::service::{
     ALERT_BUFFER, ALERTS, AlertService, CLIENT_FILES, CLIENT_MEMORY, COMMAND_EVENT_BUFFER, COMMAND_EVENTS, COMMANDS,
-    CommandEventService, CommandService, DESCRIPTION, DescriptionService, EventService, FRAMES, FrameService, MAX_ACTIVE_REQUESTS, MAX_BORROWED_FRAMES, MAX_MONITORS,
-    MAX_NODES, MAX_READERS, MAX_SOURCES, READERS, ReaderService, SOURCE_FILES, SOURCE_MEMORY, STATUS, Service,
-    StatusService, frame_buffer,
+    CommandEventService, CommandService, DESCRIPTION, DescriptionService, EventService, FRAMES, FrameService,
+    MAX_ACTIVE_REQUESTS, MAX_BORROWED_FRAMES, MAX_MONITORS, MAX_NODES, MAX_READERS, MAX_SOURCES, READERS,
+    ReaderService, SOURCE_FILES, SOURCE_MEMORY, STATUS, Service, StatusService, frame_buffer,
 };
 use crate::space::require_shared_memory;
 use crate::status::Status;

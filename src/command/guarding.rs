@@ -146,7 +146,8 @@ impl Watch {
             if let Some(status) = self.status.poll().map_err(News::Failed)? {
                 self.asked_m = status.asked().filter(|_| status.run_id == header.run_id);
             }
-            let Some(grant @ Request::Grant { from_m, to_m, is_final, .. }) = guard.follow(&header, self.asked_m) else {
+            let Some(grant @ Request::Grant { from_m, to_m, is_final, .. }) = guard.follow(&header, self.asked_m)
+            else {
                 return Ok(());
             };
             match self.commands.call(grant, PATIENCE).map(|reply| reply.outcome()) {

@@ -12,7 +12,7 @@ use bench_dragon::record::{
 };
 use bench_dragon::report::{RecordLine, RecordSummary};
 use bench_dragon::stop::StopFlag;
-use bench_dragon_ipc::{AlertSubscriber, BusError, Domain, Frame, FrameSubscriber};
+use bench_dragon_ipc::{AlertSubscriber, BusError, Domain, Frame, FrameSubscriber, ReaderReport};
 
 use crate::cli::{Format, RecordArgs};
 use crate::command::BadInput;
@@ -200,7 +200,7 @@ impl Session {
         self.progress_due = now + PROGRESS_PERIOD;
         let progress = self.recorder.progress();
         frames.set_bytes_written(progress.bytes_written);
-        frames.set_room(progress.room_s.unwrap_or(ReaderReport::NO_ROOM));
+        frames.set_room(progress.seconds_until_full.unwrap_or(ReaderReport::NO_ROOM));
         match progress.warning {
             Some(warning) if now >= self.warning_due => {
                 self.warning_due = now + WARNING_PERIOD;

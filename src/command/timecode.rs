@@ -9,6 +9,7 @@ use bench_dragon::config::Config;
 use bench_dragon::report::{ServeLine, TimecodeLine};
 use bench_dragon::server::{Following, Server, TimecodeNews};
 use bench_dragon::timecode::{FollowerSettings, Inbox, Receiver, TimecodeSource};
+use bench_dragon_ipc::TimecodeKind;
 use rtrb::Consumer;
 
 use crate::cli::{Format, TimecodeArgs};
@@ -25,6 +26,7 @@ pub(super) struct Awaited {
     receiver: Receiver,
     inbox: Inbox,
     settings: FollowerSettings,
+    kind: TimecodeKind,
     format: Format,
 }
 
@@ -75,13 +77,13 @@ impl Awaited {
             last_s: until_s.map_or(config.end_s(), |until_s| until_s.min(config.end_s())),
         };
         let (receiver, inbox) = Receiver::start(source.clone(), args.frame_rate.unwrap_or_default(), timeout_ns)?;
-        Ok(Some(Self { receiver, inbox, settings, format }))
+        Ok(Some(Self { receiver, inbox, settings, kind: source.kind(), format }))
     }
 
     /// Has a server follow, and tells what happens from then on.
     pub(super) fn lead(self, server: &mut Server) -> anyhow::Result<Followed> {
-        let Self { receiver, inbox, settings, format } = self;
-        let (following, news) = Following::new(settings, inbox);
+        let Self { receiver, inbox, settings, kind, format } = self;
+        let (following, news) = Following::new(settings, kind, inbox);
         let telling = Telling::start(news, format)?;
         server.follow(following);
         let listen = receiver.listen();

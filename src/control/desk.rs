@@ -12,7 +12,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread;
 use std::time::Duration;
 
-use bench_dragon_ipc::{BusError, CommandReply, Domain, Request};
+use bench_dragon_ipc::{BusError, CommandReply, Domain, Request, Sender};
 
 use super::call::call;
 
@@ -81,13 +81,13 @@ struct Line {
 }
 
 impl Desk {
-    /// A desk of an instance, which joins the bus under this node name.
+    /// A desk of an instance, which joins the bus under this node name, and commands as this kind of sender.
     ///
     /// # Errors
     /// The operating system's reason for having no more threads.
-    pub fn open(domain: Domain, name: &'static str) -> io::Result<Self> {
+    pub fn open(domain: Domain, name: &'static str, sender: Sender) -> io::Result<Self> {
         Self::sending(Arc::new(move |request, is_given_up: &dyn Fn() -> bool| {
-            call(&domain, name, request, is_given_up)
+            call(&domain, name, sender, request, is_given_up)
         }))
     }
 

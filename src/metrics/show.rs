@@ -6,8 +6,6 @@ use prometheus::proto::MetricFamily;
 use super::family::{gauge, gauges};
 use crate::observe::{Outlook, Scene};
 
-const STATES: [ShowState; 4] = [ShowState::Running, ShowState::Paused, ShowState::Held, ShowState::Finished];
-
 /// The metrics of the show.
 pub(super) fn families(scene: &Scene) -> Vec<MetricFamily> {
     let header = scene.frame.as_ref().map(|still| &still.header);
@@ -18,7 +16,7 @@ fn motion(header: Option<&FrameHeader>) -> Vec<MetricFamily> {
     let of = |value: fn(&FrameHeader) -> f64| header.map(value);
     let states = header.into_iter().flat_map(|header| {
         let is_now = |state| f64::from(u8::from(header.show_state() == Some(state)));
-        STATES.map(|state| (vec![("state", state.name())], is_now(state)))
+        ShowState::ALL.map(|state| (vec![("state", state.name())], is_now(state)))
     });
     vec![
         gauges("show_state", "1 for the state that the show is in, 0 for the others.", states),

@@ -69,7 +69,7 @@ fn walked(last: &FrameHeader, next: &FrameHeader, pace: Pace) -> bool {
     if !(0.0..=longest_s + SIM_TIME_TOLERANCE_S).contains(&sim_step_s) || travel_step_m < 0.0 {
         return false;
     }
-    let runs = next.show_state() == Some(ShowState::Running);
+    let runs = next.show_state().is_some_and(ShowState::walks);
     if ticks > 1 || has_missed || !runs {
         return travel_step_m <= sim_step_s * Request::MAX_SPEED_MPS + TRAVEL_TOLERANCE_M;
     }

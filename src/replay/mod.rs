@@ -31,7 +31,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use bench_dragon_ipc::{Domain, SourceLock};
+use bench_dragon_ipc::{Domain, SourceKind, SourceLock};
 use serde::{Deserialize, Serialize};
 
 use crate::config::RATE_HZ;

@@ -14,9 +14,9 @@ mod tick_times;
 
 pub(crate) mod service_manager;
 
+pub(crate) use command_log::Moment;
 #[cfg(feature = "zenoh")]
 pub(crate) use command_server::AskedCommand;
-pub(crate) use command_log::{CommandLog, Moment};
 pub(crate) use command_server::CommandServer;
 pub(crate) use frame_publisher::FramePublisher;
 pub(crate) use reporter::TimesOfAll;

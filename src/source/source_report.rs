@@ -76,11 +76,7 @@ impl SourceReport {
         let Limits { granted_to_m, asked_m, end_m } = limits;
         let gauges = &*self.gauges;
         gauges.is_guarded.store(granted_to_m.is_some(), Ordering::Relaxed);
-        let travels = [
-            (&gauges.granted_to_m, granted_to_m),
-            (&gauges.asked_m, asked_m),
-            (&gauges.guard_end_m, end_m),
-        ];
+        let travels = [(&gauges.granted_to_m, granted_to_m), (&gauges.asked_m, asked_m), (&gauges.guard_end_m, end_m)];
         for (gauge, travel_m) in travels {
             gauge.store(travel_m.unwrap_or(Status::NONE).to_bits(), Ordering::Relaxed);
         }

@@ -3,9 +3,9 @@
 use bench_dragon_ipc::service::{AlertService, EventService, Member, ReaderService, Role};
 use bench_dragon_ipc::{BusError, Description, Domain, FrameHeader, HandleState, Refusal, Request, SourceKind};
 
+use super::command_log::Moment;
 use super::command_server::CommandServer;
 use super::frame_publisher::FramePublisher;
-use super::command_log::Moment;
 use super::random_run_id;
 use super::reporter::{TimesOfAll, node_name};
 use super::source_report::SourceReport;

@@ -4,6 +4,7 @@ use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::str::FromStr;
 
+use bench_dragon_ipc::TimecodeKind;
 use rosc::address::verify_address;
 
 use super::{FrameRate, Malformed, Position, art_net, osc};
@@ -97,6 +98,16 @@ impl FromStr for TimecodeSource {
             listen.map(|listen| Self::ArtNet { listen })
         };
         source.ok_or_else(told)
+    }
+}
+
+impl TimecodeSource {
+    /// The protocol, as the status reports it.
+    pub fn kind(&self) -> TimecodeKind {
+        match self {
+            Self::Osc { .. } => TimecodeKind::Osc,
+            Self::ArtNet { .. } => TimecodeKind::ArtNet,
+        }
     }
 }
 

@@ -14,7 +14,7 @@ use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::middleware::{self, Next};
 use axum::response::Response;
 use axum::routing::{any, get, post};
-use bench_dragon_ipc::{BusError, Domain, Request};
+use bench_dragon_ipc::{BusError, Domain, Request, Sender};
 use serde::Serialize;
 use tokio::sync::{oneshot, watch};
 use tokio::time::timeout;
@@ -94,7 +94,7 @@ impl View {
         Ok(Self(Arc::new(Inner {
             instance: domain.instance().to_string(),
             access: Access::new(token, is_read_only, !address.is_loopback()),
-            desk: Desk::open(domain, "view-command")?,
+            desk: Desk::open(domain, "view-command", Sender::Page)?,
             scenes: watch::Sender::new(Arc::default()),
             closing: watch::Sender::new(false),
             seats: Seats::new(),

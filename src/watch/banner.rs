@@ -33,7 +33,7 @@ fn reason(scene: &Scene, instance: &str) -> Option<String> {
         Link::Failed { reason } => Some(reason.clone()),
         Link::Silent { age_ns } => Some(format!("the last frame is {:.1} s old", seconds(*age_ns))),
         Link::Gone { age_ns } => {
-            let is_over = state(scene) == Some(ShowState::Finished);
+            let is_over = state(scene) == Some(ShowState::Ended);
             let who = if is_over { "the show is over" } else { "the server is gone" };
             Some(format!("{who}, the last frame {:.1} s old", seconds(*age_ns)))
         }

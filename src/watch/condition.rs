@@ -22,10 +22,13 @@ impl Condition {
         match (&scene.link, state) {
             (Link::Waiting, _) => new("WAITING", Tone::Caution, 1),
             (Link::Failed { .. }, _) => new("FAILED", Tone::Danger, 2),
-            (Link::Gone { .. }, Some(ShowState::Finished)) => new("ENDED", Tone::Calm, 3),
+            (Link::Live | Link::Silent { .. } | Link::Gone { .. }, Some(ShowState::Ended)) => {
+                new("ENDED", Tone::Calm, 3)
+            }
             (Link::Gone { .. }, _) => new("LOST", Tone::Danger, 2),
             (Link::Silent { .. }, _) => new("SILENT", Tone::Danger, 2),
             (Link::Live, Some(ShowState::Running)) => new("RUNNING", Tone::Good, 0),
+            (Link::Live, Some(ShowState::Stopping)) => new("STOPPING", Tone::Caution, 1),
             (Link::Live, Some(ShowState::Paused)) => new("PAUSED", Tone::Caution, 1),
             (Link::Live, Some(ShowState::Held)) => new("HELD", Tone::Danger, 2),
             (Link::Live, Some(ShowState::Finished)) => new("FINISHED", Tone::Calm, 3),

@@ -20,9 +20,11 @@ pub(crate) fn check(input: &[u8]) {
     for bytes in input.get(1..).unwrap_or_default().chunks_exact(COMMAND_BYTES) {
         let command = Command {
             kind: u32_at(bytes, 0),
-            reserved: u32_at(bytes, 4),
+            sender: u32_at(bytes, 4),
             run_id: u64_at(bytes, 8),
             values: [16, 24].map(|at| f64::from_bits(u64_at(bytes, at))),
+            flags: u32_at(bytes, 4),
+            ..Command::default()
         };
         if let Some(request) = Request::from_wire(&command) {
             assert_eq!(request.to_wire().kind, command.kind);

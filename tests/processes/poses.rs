@@ -81,7 +81,7 @@ fn show_time_is_counted_in_whole_steps_from_the_start() {
         assert_eq!(shot.header.sim_time_ns, (sim_time_s * 1e9).round() as i64, "tick {}", shot.header.tick);
         assert_eq!(shot.header.head_travel_m, sim_time_s);
     }
-    assert_eq!((last.state(), last.header.sim_time_ns), (ShowState::Finished, 432_000_000_000));
+    assert_eq!((last.state(), last.header.sim_time_ns), (ShowState::Ended, 432_000_000_000));
 }
 
 #[test]

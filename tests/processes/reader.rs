@@ -84,7 +84,9 @@ impl Reader {
     /// Frames up to the one that ends the show.
     #[track_caller]
     pub(crate) fn read_to_end(&mut self) -> Vec<Shot> {
-        self.read_until("the show ends", |header| header.show_state() == Some(ShowState::Finished))
+        self.read_until("the show ends", |header| {
+            matches!(header.show_state(), Some(ShowState::Finished | ShowState::Ended))
+        })
     }
 
     pub(crate) fn lost(&self) -> u64 {

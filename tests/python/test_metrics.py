@@ -67,7 +67,7 @@ def test_counts_are_those_that_the_processes_said_themselves(finished):
     assert sum(value for key, value in told.items() if key[0] == "alerts_total") == sum(EXPECTED["alerts"].values())
     assert told["show_time_seconds",] == pytest.approx(EXPECTED["show_time"], abs=1e-9)
     assert told["run_info", *sorted([str(EXPECTED["run_id"]), "0.1.0"])] == 1
-    assert (told["up",], told["show_state", "finished"], told["show_state", "running"]) == (0, 1, 0)
+    assert (told["up",], told["show_state", "ended"], told["show_state", "running"]) == (0, 1, 0)
 
 
 def test_clearance_is_that_of_the_papers_contact(finished):

@@ -16,7 +16,7 @@ int main(int argc, char **argv) {
     result = bd_dragon_open(instance, "head-printer", SECOND_NS, &dragon);
   } while (result == BD_NO_SERVER);
 
-  while ((result == BD_OK || result == BD_NOTHING) && state != BD_FINISHED) {
+  while ((result == BD_OK || result == BD_NOTHING) && state != BD_ENDED) {
     bd_frame_t *frame;
     result = bd_dragon_wait(dragon, SECOND_NS, &frame);
     if (result == BD_OK) {
@@ -28,9 +28,9 @@ int main(int argc, char **argv) {
     }
   }
 
-  if (state != BD_FINISHED) {
+  if (state != BD_ENDED) {
     fprintf(stderr, "%s\n", bd_last_error());
   }
   bd_dragon_close(dragon);
-  return state == BD_FINISHED ? 0 : 1;
+  return state == BD_ENDED ? 0 : 1;
 }

@@ -152,6 +152,14 @@ typedef enum {
    * The end of the route, of the run, or of the time asked for is reached.
    */
   BD_FINISHED = 3,
+  /**
+   * A pause, a hold, a stop or the timecode has the head come to rest: it still walks, and brakes.
+   */
+  BD_STOPPING = 4,
+  /**
+   * The run has ended in order: this is its last frame.
+   */
+  BD_ENDED = 5,
 } bd_show_state_t;
 
 /**
@@ -330,7 +338,7 @@ typedef struct {
    */
   double head_travel_m;
   /**
-   * Speed of the head in metres per show second; 0 while paused, held or finished.
+   * Speed of the head in metres per show second; 0 while the head stands.
    */
   double head_speed_mps;
   /**
@@ -358,7 +366,7 @@ typedef struct {
    */
   double position_m[3];
   /**
-   * Velocity in metres per show second; 0 while paused, held or finished.
+   * Velocity in metres per show second; 0 while the head stands.
    */
   double velocity_mps[3];
 } bd_handle_state_t;
@@ -436,6 +444,10 @@ typedef struct {
    */
   double granted_to_m;
   /**
+   * Travel at which the proven travel ends for good, in metres; not a number where the guard has not reached it.
+   */
+  double guard_end_m;
+  /**
    * Ticks a second of wall time.
    */
   uint32_t rate_hz;
@@ -448,9 +460,26 @@ typedef struct {
    */
   uint32_t pid;
   /**
-   * Always 0.
+   * The kind of source: 0 a server, 1 a replay, 2 a bridge from another host.
    */
-  uint32_t reserved;
+  uint32_t source;
+  /**
+   * Whether a guard watches over the head: 0 the server is not guarded, 1 it is and no guard runs, 2 a guard runs.
+   */
+  uint32_t guard;
+  /**
+   * How the timecode is: 0 none is followed, 1 none has come yet, 2 it runs, 3 it stands, 4 it is lost.
+   */
+  uint32_t timecode;
+  /**
+   * The protocol of the timecode: 0 none, 1 Art-Net, 2 OSC.
+   */
+  uint32_t timecode_kind;
+  /**
+   * What keeps the head from walking, as bits: 1 a pause, 2 a hold, 4 the guard's limit, 8 the timecode, 16 the server is
+   * ending, 32 the end of the run.
+   */
+  uint32_t stops;
 } bd_status_t;
 
 /**

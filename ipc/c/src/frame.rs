@@ -26,7 +26,7 @@ pub struct bd_frame_header_t {
     pub published_ns: u64,
     /// Signed arc length that the head has walked since t = 0, in metres.
     pub head_travel_m: f64,
-    /// Speed of the head in metres per show second; 0 while paused, held or finished.
+    /// Speed of the head in metres per show second; 0 while the head stands.
     pub head_speed_mps: f64,
     /// Show seconds per wall-clock second.
     pub time_scale: f64,
@@ -60,7 +60,7 @@ same_layout!(
 pub struct bd_handle_state_t {
     /// Position x, y, z in metres.
     pub position_m: [f64; 3],
-    /// Velocity in metres per show second; 0 while paused, held or finished.
+    /// Velocity in metres per show second; 0 while the head stands.
     pub velocity_mps: [f64; 3],
 }
 
@@ -78,6 +78,10 @@ pub enum bd_show_state_t {
     BD_HELD = 2,
     /// The end of the route, of the run, or of the time asked for is reached.
     BD_FINISHED = 3,
+    /// A pause, a hold, a stop or the timecode has the head come to rest: it still walks, and brakes.
+    BD_STOPPING = 4,
+    /// The run has ended in order: this is its last frame.
+    BD_ENDED = 5,
 }
 
 /// A frame. Nothing is copied, and nothing in it changes while it is held.

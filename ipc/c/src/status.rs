@@ -36,14 +36,25 @@ pub struct bd_status_t {
     pub lateness_max_ns: u64,
     /// Travel up to which a guarded server may move the head, in metres; not a number for one that is not guarded.
     pub granted_to_m: f64,
+    /// Travel at which the proven travel ends for good, in metres; not a number where the guard has not reached it.
+    pub guard_end_m: f64,
     /// Ticks a second of wall time.
     pub rate_hz: u32,
     /// A `bd_show_state_t`.
     pub state: u32,
     /// Process id of the server.
     pub pid: u32,
-    /// Always 0.
-    pub reserved: u32,
+    /// The kind of source: 0 a server, 1 a replay, 2 a bridge from another host.
+    pub source: u32,
+    /// Whether a guard watches over the head: 0 the server is not guarded, 1 it is and no guard runs, 2 a guard runs.
+    pub guard: u32,
+    /// How the timecode is: 0 none is followed, 1 none has come yet, 2 it runs, 3 it stands, 4 it is lost.
+    pub timecode: u32,
+    /// The protocol of the timecode: 0 none, 1 Art-Net, 2 OSC.
+    pub timecode_kind: u32,
+    /// What keeps the head from walking, as bits: 1 a pause, 2 a hold, 4 the guard's limit, 8 the timecode, 16 the server is
+    /// ending, 32 the end of the run.
+    pub stops: u32,
 }
 
 /// The reader, and the latest status that it has had.
@@ -76,10 +87,15 @@ impl From<&Status> for bd_status_t {
             lateness_p999_ns: status.lateness_p999_ns,
             lateness_max_ns: status.lateness_max_ns,
             granted_to_m: status.granted_to_m,
+            guard_end_m: status.guard_end_m,
             rate_hz: status.rate_hz,
             state: status.state,
             pid: status.pid,
-            reserved: 0,
+            source: status.source,
+            guard: status.guard,
+            timecode: status.timecode,
+            timecode_kind: status.timecode_kind,
+            stops: status.stops,
         }
     }
 }

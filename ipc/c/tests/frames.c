@@ -66,7 +66,7 @@ int main(int argc, char **argv) {
       fflush(stdout);
     }
     bd_frame_release(frame);
-  } while (state != BD_FINISHED);
+  } while (state != BD_ENDED);
   REQUIRE(bd_dragon_lost(dragon) == 0);
   bd_dragon_close(dragon);
   REQUIRE(fclose(file) == 0);

@@ -38,7 +38,7 @@ def test_every_value_of_every_frame_is_the_one_that_echo_prints(stage):
 def test_a_reader_from_the_start_gets_every_frame_of_the_run(stage):
     server = stage.serve("--readers", "1", "--rate", "100", "--catch-up", "10", "--until", "1")
     with Dragon(stage.instance) as dragon:
-        headers = read_until(dragon, "the show ends", lambda header: header.show_state is ShowState.FINISHED)
+        headers = read_until(dragon, "the show ends", lambda header: header.show_state is ShowState.ENDED)
         summary = server.summary()
         assert [header.tick for header in headers] == list(range(summary["frames"]))
         since_start_ns = [header.scheduled_ns - headers[0].scheduled_ns for header in headers]
@@ -88,7 +88,7 @@ def test_headings_turn_as_fast_as_they_say(stage):
     with Dragon(stage.instance) as dragon:
         headings, turn_rates = [], []
         for frame in dragon.frames(PATIENCE_S):
-            if frame.header.show_state is ShowState.FINISHED:
+            if frame.header.show_state is ShowState.ENDED:
                 break
             headings.append(frame.benches.headings)
             turn_rates.append(frame.benches.turn_rates)

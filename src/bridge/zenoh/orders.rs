@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use bench_dragon_ipc::{BusError, CommandClient, CommandReply, Domain, Refusal, Request, Status, StatusReader};
+use bench_dragon_ipc::{BusError, CommandClient, CommandReply, Domain, Refusal, Request, Sender, Status, StatusReader};
 use zenoh::Wait as _;
 use zenoh::bytes::ZBytes;
 

@@ -1,6 +1,6 @@
 //! Where the dragon was last seen, and how it walked: what a server that is started again goes on from.
 
-use bench_dragon_ipc::{FrameHeader, ShowState, Status};
+use bench_dragon_ipc::{FrameHeader, ShowState, Status, Stops};
 
 /// What frames and statuses have last shown.
 #[derive(Clone, Copy, Debug)]
@@ -11,12 +11,20 @@ pub(super) struct LastSeen {
     walking_speed_mps: Option<f64>,
     /// Whether the show was paused when it was last not held.
     is_paused: bool,
+    /// What keeps the head from walking, by the newest status.
+    stops: Stops,
 }
 
 impl LastSeen {
     /// Nothing has been seen yet.
     pub(super) fn new() -> Self {
-        Self { header: None, granted_to_m: Status::NONE, walking_speed_mps: None, is_paused: false }
+        Self {
+            header: None,
+            granted_to_m: Status::NONE,
+            walking_speed_mps: None,
+            is_paused: false,
+            stops: Stops::default(),
+        }
     }
 
     /// Takes note of the newest frame.
@@ -26,6 +34,7 @@ impl LastSeen {
                 (self.walking_speed_mps, self.is_paused) = (Some(header.head_speed_mps), false);
             }
             Some(ShowState::Paused) => self.is_paused = true,
+            Some(ShowState::Stopping) => self.is_paused = self.stops.paused,
             _ => {}
         }
         self.header = Some(*header);
@@ -33,7 +42,7 @@ impl LastSeen {
 
     /// Takes note of the newest status.
     pub(super) fn see_status(&mut self, status: &Status) {
-        self.granted_to_m = status.granted_to_m;
+        (self.granted_to_m, self.stops) = (status.granted_to_m, status.stops());
     }
 
     /// The newest frame's header.
@@ -58,15 +67,17 @@ impl LastSeen {
 
     /// Whether an operator holds the show. A guard's stop is no hold: the next grant lifts it.
     pub(super) fn is_held(&self) -> bool {
-        let held = |header: FrameHeader| {
-            header.show_state() == Some(ShowState::Held) && header.head_travel_m != self.granted_to_m
+        let held = |header: FrameHeader| match header.show_state() {
+            Some(ShowState::Held) => header.head_travel_m != self.granted_to_m,
+            Some(ShowState::Stopping) => self.stops.held,
+            _ => false,
         };
         self.header.is_some_and(held)
     }
 
     /// Whether the run is over.
     pub(super) fn is_finished(&self) -> bool {
-        self.header.is_some_and(|header| header.show_state() == Some(ShowState::Finished))
+        self.header.is_some_and(|header| matches!(header.show_state(), Some(ShowState::Finished | ShowState::Ended)))
     }
 }
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use bench_dragon::control::{Desk, HOLD_PATIENCE};
 use bench_dragon::watch::Reply;
-use bench_dragon_ipc::{Domain, Request};
+use bench_dragon_ipc::{Domain, Request, Sender};
 
 use super::mailbox::Mailbox;
 use crate::command::output::complain;
@@ -24,7 +24,7 @@ pub(super) struct Clerk {
 impl Clerk {
     /// A clerk for an instance.
     pub(super) fn start(domain: &Domain, mailbox: &Arc<Mailbox>) -> io::Result<Self> {
-        Ok(Self { desk: Desk::open(domain.clone(), "watch-command")?, mailbox: Arc::clone(mailbox) })
+        Ok(Self { desk: Desk::open(domain.clone(), "watch-command", Sender::Watch)?, mailbox: Arc::clone(mailbox) })
     }
 
     /// Sends a command.

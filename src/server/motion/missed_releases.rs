@@ -105,7 +105,7 @@ fn orders() -> impl Strategy<Value = Vec<(u64, Request)>> {
         Just(Request::Release),
         (0.0..10.0_f64).prop_map(|speed_mps| Request::Speed { speed_mps }),
         (0.0..400.0_f64).prop_map(|sim_time_s| Request::Seek { sim_time_s }),
-        (0.0..40.0_f64).prop_map(|to_m| Request::Grant { run_id: 7, from_m: 0.0, to_m }),
+        (0.0..40.0_f64).prop_map(|to_m| Request::Grant { run_id: 7, from_m: 0.0, to_m, is_final: false }),
     ];
     prop::collection::vec((1..400_u64, request), 0..10)
 }

@@ -130,7 +130,7 @@ pub(super) fn guarded() -> MotionPlan {
 }
 
 pub(super) fn grant(motion: &mut Motion, from_m: f64, to_m: f64) -> Result<(), Refusal> {
-    motion.request(Request::Grant { run_id: 7, from_m, to_m })
+    motion.request(Request::Grant { run_id: 7, from_m, to_m, is_final: false })
 }
 
 #[test]
@@ -178,7 +178,7 @@ fn a_guarded_head_is_put_only_where_its_guard_has_proved_it() {
 
 #[test]
 fn grants_of_an_unguarded_head_for_another_run_and_outside_the_run_are_refused() {
-    let grant = |run_id, from_m, to_m| Request::Grant { run_id, from_m, to_m };
+    let grant = |run_id, from_m, to_m| Request::Grant { run_id, from_m, to_m, is_final: false };
     assert_eq!(start(plan()).request(grant(7, 0.0, 1.0)), Err(Refusal::NotGuarded));
     let mut motion = start(guarded());
     assert_eq!(motion.request(grant(8, 0.0, 1.0)), Err(Refusal::OtherRun));
@@ -224,4 +224,66 @@ fn a_head_that_a_seek_has_put_somewhere_is_there_by_its_own_walk_when_it_has_wal
         motion = after(motion, 2_000);
         assert_eq!((motion.is_put(), motion.head().state), (is_put, state), "from {sim_time_s} s");
     }
+}
+
+/// A head that brakes evenly from 1 m/s to rest in 0.5 s.
+fn braking() -> MotionPlan {
+    MotionPlan { accel_mps2: Some(2.0), tick_s: 0.1, ..plan() }
+}
+
+#[test]
+fn a_head_that_is_to_stand_is_stopping_while_it_brakes() {
+    for (request, rests_as) in
+        [(Request::Pause, ShowState::Paused), (Request::Hold, ShowState::Held), (Request::Stop, ShowState::Ended)]
+    {
+        let mut motion = after(start(braking()), 20);
+        motion.request(request).expect("it is never refused");
+        let states: Vec<ShowState> = (0..6)
+            .map(|_| {
+                motion.advance();
+                motion.head().state
+            })
+            .collect();
+        assert_eq!(states, [[ShowState::Stopping; 4].as_slice(), &[rests_as; 2]].concat(), "{request:?}");
+        assert_eq!(motion.head().speed_mps, 0.0);
+    }
+}
+
+#[test]
+fn a_stopping_head_that_is_released_or_resumed_runs_again() {
+    for (stop, go) in [(Request::Pause, Request::Resume), (Request::Hold, Request::Release)] {
+        let mut motion = after(start(braking()), 20);
+        for request in [stop, go] {
+            motion.request(request).expect("it may be taken back at once");
+            motion.advance();
+        }
+        assert_eq!(motion.head().state, ShowState::Running);
+    }
+}
+
+#[test]
+fn a_head_that_stands_ends_with_the_next_tick() {
+    let mut motion = after(start(braking()), 20);
+    motion.request(Request::Hold).expect("never refused");
+    let mut motion = after(motion, 50);
+    motion.request(Request::Stop).expect("never refused");
+    assert_eq!(after(motion, 1).head(), HeadState { state: ShowState::Ended, ..motion.head() });
+}
+
+#[test]
+fn a_run_with_an_end_has_ended_there_and_one_without_is_finished() {
+    let ended = after(start(MotionPlan { until_s: Some(0.01), ..plan() }), 20).head();
+    assert_eq!((ended.state, ended.sim_time_ns), (ShowState::Ended, 10_000_000));
+    let finished = after(start(MotionPlan { end_travel_m: 0.01, ..plan() }), 20).head();
+    assert_eq!((finished.state, finished.sim_time_ns), (ShowState::Finished, 10_000_000));
+}
+
+#[test]
+fn a_head_tells_everything_that_keeps_it_from_walking() {
+    let mut motion = start(MotionPlan { held: true, ..guarded() });
+    motion.request(Request::Pause).expect("never refused");
+    assert_eq!(motion.stops(), Stops { paused: true, held: true, guard_limit: true, ..Stops::default() });
+    motion.follow();
+    motion.request(Request::Stop).expect("never refused");
+    assert!(motion.stops().timecode && motion.stops().ending && !motion.stops().run_end);
 }

@@ -29,7 +29,7 @@ from bench_dragon.errors import (
     VersionMismatch,
 )
 from bench_dragon.frame import Frame, FrameHeader, HandleState, ShowState
-from bench_dragon.status import Status, TimeHistogram
+from bench_dragon.status import GuardState, SourceKind, Status, Stops, TimecodeState, TimeHistogram
 
 __all__ = [
     "Alert",
@@ -43,6 +43,7 @@ __all__ = [
     "Dragon",
     "Frame",
     "FrameHeader",
+    "GuardState",
     "HalfMade",
     "HandleState",
     "NoAnswer",
@@ -52,7 +53,10 @@ __all__ = [
     "Refusal",
     "Refused",
     "ShowState",
+    "SourceKind",
     "Status",
+    "Stops",
+    "TimecodeState",
     "TimeHistogram",
     "TooManyClients",
     "TooManyFramesHeld",

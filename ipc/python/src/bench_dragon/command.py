@@ -1,6 +1,7 @@
 """Commands to the server, each answered once."""
 
 import ctypes
+import os
 from typing import Any
 
 import iceoryx2 as iox2
@@ -30,28 +31,34 @@ class CommandKind(WireCode):
     RELEASE = 5
     """Lift a `HOLD`."""
     STOP = 6
-    """End the server."""
+    """End the server: the head comes to rest first, and the last frame of the run says `ENDED`."""
 
 
 class Command(WireType):
     """A command as it lies in shared memory."""
 
-    TYPE_NAME = "bench_dragon.Command.v2"
+    TYPE_NAME = "bench_dragon.Command.v3"
 
     kind: int
     """A `CommandKind` as its number."""
-    reserved: int
-    """Always 0."""
+    sender: int
+    """The kind of program that sends it: 0 for a client of the library."""
     run_id: int
     """The run that it is for; 0 where it is for any."""
     values: ctypes.Array[ctypes.c_double]
     """The command's values, the first ones first; 0 where it has fewer."""
+    pid: int
+    """Process id of the sender."""
+    flags: int
+    """Always 0: only a guard's grants have flags."""
 
     _fields_ = [
         ("kind", ctypes.c_uint32),
-        ("reserved", ctypes.c_uint32),
+        ("sender", ctypes.c_uint32),
         ("run_id", ctypes.c_uint64),
         ("values", ctypes.c_double * 2),
+        ("pid", ctypes.c_uint32),
+        ("flags", ctypes.c_uint32),
     ]
 
 
@@ -164,7 +171,7 @@ class CommandClient:
         Raises `Refused`; at once `NoServer` where no server took the command, or it ended before it answered; and
         `NoAnswer` where it has not answered in time.
         """
-        reply = self._reply(Command(kind, 0, 0, (ctypes.c_double * 2)(value)), deadline)
+        reply = self._reply(Command(kind, 0, 0, (ctypes.c_double * 2)(value), os.getpid(), 0), deadline)
         if reply.refusal:
             raise Refused(reply)
         return reply.tick

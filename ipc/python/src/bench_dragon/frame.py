@@ -28,6 +28,10 @@ class ShowState(WireCode):
     """A safety stop: only `release` lifts it."""
     FINISHED = 3
     """The end of the route, of the run, or of the time asked for is reached."""
+    STOPPING = 4
+    """A pause, a hold, a stop or the timecode has the head come to rest: it still walks, and brakes."""
+    ENDED = 5
+    """The run has ended in order: this is its last frame."""
 
 
 class FrameHeader(WireType):

@@ -1,9 +1,10 @@
 """The server's account of itself."""
 
 import ctypes
+import enum
 
 from bench_dragon.frame import ShowState
-from bench_dragon.wire import WireType, decoded
+from bench_dragon.wire import WireCode, WireType, decoded
 
 
 class TimeHistogram(WireType):
@@ -19,6 +20,60 @@ class TimeHistogram(WireType):
     _fields_ = [("max_ns", ctypes.c_uint64), ("counts", ctypes.c_uint64 * 1024)]
 
 
+class SourceKind(WireCode):
+    """The kind of source that publishes the frames."""
+
+    SERVER = 0
+    """A server, which simulates the show."""
+    REPLAY = 1
+    """A replay of a recording."""
+    REMOTE = 2
+    """A bridge that receives the frames of another host."""
+
+
+class GuardState(WireCode):
+    """Whether a guard watches over the head."""
+
+    NONE = 0
+    """The server was not started with `--guarded`."""
+    MISSING = 1
+    """The server waits for grants, and no guard runs."""
+    RUNNING = 2
+    """A guard runs."""
+
+
+class TimecodeState(WireCode):
+    """How the timecode is that the server follows."""
+
+    NONE = 0
+    """The server follows no timecode."""
+    WAITING = 1
+    """No timecode has come yet; the show stands."""
+    LOCKED = 2
+    """The timecode runs, and the show follows."""
+    STANDING = 3
+    """The timecode stands, and the show with it."""
+    LOST = 4
+    """The timecode is lost: the show goes on at its own pace, unless it stood."""
+
+
+class Stops(enum.IntFlag):
+    """What keeps the head from walking, or has it brake. Several may hold at once."""
+
+    PAUSED = 1
+    """The operator's pause."""
+    HELD = 2
+    """A safety hold. `release` lifts it."""
+    GUARD_LIMIT = 4
+    """The end of the travel that the guard has granted."""
+    TIMECODE = 8
+    """The timecode stands, or has not come yet."""
+    ENDING = 16
+    """The server was asked to end."""
+    RUN_END = 32
+    """The end of the route, of the run, or of the time asked for."""
+
+
 class Status(WireType):
     """How the server keeps its schedule. Published ten times a second and once more at the end.
 
@@ -26,7 +81,7 @@ class Status(WireType):
     next one; both since the start of the run. Percentiles are those of the histograms, so at most 1/32 too much.
     """
 
-    TYPE_NAME = "bench_dragon.Status.v3"
+    TYPE_NAME = "bench_dragon.Status.v4"
 
     run_id: int
     """Run that this is about."""
@@ -62,14 +117,24 @@ class Status(WireType):
     """Travel up to which a guarded server may move the head, in metres; not a number for one that is not guarded."""
     asked_m: float
     """Travel that a refused seek asked a guarded server for, in metres, or not a number: its guard proves it."""
+    guard_end_m: float
+    """Travel at which the proven travel ends for good, in metres; not a number where the guard has not reached it."""
     rate_hz: int
     """Ticks a second of wall time."""
     state: int
     """A `ShowState` as its number. Read it with `show_state`."""
     pid: int
     """Process id of the server."""
-    reserved: int
-    """Always 0."""
+    source: int
+    """A `SourceKind` as its number."""
+    guard: int
+    """A `GuardState` as its number."""
+    timecode: int
+    """A `TimecodeState` as its number."""
+    timecode_kind: int
+    """The protocol of the timecode: 0 none, 1 Art-Net, 2 OSC."""
+    stops: int
+    """What keeps the head from walking, as bits: see `Stops`."""
     lateness: TimeHistogram
     """Lateness of every release since the start of the run."""
     tick_time: TimeHistogram
@@ -92,10 +157,15 @@ class Status(WireType):
         ("tick_max_ns", ctypes.c_uint64),
         ("granted_to_m", ctypes.c_double),
         ("asked_m", ctypes.c_double),
+        ("guard_end_m", ctypes.c_double),
         ("rate_hz", ctypes.c_uint32),
         ("state", ctypes.c_uint32),
         ("pid", ctypes.c_uint32),
-        ("reserved", ctypes.c_uint32),
+        ("source", ctypes.c_uint32),
+        ("guard", ctypes.c_uint32),
+        ("timecode", ctypes.c_uint32),
+        ("timecode_kind", ctypes.c_uint32),
+        ("stops", ctypes.c_uint32),
         ("lateness", TimeHistogram),
         ("tick_time", TimeHistogram),
     ]
@@ -109,3 +179,18 @@ class Status(WireType):
     def sim_time_s(self) -> float:
         """Show time of the last tick in seconds."""
         return self.sim_time_ns * 1e-9
+
+    @property
+    def source_kind(self) -> SourceKind | None:
+        """The kind of source; `None` for a number that this version does not know."""
+        return decoded(SourceKind, self.source)
+
+    @property
+    def guard_state(self) -> GuardState | None:
+        """The state of the guard; `None` for a number that this version does not know."""
+        return decoded(GuardState, self.guard)
+
+    @property
+    def timecode_state(self) -> TimecodeState | None:
+        """The state of the timecode; `None` for a number that this version does not know."""
+        return decoded(TimecodeState, self.timecode)

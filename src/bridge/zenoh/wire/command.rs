@@ -43,10 +43,10 @@ pub fn decode_seen(bytes: &[u8]) -> Result<Seen, WireError> {
     Ok(seen)
 }
 
-/// A command as bytes, in the order of its fields.
+/// A command as bytes, in the order of its fields, up to its values.
 pub fn encode_command(command: &Command) -> [u8; COMMAND_BYTES] {
     let [first, second] = command.values.map(f64::to_bits);
-    concatenated([pair_of(command.kind, command.reserved), command.run_id, first, second])
+    concatenated([pair_of(command.kind, command.sender), command.run_id, first, second])
 }
 
 /// Reads a command. Its kind and values are the server's to judge.
@@ -55,7 +55,8 @@ pub fn encode_command(command: &Command) -> [u8; COMMAND_BYTES] {
 /// [`WireError::Length`].
 pub fn decode_command(bytes: &[u8]) -> Result<Command, WireError> {
     let mut fields = Fields::of(bytes, COMMAND_BYTES)?;
-    Ok(Command { kind: fields.half(), reserved: fields.half(), run_id: fields.word(), values: fields.doubles() })
+    let (kind, sender, run_id, values) = (fields.half(), fields.half(), fields.word(), fields.doubles());
+    Ok(Command { kind, sender, run_id, values, ..Command::default() })
 }
 
 /// A reply as bytes, in the order of its fields.
