@@ -21,7 +21,7 @@ struct OtherHandle {
 /// A command of a version to come.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
-#[type_name("bench_dragon.Command.v2")]
+#[type_name("bench_dragon.Command.v3")]
 struct OtherCommand {
     kind: u64,
 }

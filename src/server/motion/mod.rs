@@ -183,11 +183,6 @@ impl Motion {
         self.paused || self.held
     }
 
-    /// Whether a seek has put the head where it is, from where it has not walked since.
-    pub fn is_put(&self) -> bool {
-        self.put
-    }
-
     /// Show time of the next tick if it runs, in seconds.
     pub fn next_sim_s(&self) -> f64 {
         let runs = self.leg.shown && self.state().walks();

@@ -107,7 +107,7 @@ fn the_run_ends_exactly_at_its_end() {
 fn the_show_ends_exactly_at_the_time_asked_for() {
     let motion = after(start(MotionPlan { tick_s: 0.3, until_s: Some(0.5), ..plan() }), 50);
     let head = motion.head();
-    assert_eq!((head.state, head.sim_time_ns), (ShowState::Finished, 500_000_000));
+    assert_eq!((head.state, head.sim_time_ns), (ShowState::Ended, 500_000_000));
     assert!((head.travel_m - 0.5).abs() < 1e-12);
 }
 
@@ -197,7 +197,7 @@ fn with_an_acceleration_the_head_ramps_up_and_is_paused_once_it_rests() {
     motion = after(motion, 1000);
     assert!((motion.head().travel_m - 0.25).abs() < 1e-12 && (motion.head().speed_mps - 0.5).abs() < 1e-12);
     motion.request(Request::Pause).expect("pause is always accepted");
-    assert_eq!(after(motion, 500).head().state, ShowState::Running);
+    assert_eq!(after(motion, 500).head().state, ShowState::Stopping);
     let head = after(motion, 1001).head();
     assert_eq!((head.state, head.speed_mps, head.sim_time_ns), (ShowState::Paused, 0.0, 2_000_000_000));
     assert!((head.travel_m - 0.5).abs() < 1e-12, "{}", head.travel_m);
@@ -216,13 +216,14 @@ fn with_an_acceleration_the_head_rests_exactly_at_the_end_of_its_grant() {
 }
 
 #[test]
-fn a_head_that_a_seek_has_put_somewhere_is_there_by_its_own_walk_when_it_has_walked_on() {
+fn with_timecode_a_run_ends_where_the_head_has_walked_and_not_where_a_seek_has_put_it() {
     let mut motion = start(MotionPlan { until_s: Some(300.0), ..plan() });
-    for (sim_time_s, is_put, state) in [(300.0, true, ShowState::Finished), (299.0, false, ShowState::Finished)] {
+    motion.follow();
+    motion.set_stands(false);
+    for (sim_time_s, state) in [(300.0, ShowState::Finished), (299.0, ShowState::Ended)] {
         motion.request(Request::Seek { sim_time_s }).expect("it is within the run");
-        assert!(motion.is_put());
         motion = after(motion, 2_000);
-        assert_eq!((motion.is_put(), motion.head().state), (is_put, state), "from {sim_time_s} s");
+        assert_eq!(motion.head().state, state, "from {sim_time_s} s");
     }
 }
 

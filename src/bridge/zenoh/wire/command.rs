@@ -6,7 +6,7 @@ use super::WireError;
 use super::fields::{Fields, concatenated, pair_of, run_id};
 
 /// Encoding of commands, see [`encode_command`].
-pub const COMMAND_ENCODING: &str = "application/octet-stream;bench_dragon.Command.v2";
+pub const COMMAND_ENCODING: &str = "application/octet-stream;bench_dragon.Command.v3";
 /// Encoding of replies, see [`encode_reply`].
 pub const REPLY_ENCODING: &str = "application/octet-stream;bench_dragon.CommandReply.v1";
 /// Bytes of a command.
@@ -43,10 +43,11 @@ pub fn decode_seen(bytes: &[u8]) -> Result<Seen, WireError> {
     Ok(seen)
 }
 
-/// A command as bytes, in the order of its fields, up to its values.
+/// A command as bytes, in the order of its fields.
 pub fn encode_command(command: &Command) -> [u8; COMMAND_BYTES] {
     let [first, second] = command.values.map(f64::to_bits);
-    concatenated([pair_of(command.kind, command.sender), command.run_id, first, second])
+    let (kind, pid) = (pair_of(command.kind, command.sender), pair_of(command.pid, command.flags));
+    concatenated([kind, command.run_id, first, second, pid])
 }
 
 /// Reads a command. Its kind and values are the server's to judge.
@@ -56,7 +57,7 @@ pub fn encode_command(command: &Command) -> [u8; COMMAND_BYTES] {
 pub fn decode_command(bytes: &[u8]) -> Result<Command, WireError> {
     let mut fields = Fields::of(bytes, COMMAND_BYTES)?;
     let (kind, sender, run_id, values) = (fields.half(), fields.half(), fields.word(), fields.doubles());
-    Ok(Command { kind, sender, run_id, values, ..Command::default() })
+    Ok(Command { kind, sender, run_id, values, pid: fields.half(), flags: fields.half() })
 }
 
 /// A reply as bytes, in the order of its fields.
