@@ -9,7 +9,7 @@ use std::time::Duration;
 use bench_dragon::config::Config;
 use bench_dragon::dragon::Meter;
 use bench_dragon::guard::{FinalRest, Guard, GuardSettings, STEPS_AT_A_TIME};
-use bench_dragon_ipc::{BusError, CommandClient, Domain, FrameHeader, Request, Sender, StatusReader};
+use bench_dragon_ipc::{BusError, CommandClient, Domain, FrameHeader, Request, Sender as CommandSender, StatusReader};
 use crossbeam::channel::{self, Receiver, RecvTimeoutError, Sender, TryRecvError};
 use crossbeam::queue::ArrayQueue;
 
@@ -114,7 +114,7 @@ impl Watch {
         has_fault: Arc<AtomicBool>,
         woken: Receiver<()>,
     ) -> Result<Self, BusError> {
-        let commands = CommandClient::open(domain, "guard")?.sending_as(Sender::Guard);
+        let commands = CommandClient::open(domain, "guard")?.sending_as(CommandSender::Guard);
         let status = StatusReader::open(domain, "guard-status")?;
         Ok(Self { commands, status, frames, has_fault, woken, asked_m: None })
     }
