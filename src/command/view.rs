@@ -30,7 +30,7 @@ pub(crate) fn run(args: &ViewArgs) -> anyhow::Result<ExitCode> {
     announce(args, &token, address)?;
     let settings = ViewSettings { token, is_read_only: args.read_only, address: address.ip() };
     let view = View::open(domain.clone(), settings)?;
-    let observer = Observer::new(domain, "view", SCENES_HZ);
+    let observer = Observer::new(domain, "view", SCENES_HZ).with_plan();
     let serve = || {
         site.serve(view.router(), &stop, view.closing())?;
         view.close();

@@ -7,15 +7,18 @@
 
 mod alert_log;
 mod clearance_chart;
+mod clearance_planner;
 mod link;
 mod observer;
 mod outlook;
+mod planned_clearance;
 mod ports;
 mod reader_log;
 mod run;
 mod scene;
 mod sight;
 mod traffic;
+mod travel_clock;
 mod walking_speed;
 mod watched_run;
 
@@ -24,7 +27,9 @@ pub use clearance_chart::ClearanceChart;
 pub use link::Link;
 pub use observer::Observer;
 pub use outlook::Outlook;
+pub use planned_clearance::PlannedClearance;
 pub use reader_log::{ReaderCount, ReaderLog};
 pub use run::Run;
 pub use scene::{Scene, Still};
 pub use traffic::Traffic;
+pub use travel_clock::TravelClock;

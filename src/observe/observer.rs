@@ -22,19 +22,26 @@ pub struct Observer {
     domain: Domain,
     name: &'static str,
     period_ns: u64,
+    plans: bool,
 }
 
 impl Observer {
     /// An observer that joins under this name and shows so many scenes a second.
     pub fn new(domain: Domain, name: &'static str, scenes_hz: u32) -> Self {
-        Self { domain, name, period_ns: 1_000_000_000 / u64::from(scenes_hz.max(1)) }
+        Self { domain, name, period_ns: 1_000_000_000 / u64::from(scenes_hz.max(1)), plans: false }
+    }
+
+    /// Works out the planned clearance of each run as well, on a thread of its own: some seconds of one core.
+    #[must_use]
+    pub fn with_plan(self) -> Self {
+        Self { plans: true, ..self }
     }
 
     /// Observes until the flag is set, on the caller's thread, and hands over scene after scene, also where nothing comes.
     ///
     /// Nothing on the bus ends it: a bus that cannot be read is a scene too, and is tried again.
     pub fn run(&self, stop: &AtomicBool, mut show: impl FnMut(Scene)) {
-        let mut sight = Sight::new(monotonic_ns());
+        let mut sight = Sight::new(monotonic_ns(), self.plans);
         let mut ports = None;
         let mut due_ns = 0_u64;
         while !stop.load(Ordering::Relaxed) {

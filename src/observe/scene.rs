@@ -8,9 +8,11 @@ use super::alert_log::AlertLog;
 use super::clearance_chart::ClearanceChart;
 use super::link::Link;
 use super::outlook::Outlook;
+use super::planned_clearance::PlannedClearance;
 use super::reader_log::ReaderLog;
 use super::run::Run;
 use super::traffic::Traffic;
+use super::travel_clock::TravelClock;
 use crate::dragon::PairClearance;
 
 /// A frame, copied out of shared memory, so that whoever draws holds on to nothing of the server's.
@@ -44,6 +46,10 @@ pub struct Scene {
     pub outlook: Outlook,
     /// The clearance so far.
     pub chart: Option<Arc<ClearanceChart>>,
+    /// The clearance over the whole run as far as the planner has worked it out; for an observer that plans.
+    pub plan: Option<Arc<PlannedClearance>>,
+    /// When the head comes to a travel.
+    pub clock: Option<TravelClock>,
     /// The server's account of itself; of the run that the frame is of.
     pub status: Option<Arc<Status>>,
     /// The frames that arrive.

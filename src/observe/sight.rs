@@ -41,10 +41,12 @@ pub(super) struct Sight {
     readers: Arc<ReaderLog>,
     source_is_there: bool,
     source_asked_ns: u64,
+    /// Whether the clearance over each run is planned.
+    plans: bool,
 }
 
 impl Sight {
-    pub(super) fn new(now_ns: u64) -> Self {
+    pub(super) fn new(now_ns: u64, plans: bool) -> Self {
         Self {
             link: Link::Waiting,
             newest: None,
@@ -60,6 +62,7 @@ impl Sight {
             readers: Arc::default(),
             source_is_there: false,
             source_asked_ns: 0,
+            plans,
         }
     }
 
@@ -144,9 +147,13 @@ impl Sight {
     /// Everything, as it is now.
     pub(super) fn scene(&mut self, now_ns: u64) -> Scene {
         let run_id = self.still.as_ref().map(|still| still.header.run_id);
-        let current = self.current_run().map(|(run, _)| (Arc::clone(&run.run), run.least, Arc::clone(&run.chart)));
-        let (run, least, chart) =
-            current.map_or((None, None, None), |(run, least, chart)| (Some(run), least, Some(chart)));
+        let current = self.current_run().map(|(run, still)| {
+            (Arc::clone(&run.run), run.least, Arc::clone(&run.chart), run.plan(), run.clock(&still.header))
+        });
+        let (run, least, chart, plan, clock) = match current {
+            Some((run, least, chart, plan, clock)) => (Some(run), least, Some(chart), plan, Some(clock)),
+            None => (None, None, None, None, None),
+        };
         Scene {
             seen_ns: now_ns,
             link: self.link.clone(),
@@ -156,6 +163,8 @@ impl Sight {
             least,
             outlook: self.outlook,
             chart,
+            plan,
+            clock,
             status: self.status.clone().filter(|status| Some(status.run_id) == run_id),
             traffic: self.traffic.traffic(now_ns).clone(),
             alerts: Arc::clone(&self.alerts),
@@ -171,7 +180,7 @@ impl Sight {
         }
         let description = self.description.as_ref().filter(|description| description.run_id == header.run_id);
         match description.map(|description| Config::from_toml(&description.toml)) {
-            Some(Ok(config)) => match WatchedRun::begin(config, &header, self.run.take()) {
+            Some(Ok(config)) => match WatchedRun::begin(config, &header, self.run.take(), self.plans) {
                 Ok(run) => self.run = Some(run),
                 Err(error) => {
                     tracing::warn!("the run is shown without what lies ahead: cannot start a thread: {error}");
@@ -207,7 +216,7 @@ mod tests {
 
     #[test]
     fn of_a_run_that_cannot_be_read_nothing_is_said_but_its_frames() {
-        let mut sight = Sight::new(0);
+        let mut sight = Sight::new(0, false);
         let toml = Config::load(None, Overrides::default()).expect("the paper's").to_toml();
         let known = see(&mut sight, 1, &toml);
         assert!(known.run.is_some() && known.chart.is_some(), "{known:?}");

@@ -7,8 +7,11 @@ use bench_dragon_ipc::{FrameHeader, HandleState};
 use glam::DVec2;
 
 use super::clearance_chart::ClearanceChart;
+use super::clearance_planner::ClearancePlanner;
 use super::outlook::Outlook;
+use super::planned_clearance::PlannedClearance;
 use super::run::Run;
+use super::travel_clock::TravelClock;
 use super::walking_speed::WalkingSpeed;
 use crate::config::Config;
 use crate::dragon::{Board, ClearanceSearch, PairClearance};
@@ -32,21 +35,32 @@ pub(super) struct WatchedRun {
     forecaster: Forecaster,
     /// Travel from which the forecast was last asked for.
     asked_from_m: f64,
+    planner: Option<ClearancePlanner>,
 }
 
 impl WatchedRun {
     /// Begins with a frame. A run that goes on where an earlier one of the same configuration stood, as after a restart of the
-    /// server, keeps what that one has seen; one that begins anew is a show of its own.
+    /// server, keeps what that one has seen; one that begins anew is a show of its own. `plans`: whether its planned clearance is
+    /// worked out; of an earlier run of the same configuration it is kept.
     ///
     /// # Errors
     /// The operating system's reason why there can be no thread that looks ahead.
-    pub(super) fn begin(config: Config, header: &FrameHeader, earlier: Option<Self>) -> io::Result<Self> {
+    pub(super) fn begin(
+        config: Config,
+        header: &FrameHeader,
+        mut earlier: Option<Self>,
+        plans: bool,
+    ) -> io::Result<Self> {
+        earlier = earlier.filter(|earlier| earlier.run.config.to_toml() == config.to_toml());
+        let planner = match earlier.as_mut().and_then(|earlier| earlier.planner.take()) {
+            None if plans => Some(ClearancePlanner::start(config.dragon(), config.near_m())?),
+            planner => planner,
+        };
         let from_m = header.head_travel_m;
         let forecaster = Forecaster::start(config.dragon(), from_m)?;
         let goes_on = |earlier: &Self| {
             let longest_break_s = LONGEST_BREAK_S * header.time_scale.max(1.0);
             (header.sim_time_s() - earlier.time_s).abs() <= longest_break_s
-                && earlier.run.config.to_toml() == config.to_toml()
         };
         let (chart, least, walking_speed) = match earlier.filter(goes_on) {
             Some(earlier) => (earlier.chart, earlier.least, earlier.walking_speed),
@@ -62,6 +76,7 @@ impl WatchedRun {
             boards: Vec::new(),
             forecaster,
             asked_from_m: from_m,
+            planner,
         })
     }
 
@@ -91,9 +106,24 @@ impl WatchedRun {
             self.forecaster.restart(travel_m);
             self.asked_from_m = travel_m;
         }
-        let config = &self.run.config;
-        let resumed_speed_mps = self.walking_speed.steady_mps().unwrap_or(config.head_speed_mps());
-        Outlook::of(&forecast, header, resumed_speed_mps, config.dragon().end_travel_m())
+        let end_m = self.run.config.dragon().end_travel_m();
+        Outlook::of(&forecast, header, self.resumed_speed_mps(), end_m)
+    }
+
+    /// The clearance over the whole run, where it is planned.
+    pub(super) fn plan(&self) -> Option<Arc<PlannedClearance>> {
+        self.planner.as_ref().map(ClearancePlanner::latest)
+    }
+
+    /// When the head of a frame comes to a travel.
+    pub(super) fn clock(&self, header: &FrameHeader) -> TravelClock {
+        let speed_mps = self.resumed_speed_mps();
+        TravelClock { travel_m: header.head_travel_m, time_s: header.sim_time_s(), speed_mps }
+    }
+
+    /// The speed at which the head walks on after a stand or a change of speed.
+    fn resumed_speed_mps(&self) -> f64 {
+        self.walking_speed.steady_mps().unwrap_or(self.run.config.head_speed_mps())
     }
 }
 
@@ -135,7 +165,7 @@ mod tests {
 
     /// A run that has touched, seen up to this show time.
     fn touched(time_s: f64) -> WatchedRun {
-        let mut run = WatchedRun::begin(paper(), &frame(1, time_s), None).expect("a thread");
+        let mut run = WatchedRun::begin(paper(), &frame(1, time_s), None, false).expect("a thread");
         run.measure(&frame(1, 412.5), &handles(412.5)).expect("a nearest pair");
         run.measure(&frame(1, time_s), &handles(time_s)).expect("a nearest pair");
         assert!(run.least.is_some_and(|(least_m, _)| least_m < 0.0), "{:?}", run.least);
@@ -146,7 +176,7 @@ mod tests {
     fn a_run_that_goes_on_where_another_one_stood_keeps_its_chart_and_no_other_run_does() {
         let keeps = |from_s: f64, time_scale: f64, config: Config| {
             let header = FrameHeader { time_scale, ..frame(2, from_s) };
-            let run = WatchedRun::begin(config, &header, Some(touched(300.0))).expect("a thread");
+            let run = WatchedRun::begin(config, &header, Some(touched(300.0)), false).expect("a thread");
             assert_eq!(run.least.is_some(), run.chart.revisions() > 0);
             run.least.is_some()
         };
@@ -160,7 +190,7 @@ mod tests {
     #[test]
     fn a_pause_does_not_move_the_forecast() {
         let slow = |time_s| FrameHeader { head_speed_mps: 0.5, ..frame(1, time_s) };
-        let mut run = WatchedRun::begin(paper(), &slow(411.0), None).expect("a thread");
+        let mut run = WatchedRun::begin(paper(), &slow(411.0), None, false).expect("a thread");
         for time_s in [411.0, 411.1] {
             // It walks half a metre a show second.
             run.measure(&slow(time_s), &handles(411.0));

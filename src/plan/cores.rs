@@ -54,6 +54,14 @@ pub(super) fn on_all_cores<Answer: Send>(
     answers
 }
 
+/// Does work on the calling thread alone, also what would otherwise go to all cores: for work that must not disturb others.
+pub fn on_one_core<Answer>(work: impl FnOnce() -> Answer) -> Answer {
+    let worked = WORKS.replace(true);
+    let answer = work();
+    WORKS.set(worked);
+    answer
+}
+
 /// What `take` returns on this thread and on one more for each further core.
 fn on_threads<Done: Send>(count: usize, take: &(impl Fn() -> Vec<Done> + Sync)) -> Vec<Done> {
     let helpers = thread::available_parallelism().map_or(1, NonZero::get).min(count).saturating_sub(1);

@@ -22,6 +22,7 @@ mod turn;
 pub use answers::{Quantity, Unanswered};
 pub use board_variation::{BoardVariation, Kink, Witness};
 pub use chain_variation::{Change, HandleVariation, handle_variations};
+pub use cores::on_one_core;
 pub use derivative::Undefined;
 pub use least_clearance::{ClosestApproach, least_clearance};
 pub use parameter::Parameter;

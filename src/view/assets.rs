@@ -36,6 +36,7 @@ pub(super) const ASSETS: &[Asset] = &assets! {
     "/dragon_paths.js", "dragon_paths.js", SCRIPT;
     "/element.js", "element.js", SCRIPT;
     "/figures.js", "figures.js", SCRIPT;
+    "/flags.js", "flags.js", SCRIPT;
     "/format.js", "format.js", SCRIPT;
     "/frame.js", "frame.js", SCRIPT;
     "/gap.js", "gap.js", SCRIPT;
@@ -48,6 +49,7 @@ pub(super) const ASSETS: &[Asset] = &assets! {
     "/pace.js", "pace.js", SCRIPT;
     "/palette.js", "palette.js", SCRIPT;
     "/plan.js", "plan.js", SCRIPT;
+    "/plan_times.js", "plan_times.js", SCRIPT;
     "/pointer.js", "pointer.js", SCRIPT;
     "/route_layer.js", "route_layer.js", SCRIPT;
     "/scale_bar.js", "scale_bar.js", SCRIPT;
@@ -58,5 +60,7 @@ pub(super) const ASSETS: &[Asset] = &assets! {
     "/style.css", "style.css", STYLE;
     "/theme.js", "theme.js", SCRIPT;
     "/timeline.js", "timeline.js", SCRIPT;
+    "/timeline_axis.js", "timeline_axis.js", SCRIPT;
+    "/timeline_curves.js", "timeline_curves.js", SCRIPT;
     "/token.js", "token.js", SCRIPT;
 };

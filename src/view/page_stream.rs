@@ -12,9 +12,9 @@ use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
 use super::seats::Seat;
 use super::shown::Shown;
-use super::wire::{AlertMessage, RunMessage, StatusMessage, read_ack};
+use super::wire::{AlertMessage, PlanMessage, RunMessage, StatusMessage, read_ack};
 use crate::clock::monotonic_ns;
-use crate::observe::{Run, Still};
+use crate::observe::{PlannedClearance, Run, Still};
 use crate::web::closed;
 
 /// Longest message of a page in bytes.
@@ -46,6 +46,7 @@ struct Told {
     run: Option<Arc<Run>>,
     still: Option<Arc<Still>>,
     chart_revision: u64,
+    plan: Option<Arc<PlannedClearance>>,
     next_alert: u64,
 }
 
@@ -154,7 +155,18 @@ impl PageStream {
         }
         self.unacknowledged.push_back(shown.sequence);
         self.send(Message::Binary(bytes)).await?;
+        self.send_plan(&shown).await?;
         self.send_alerts(&shown).await
+    }
+
+    /// Sends the planned clearance, unless the page has it already: once a run, and a few times before it is complete.
+    async fn send_plan(&mut self, shown: &Shown) -> Result<(), End> {
+        let (Some(run), Some(plan)) = (&shown.scene.run, &shown.scene.plan) else { return Ok(()) };
+        if self.told.plan.as_ref().is_some_and(|told| Arc::ptr_eq(told, plan)) {
+            return Ok(());
+        }
+        self.told.plan = Some(Arc::clone(plan));
+        self.send_json(&PlanMessage::of(run.run_id, plan)).await
     }
 
     /// Sends how it goes, and the alerts that are new.
@@ -186,6 +198,7 @@ impl PageStream {
         }
         self.told.run = Some(Arc::clone(run));
         self.told.chart_revision = 0;
+        self.told.plan = None;
         self.send_json(&RunMessage::from(&**run)).await
     }
 

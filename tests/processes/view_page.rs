@@ -234,6 +234,40 @@ fn off_loopback_a_page_without_the_token_asks_for_it() {
 }
 
 #[test]
+fn the_timeline_shows_the_planned_clearance_of_the_whole_show() {
+    let Some(browser) = Browser::find() else { return };
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100", "--start-at", "20"]);
+    assert_eq!(stage.run(&["ctl", "pause"]).code(), Some(0));
+    let view = View::of(&stage);
+    let mut page = browser.play("page_plans.mjs", &[&view.url]);
+    for screen in ["desk", "phone"] {
+        let shown = page.json();
+        let summary = "planned: 3 near misses, the nearest 0.9 mm at 409.8 s · contact at 412.5 s";
+        assert_eq!(shown["summary"], summary, "{screen}");
+        assert_eq!(shown["flags"][1], "contact 412.5", "{screen}: {shown}");
+        // 600 points, three near misses and a contact.
+        assert_eq!(shown["points"], 604, "{screen}");
+        // The contact is at 93 % of the show: nearly all of the second half has the line.
+        assert!(shown["ahead"].as_f64().is_some_and(|share| share > 0.6), "{screen}: {shown}");
+    }
+    page.end().expect_clean();
+    view.process.terminate().expect_clean();
+    server.stop();
+}
+
+#[test]
+fn the_pages_pure_modules_do_what_their_tests_say() {
+    if !has_programs(&["node"]) {
+        return;
+    }
+    let mut command = Command::new("node");
+    command.args(["--test", "tests/node/modules/"]).current_dir(env!("CARGO_MANIFEST_DIR"));
+    let ended = Process::start(command).end();
+    assert_eq!(ended.code(), Some(0), "{}", ended.stdout);
+}
+
+#[test]
 fn the_pages_modules_are_what_their_types_say() {
     let Some(Browser { node, .. }) = Browser::find() else { return };
     let mut command = Command::new("node");

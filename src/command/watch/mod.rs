@@ -59,7 +59,7 @@ fn observe(domain: Domain, stop: Arc<AtomicBool>, mailbox: Arc<Mailbox>) -> anyh
     let observe = move || {
         let _ends = ends;
         // A screen that is drawn more slowly than scenes come gets fewer.
-        Observer::new(domain, "watch", SCENES_HZ).run(&stop, |scene| mailbox.show(scene));
+        Observer::new(domain, "watch", SCENES_HZ).with_plan().run(&stop, |scene| mailbox.show(scene));
     };
     Ok(thread::Builder::new().name("observer".to_owned()).spawn(observe)?)
 }

@@ -75,6 +75,8 @@ function message(news) {
   if (news.type === 'run') {
     show.takeRun(value);
     controls.takeRun(value);
+  } else if (news.type === 'plan') {
+    show.takePlan(value);
   } else if (news.type === 'status') {
     show.takeStatus(value);
   } else if (news.type === 'alert' && show.takeAlert(value) && !heard.has(alertKey(value))) {

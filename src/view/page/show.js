@@ -31,8 +31,24 @@
  * @property {{rate_hz: number, overruns: number, behind_s: number, lateness_us: Percentiles,
  *   tick_us: Percentiles, is_at_grants_end: boolean} | null} server
  * @property {Outlook} outlook
+ * @property {Clock | null} clock
  * @property {{clearance_m: number, time_s: number} | null} least
  * @property {{start_s: number, step_s: number, bins: number, changed: [number, number][]} | null} chart
+ */
+/**
+ * @typedef {object} Clock the head is at this travel at this show time, and walks on at this speed
+ * @property {number} travel_m
+ * @property {number} time_s
+ * @property {number} speed_mps
+ */
+/**
+ * @typedef {object} PlannedClearance what lies ahead in a whole run, against the head's travel
+ * @property {number} run_id
+ * @property {boolean} is_complete
+ * @property {number[]} curve travel and clearance, travel and clearance, …
+ * @property {{travel_m: number, clearance_m: number, benches: [number, number]}[]} near_misses
+ * @property {number} near_misses_dropped
+ * @property {{travel_m: number, benches: [number, number]} | null} contact
  */
 /**
  * @typedef {object} Alert
@@ -58,6 +74,7 @@ export class Show {
   /** When it came, on the page's clock. */
   status_ms = 0;
   /** @type {Chart | null} */ chart = null;
+  /** @type {PlannedClearance | null} */ plan = null;
   /** @type {Alert[]} oldest first */ alerts = [];
 
   /** @param {Frame} frame */
@@ -69,7 +86,13 @@ export class Show {
   /** @param {Run} run */
   takeRun(run) {
     if (run.run_id !== this.run?.run_id) this.chart = null;
+    if (run.run_id !== this.plan?.run_id) this.plan = null;
     this.run = run;
+  }
+
+  /** @param {PlannedClearance} plan */
+  takePlan(plan) {
+    this.plan = plan;
   }
 
   /** @param {Status} status */

@@ -1,16 +1,18 @@
 //! What goes from the view to its page, and back: bytes and text, without sockets.
 //!
 //! To the page, binary: a frame ([`encode_frame`]). To the page, text: JSON with a `type` ([`RunMessage`], [`StatusMessage`],
-//! [`AlertMessage`]). From the page: `{"ack":N}` for each frame, by its sequence number ([`read_ack`]).
+//! [`AlertMessage`], [`PlanMessage`]). From the page: `{"ack":N}` for each frame, by its sequence number ([`read_ack`]).
 
 mod ack;
 mod alert;
 mod frame;
+mod plan;
 mod run;
 mod status;
 
 pub use ack::read_ack;
 pub use alert::AlertMessage;
 pub use frame::{FRAME_HEADER_LEN, encode_frame};
+pub use plan::PlanMessage;
 pub use run::RunMessage;
 pub use status::StatusMessage;

@@ -4,7 +4,7 @@ use bench_dragon_ipc::{Status, TimeHistogram};
 use serde::Serialize;
 
 use crate::histogram::Percentiles;
-use crate::observe::{ClearanceChart, Link, Outlook, Scene, Still, Traffic};
+use crate::observe::{ClearanceChart, Link, Outlook, Scene, Still, Traffic, TravelClock};
 
 /// The state of everything but the dragon.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -18,6 +18,8 @@ pub struct StatusMessage {
     server: Option<ServerReport>,
     /// What lies ahead.
     outlook: Outlook,
+    /// When the head comes to a travel.
+    clock: Option<ClockReport>,
     /// The least clearance so far.
     least: Option<LeastReport>,
     /// The clearance so far.
@@ -52,6 +54,14 @@ struct ServerReport {
     is_at_grants_end: bool,
 }
 
+/// The head is at this travel at this show time, and walks on at this speed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct ClockReport {
+    travel_m: f64,
+    time_s: f64,
+    speed_mps: f64,
+}
+
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct LeastReport {
     clearance_m: f64,
@@ -75,6 +85,11 @@ impl StatusMessage {
             traffic: TrafficReport::of(&scene.traffic),
             server: scene.status.as_deref().map(|status| ServerReport::of(status, scene.frame.as_deref())),
             outlook: scene.outlook,
+            clock: scene.clock.map(|TravelClock { travel_m, time_s, speed_mps }| ClockReport {
+                travel_m,
+                time_s,
+                speed_mps,
+            }),
             least: scene.least.map(|(clearance_m, time_s)| LeastReport { clearance_m, time_s }),
             chart: scene.chart.as_deref().map(|chart| ChartReport::of(chart, chart_revision)),
         }

@@ -1,0 +1,255 @@
+//! The clearance over a whole run, worked out by the planner before the head is there.
+//!
+//! All of it is against the head's travel, because the state of a dragon is a function of its travel alone. A
+//! [`TravelClock`](super::TravelClock) converts travel to show time.
+
+use crate::dragon::{Contact, ContactSearch, Dragon, Meter, PairClearance};
+use crate::plan::{ClosestApproach, clearance_profile, near_misses};
+
+/// Points of the curve, evenly over the run.
+const POINTS: usize = 600;
+/// Points in one step.
+const POINTS_PER_STEP: usize = 60;
+/// Steps in which the run is searched for the contact, and again for near misses.
+const STEPS: usize = 32;
+/// Near misses that are kept at most, the nearest ones.
+const MAX_NEAR_MISSES: usize = 200;
+/// Work of one step at most, in the meter's steps: a second or two.
+const WORK_PER_STEP: u64 = 50_000_000;
+/// How far each search for near misses looks beyond its part of the run, in link lengths, so that none is lost at a seam.
+const OVERLAP_LINKS: f64 = 1.0;
+
+/// What is known of the clearance over a run; at most 600 points, 200 near misses and one contact.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PlannedClearance {
+    /// The nearest pair at even steps of travel, in order of travel.
+    points: Vec<ClosestApproach>,
+    near_misses: Vec<ClosestApproach>,
+    near_misses_dropped: usize,
+    contact: Option<Contact>,
+    is_complete: bool,
+}
+
+impl PlannedClearance {
+    /// The least clearance of all pairs in order of travel. Near misses and the contact are points of it, so that the curve goes
+    /// through them.
+    pub fn curve(&self) -> Vec<ClosestApproach> {
+        let contact = self.contact.map(|Contact { travel_m, benches, point }| ClosestApproach {
+            travel_m,
+            pair: PairClearance { benches, clearance_m: 0.0, point },
+        });
+        let mut curve: Vec<_> = self.points.iter().chain(&self.near_misses).copied().chain(contact).collect();
+        curve.sort_by(|one, other| one.travel_m.total_cmp(&other.travel_m));
+        curve
+    }
+
+    /// The local minima under the configuration's `near_m` before the contact, in order of travel.
+    pub fn near_misses(&self) -> &[ClosestApproach] {
+        &self.near_misses
+    }
+
+    /// How many more near misses there are, none of them nearer than those that are kept.
+    pub fn near_misses_dropped(&self) -> usize {
+        self.near_misses_dropped
+    }
+
+    /// The first contact of the run.
+    pub fn contact(&self) -> Option<Contact> {
+        self.contact
+    }
+
+    /// Whether everything that is to be found out has been.
+    pub fn is_complete(&self) -> bool {
+        self.is_complete
+    }
+}
+
+/// Works a plan out step by step; each item is the plan with one step more.
+///
+/// A step has bounded work. A search whose step runs out of it ends there, and what lies beyond stays unknown.
+pub(super) struct Planning {
+    dragon: Dragon,
+    near_m: f64,
+    contacts: ContactSearch,
+    next: Step,
+    plan: PlannedClearance,
+}
+
+/// What is to be worked out next.
+#[derive(Clone, Copy, Debug)]
+enum Step {
+    /// The points from this one on.
+    Points(usize),
+    /// The contact in this part of the run.
+    Contact(usize),
+    /// The near misses in this part of the travel from the start to here, in metres, where no benches touch.
+    NearMisses(usize, f64),
+    Done,
+}
+
+impl Planning {
+    /// A plan of the dragon's run, with the near misses under `near_m`.
+    pub(super) fn new(dragon: &Dragon, near_m: f64) -> Self {
+        let dragon = dragon.metered(&Meter::of(WORK_PER_STEP));
+        Self {
+            contacts: ContactSearch::new(&dragon),
+            dragon,
+            near_m,
+            next: Step::Points(0),
+            plan: PlannedClearance::default(),
+        }
+    }
+
+    /// The travel at this share of the way from the start to `to_m`.
+    fn travel_m(&self, part: usize, of: usize, to_m: f64) -> f64 {
+        let from_m = self.dragon.start_travel_m();
+        if part >= of { to_m } else { from_m + (to_m - from_m) * (part as f64 / of as f64) }
+    }
+
+    fn add_points(&mut self, from: usize) -> Step {
+        let to = (from + POINTS_PER_STEP).min(POINTS);
+        let end_m = self.dragon.end_travel_m();
+        let travels_m: Vec<f64> = (from..to).map(|point| self.travel_m(point, POINTS - 1, end_m)).collect();
+        let found = clearance_profile(&self.dragon, &travels_m, || ());
+        self.plan.points.extend(found.approaches);
+        if to == POINTS || found.ends_early_m.is_some() { Step::Contact(0) } else { Step::Points(to) }
+    }
+
+    fn find_contact(&mut self, part: usize) -> Step {
+        let end_m = self.dragon.end_travel_m();
+        let [from_m, to_m] = [part, part + 1].map(|part| self.travel_m(part, STEPS, end_m));
+        match self.contacts.first(from_m, to_m) {
+            Ok(Some(contact)) => {
+                self.plan.contact = Some(contact);
+                Step::NearMisses(0, contact.travel_m)
+            }
+            Ok(None) if part + 1 < STEPS => Step::Contact(part + 1),
+            Ok(None) => Step::NearMisses(0, end_m),
+            Err(spent) => Step::NearMisses(0, spent.reached_m.clamp(from_m, to_m)),
+        }
+    }
+
+    fn add_near_misses(&mut self, part: usize, free_to_m: f64) -> Step {
+        let [from_m, to_m] = [part, part + 1].map(|part| self.travel_m(part, STEPS, free_to_m));
+        let overlap_m = OVERLAP_LINKS * self.dragon.dimensions().link_m(1);
+        let first_m = (from_m - overlap_m).max(self.dragon.start_travel_m());
+        let found = near_misses(&self.dragon, first_m, (to_m + overlap_m).min(free_to_m), self.near_m, |_| ());
+        let within = found.approaches.into_iter().filter(|miss| (from_m..to_m).contains(&miss.travel_m));
+        self.plan.near_misses.extend(within);
+        self.keep_nearest();
+        let is_over = part + 1 == STEPS || found.ends_early_m.is_some();
+        if is_over { Step::Done } else { Step::NearMisses(part + 1, free_to_m) }
+    }
+
+    fn keep_nearest(&mut self) {
+        let misses = &mut self.plan.near_misses;
+        let Some(dropped) = misses.len().checked_sub(MAX_NEAR_MISSES) else { return };
+        misses.sort_by(|one, other| one.pair.clearance_m.total_cmp(&other.pair.clearance_m));
+        misses.truncate(MAX_NEAR_MISSES);
+        misses.sort_by(|one, other| one.travel_m.total_cmp(&other.travel_m));
+        self.plan.near_misses_dropped += dropped;
+    }
+}
+
+impl Iterator for Planning {
+    type Item = PlannedClearance;
+
+    fn next(&mut self) -> Option<PlannedClearance> {
+        self.dragon.meter().restart();
+        self.next = match self.next {
+            // Fewer than three benches have no pair but neighbours.
+            Step::Points(0) if self.dragon.dimensions().benches() < 3 => Step::Done,
+            Step::Points(from) => self.add_points(from),
+            Step::Contact(part) => self.find_contact(part),
+            Step::NearMisses(part, free_to_m) => self.add_near_misses(part, free_to_m),
+            Step::Done => return None,
+        };
+        self.plan.is_complete = matches!(self.next, Step::Done);
+        Some(self.plan.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::*;
+    use crate::config::Config;
+
+    fn planned(toml: &str) -> Vec<PlannedClearance> {
+        let config = Config::from_toml(toml).expect("a valid text");
+        Planning::new(config.dragon(), config.near_m()).collect()
+    }
+
+    #[test]
+    fn the_papers_plan_has_its_contact_its_near_misses_and_its_clearances() {
+        let plans = planned("");
+        let plan = plans.last().expect("a plan");
+        let contact = plan.contact().expect("a contact");
+        assert!((contact.travel_m - 412.473_838).abs() < 1e-6 && contact.benches == [0, 8], "{contact:?}");
+        let misses: Vec<_> = plan.near_misses().iter().map(|miss| (miss.pair.benches, miss.travel_m)).collect();
+        assert_eq!(misses.len(), 3, "{misses:?}");
+        for ((benches, travel_m), (known, known_m)) in
+            misses.into_iter().zip([([0, 12], 402.115_621), ([0, 9], 406.846_569), ([0, 11], 409.831_991)])
+        {
+            assert!(benches == known && (travel_m - known_m).abs() < 1e-6, "{benches:?} at {travel_m}");
+        }
+        let curve = plan.curve();
+        assert_eq!(curve.len(), POINTS + 3 + 1);
+        assert!(curve.is_sorted_by_key(|point| point.travel_m));
+        assert_eq!((curve[0].travel_m, curve[0].pair.benches), (0.0, plan.points[0].pair.benches));
+        assert!((curve[0].pair.clearance_m - 0.169_279).abs() < 1e-6);
+        assert!((plan.near_misses()[2].pair.clearance_m - 0.000_865).abs() < 1e-6);
+        assert_eq!(plans.iter().filter(|plan| plan.is_complete()).count(), 1);
+    }
+
+    #[test]
+    fn each_step_adds_to_the_plan_and_takes_nothing_away() {
+        let plans = planned("");
+        for pair in plans.windows(2) {
+            assert!(pair[1].points.starts_with(&pair[0].points));
+            assert!(pair[1].near_misses.starts_with(&pair[0].near_misses));
+            assert!(pair[0].contact.is_none() || pair[0].contact == pair[1].contact);
+        }
+    }
+
+    #[test]
+    fn a_seam_between_two_searches_loses_and_doubles_no_near_miss() {
+        const NEAR_M: f64 = 0.08;
+        let config = Config::from_toml("").expect("the paper's");
+        let dragon = config.dragon();
+        let plan = Planning::new(dragon, NEAR_M).last().expect("a plan");
+        let contact_m = plan.contact().expect("a contact").travel_m;
+        let at_once = near_misses(dragon, dragon.start_travel_m(), contact_m, NEAR_M, |_| ()).approaches;
+        let pairs = |misses: &[ClosestApproach]| misses.iter().map(|miss| miss.pair.benches).collect::<Vec<_>>();
+        assert!(at_once.len() > 10, "{}", at_once.len());
+        assert_eq!(pairs(plan.near_misses()), pairs(&at_once));
+        for (found, known) in plan.near_misses().iter().zip(&at_once) {
+            // At its least a clearance is flat: rounding moves its place.
+            assert!((found.travel_m - known.travel_m).abs() < 1e-4, "{found:?}, {known:?}");
+            assert!((found.pair.clearance_m - known.pair.clearance_m).abs() < 1e-10, "{found:?}, {known:?}");
+        }
+    }
+
+    #[test]
+    fn of_more_near_misses_than_are_kept_the_nearest_stay_in_order() {
+        let config = Config::from_toml("").expect("the paper's");
+        let mut planning = Planning::new(config.dragon(), config.near_m());
+        let miss = |at: usize| ClosestApproach {
+            travel_m: at as f64,
+            pair: PairClearance { benches: [0, 2], clearance_m: 1.0 / (at + 1) as f64, point: DVec2::ZERO },
+        };
+        planning.plan.near_misses = (0..MAX_NEAR_MISSES + 5).map(miss).collect();
+        planning.keep_nearest();
+        let kept: Vec<f64> = planning.plan.near_misses().iter().map(|miss| miss.travel_m).collect();
+        assert_eq!(kept, (5..MAX_NEAR_MISSES + 5).map(|at| at as f64).collect::<Vec<_>>());
+        assert_eq!(planning.plan.near_misses_dropped(), 5);
+    }
+
+    #[test]
+    fn a_dragon_of_two_benches_has_an_empty_plan() {
+        let plans = planned("[dragon]\nbenches = 2\n");
+        assert_eq!(plans.len(), 1);
+        assert!(plans[0].is_complete() && plans[0].curve().is_empty());
+    }
+}

@@ -1,0 +1,84 @@
+// @ts-check
+// The planned clearance over show time. The plan is against the head's travel, because the state of a dragon is a function
+// of its travel alone; when the head comes to a travel depends on its speed.
+
+/** @typedef {import('./show.js').Clock} Clock */
+/** @typedef {import('./show.js').PlannedClearance} PlannedClearance */
+/** @typedef {{time_s: number, clearance_m: number}} Point */
+/** @typedef {{time_s: number, clearance_m: number, benches: [number, number]}} NearMiss */
+/**
+ * @typedef {object} PlanTimes
+ * @property {Point[]} curve in order of time
+ * @property {NearMiss[]} nearMisses in order of time
+ * @property {{time_s: number, benches: [number, number]} | null} contact
+ */
+
+/** How far the start may be from where the clock puts it, in parts of the show, for the past of the plan to be shown. */
+const SAME_START = 0.01;
+
+/** Show time at which the head is at a travel. @param {Clock} clock @param {number} travel_m */
+export function timeAt(clock, travel_m) {
+  return clock.time_s + (travel_m - clock.travel_m) / clock.speed_mps;
+}
+
+/**
+ * The plan as the clock on the stage will count it. Where the speed was changed, what is behind the head was walked at another
+ * one, and is left out.
+ * @param {PlannedClearance} plan
+ * @param {Clock} clock
+ * @param {{start_s: number, end_s: number}} run
+ * @returns {PlanTimes}
+ */
+export function planOverTime({ curve, near_misses, contact }, clock, run) {
+  const first_s = curve.length === 0 ? run.start_s : timeAt(clock, curve[0]);
+  const isAsPlanned = Math.abs(first_s - run.start_s) <= SAME_START * (run.end_s - run.start_s);
+  const from_m = isAsPlanned ? -Infinity : clock.travel_m;
+  /** @type {Point[]} */
+  const points = [];
+  for (let at = 0; at < curve.length; at += 2) {
+    if (curve[at] >= from_m) points.push({ time_s: timeAt(clock, curve[at]), clearance_m: curve[at + 1] });
+  }
+  return {
+    curve: points,
+    nearMisses: near_misses
+      .filter(({ travel_m }) => travel_m >= from_m)
+      .map(({ travel_m, clearance_m, benches }) => ({ time_s: timeAt(clock, travel_m), clearance_m, benches })),
+    contact:
+      contact === null || contact.travel_m < from_m
+        ? null
+        : { time_s: timeAt(clock, contact.travel_m), benches: contact.benches },
+  };
+}
+
+/**
+ * The planned clearance at a show time, between two points by a line; not a number outside the plan.
+ * @param {readonly Point[]} curve
+ * @param {number} time_s
+ */
+export function plannedAt(curve, time_s) {
+  const after = curve.findIndex((point) => point.time_s >= time_s);
+  if (after < 0) return NaN;
+  const later = curve[after];
+  if (after === 0) return later.time_s === time_s ? later.clearance_m : NaN;
+  const earlier = curve[after - 1];
+  const share = (time_s - earlier.time_s) / (later.time_s - earlier.time_s || 1);
+  return earlier.clearance_m + share * (later.clearance_m - earlier.clearance_m);
+}
+
+/**
+ * What the plan says, in a line.
+ * @param {PlanTimes} times
+ * @param {boolean} isComplete
+ * @param {{millimetres: (metres: number) => string, fixed: (value: number, digits: number) => string}} format
+ */
+export function planInWords({ nearMisses, contact }, isComplete, { millimetres, fixed }) {
+  if (!isComplete) return 'the planner is at work';
+  const words = [];
+  if (nearMisses.length > 0) {
+    const nearest = nearMisses.reduce((least, miss) => (miss.clearance_m < least.clearance_m ? miss : least));
+    const count = nearMisses.length === 1 ? '1 near miss' : `${nearMisses.length} near misses, the nearest`;
+    words.push(`${count} ${millimetres(nearest.clearance_m)} mm at ${fixed(nearest.time_s, 1)} s`);
+  }
+  words.push(contact === null ? 'no contact' : `contact at ${fixed(contact.time_s, 1)} s`);
+  return `planned: ${words.join(' · ')}`;
+}
