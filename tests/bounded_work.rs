@@ -122,8 +122,12 @@ fn is_bounded(text: &str) -> bool {
             let _ = black_box(shortest_turn(turnaround, dimensions, meter, |_| ()));
         });
     }
-    let setting =
-        Setting { dimensions: *dragon.dimensions(), route: config.route(), speed_mps: config.head_speed_mps() };
+    let setting = Setting {
+        dimensions: *dragon.dimensions(),
+        route: config.route(),
+        speed_mps: config.head_speed_mps(),
+        accel_mps2: config.head_accel_mps2(),
+    };
     let parameters = vec![Parameter::Pitch, Parameter::Width];
     let study = Sensitivity { setting, turn_diameter_m: 9.0, range: 0.05, steps: 1, parameters };
     ask("the sensitivity", &|meter| {

@@ -44,7 +44,7 @@ fn check(setting: Setting, parameters: &[Parameter]) -> usize {
 
 fn paper(route: RoutePlan) -> Setting {
     let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
-    Setting { dimensions, route, speed_mps: 1.0 }
+    Setting { dimensions, route, speed_mps: 1.0, accel_mps2: None }
 }
 
 fn value_of(responses: &[Response], quantity: Quantity) -> f64 {
@@ -83,7 +83,9 @@ fn other_dragons_have_the_derivatives_that_differences_say() {
     ];
     for (head_m, body_m, width_m, hole_m, pitch_m, turn_diameter_m, radius_ratio) in geometries {
         let dimensions = Dimensions::new(40, head_m, body_m, width_m, hole_m).expect("valid benches");
-        let setting = |route| Setting { dimensions, route, speed_mps: 1.5 };
+        // With ramps at some of them.
+        let accel_mps2 = (pitch_m > 0.6).then_some(0.4);
+        let setting = |route| Setting { dimensions, route, speed_mps: 1.5, accel_mps2 };
         let spiral = SpiralPlan { pitch_m, start_turns: 8.0 / pitch_m };
         let turnaround = TurnaroundPlan { pitch_m, turn_diameter_m, radius_ratio, ..TurnaroundPlan::default() };
         let parameters = [Parameter::Pitch, Parameter::HeadLength, Parameter::BodyLength, Parameter::HoleOffset];

@@ -129,7 +129,7 @@ fn check_clearances(
 
 fn setting(benches: usize, route: RoutePlan) -> Setting {
     let dimensions = Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
-    Setting { dimensions, route, speed_mps: 1.0 }
+    Setting { dimensions, route, speed_mps: 1.0, accel_mps2: None }
 }
 
 #[test]
@@ -164,8 +164,8 @@ proptest! {
     ) {
         let dimensions = Dimensions::new(30, head_m, body_m, width_m, hole_m).expect("valid benches");
         let plan = TurnaroundPlan { pitch_m, turn_diameter_m: diameter_m, radius_ratio, ..TurnaroundPlan::default() };
-        check(&Setting { dimensions, route: RoutePlan::Turnaround(plan), speed_mps: 1.0 }, travel_m);
+        check(&Setting { dimensions, route: RoutePlan::Turnaround(plan), speed_mps: 1.0, accel_mps2: None }, travel_m);
         let plan = SpiralPlan { pitch_m, start_turns: 8.0 };
-        check(&Setting { dimensions, route: RoutePlan::Spiral(plan), speed_mps: 1.0 }, travel_m);
+        check(&Setting { dimensions, route: RoutePlan::Spiral(plan), speed_mps: 1.0, accel_mps2: None }, travel_m);
     }
 }

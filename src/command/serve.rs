@@ -54,9 +54,14 @@ fn check_cpu(config: &Config) -> anyhow::Result<()> {
 
 /// Checks the start and the end of a show that walks at the planned speed.
 pub(crate) fn check_pace(config: &Config, pace: &PaceArgs) -> Result<(), BadInput> {
-    let (start_s, end_s) = (start_s(config, pace), config.end_s());
-    require("--start-at", start_s, config.start_s(), end_s)?;
-    pace.until.map_or(Ok(()), |until_s| require("--until", until_s, start_s, end_s))
+    let start_s = start_s(config, pace);
+    require("--start-at", start_s, config.start_s(), config.last_seek_s())?;
+    pace.until.map_or(Ok(()), |until_s| require("--until", until_s, start_s, end_s(config, start_s)))
+}
+
+/// Show time at which a show ends that starts at a time.
+pub(crate) fn end_s(config: &Config, start_s: f64) -> f64 {
+    if start_s == config.start_s() { config.end_s() } else { config.timetable_from(start_s).end_s() }
 }
 
 /// Show time at which a show starts.

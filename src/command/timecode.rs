@@ -74,7 +74,7 @@ impl Awaited {
             offset_s: args.offset_s.unwrap_or(0.0),
             timeout_ns,
             first_s: config.start_s(),
-            last_s: until_s.map_or(config.end_s(), |until_s| until_s.min(config.end_s())),
+            last_s: until_s.map_or(config.last_seek_s(), |until_s| until_s.min(config.last_seek_s())),
         };
         let (receiver, inbox) = Receiver::start(source.clone(), args.frame_rate.unwrap_or_default(), timeout_ns)?;
         Ok(Some(Self { receiver, inbox, settings, kind: source.kind(), format }))

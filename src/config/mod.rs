@@ -8,6 +8,7 @@ mod error;
 mod priority;
 mod route_plan;
 mod route_table;
+mod timetable;
 
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -18,6 +19,7 @@ use crate::dragon::{Dimensions, Dragon, RunEnd};
 pub use error::ConfigError;
 pub use priority::{Priority, PriorityError, REAL_TIME_PRIORITY};
 pub use route_plan::{RoutePlan, SpiralPlan, TurnaroundPlan};
+pub use timetable::HeadTimetable;
 
 use document::{Document, DragonTable, parse, read};
 use route_table::RouteTable;
@@ -181,8 +183,25 @@ impl Config {
         self.route.start_s()
     }
 
-    /// Show time in seconds at which the planned run ends: where the plan does, or where the dragon can walk no further.
+    /// When the head is where on a run from the start.
+    pub fn timetable(&self) -> HeadTimetable {
+        self.timetable_from(self.start_s())
+    }
+
+    /// The same for a run that begins at a later show time, where the planned speed puts the head.
+    pub fn timetable_from(&self, start_s: f64) -> HeadTimetable {
+        HeadTimetable::new(self.head_speed_mps(), self.head_accel_mps2(), start_s, self.dragon.end_travel_m())
+    }
+
+    /// Show time in seconds at which a run from the start ends: where the plan does, or where the dragon can walk no further.
+    /// With ramps the head arrives there later.
     pub fn end_s(&self) -> f64 {
+        if self.head_accel_mps2().is_some() { self.timetable().end_s() } else { self.last_seek_s() }
+    }
+
+    /// The latest show time that may be sought, in seconds: a seek puts the head where the planned speed alone has it at that
+    /// time, so this one is at the run's end.
+    pub fn last_seek_s(&self) -> f64 {
         match (self.route, self.dragon.run_end()) {
             (RoutePlan::Turnaround(plan), RunEnd::RouteEnd) => plan.end_s,
             _ => self.dragon.end_travel_m() / self.head_speed_mps(),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use crate::config::{RoutePlan, SpiralPlan};
+use crate::config::{HeadTimetable, RoutePlan, SpiralPlan};
 use crate::dragon::{Contact, Dimensions, DimensionsError, Dragon, DragonError, Meter, RunEnd, Spent, first_contact};
 use crate::number::Number;
 use crate::route::{PitchFamily, RouteError};
@@ -110,7 +110,7 @@ pub(super) struct Answer {
 /// What decides an answer.
 #[derive(Debug)]
 enum Decision {
-    Contact { run: VariedDragon, contact: Contact, speed_mps: f64 },
+    Contact { run: VariedDragon, contact: Contact, timetable: HeadTimetable },
     Clearance { passage: VariedDragon, closest: ClosestApproach },
     Ratio { passage: VariedDragon, largest: LargestRatio },
     TouchingPitch { passage: VariedDragon, contact: Contact },
@@ -126,7 +126,7 @@ impl Answer {
     /// Of the value, per unit of each parameter.
     pub(super) fn derivatives(&self) -> Derivatives {
         match &self.decided_by {
-            Decision::Contact { run, contact, speed_mps } => derivative::of_contact_time(run, contact, *speed_mps),
+            Decision::Contact { run, contact, timetable } => derivative::of_contact_time(run, contact, timetable),
             Decision::Clearance { passage, closest } => {
                 derivative::of_least_clearance(passage, closest.travel_m, closest.pair.benches)
             }
@@ -162,11 +162,12 @@ pub(super) fn answer(
 }
 
 fn contact_time(setting: &Setting, meter: &Meter) -> Result<Answer, Unanswered> {
-    let (run, speed_mps) = (planned(setting, meter)?, setting.speed_mps);
+    let run = planned(setting, meter)?;
     let (start_m, end_m) = (run.dragon.start_travel_m(), run.dragon.end_travel_m());
     let contact = first_contact(&run.dragon, start_m, end_m)?.ok_or(Unanswered::NoContact(run.dragon.run_end()))?;
-    let value = contact.travel_m / speed_mps;
-    Ok(Answer { value, decided_by: Decision::Contact { run, contact, speed_mps } })
+    let timetable = setting.timetable(end_m);
+    let value = timetable.time_s(contact.travel_m);
+    Ok(Answer { value, decided_by: Decision::Contact { run, contact, timetable } })
 }
 
 /// On a turnaround, that of the spiral which starts as far out as the paper's.

@@ -3,7 +3,7 @@
 //! With s the head's travel, q any parameter, c(s, q) the clearance of the pair that decides, and R(s, q) the speed ratio
 //! of the handle that decides:
 //!
-//! - *First contact.* c stays 0, so ds/dq = −(∂c/∂q) / (∂c/∂s), and the time is s over the head's speed.
+//! - *First contact.* c stays 0, so ds/dq = −(∂c/∂q) / (∂c/∂s), and the time is that of the head's timetable at s.
 //! - *Least clearance.* At a minimum within the passage ∂c/∂s = 0, so the least clearance changes by ∂c/∂q alone (the
 //!   envelope theorem). At an end of the passage, which moves by ds/dq, it changes by ∂c/∂q + ∂c/∂s·ds/dq.
 //! - *Largest speed ratio.* At a smooth maximum likewise by ∂R/∂q. Where a handle passes a joint of the route, R has a
@@ -17,6 +17,7 @@
 
 use thiserror::Error;
 
+use crate::config::HeadTimetable;
 use crate::dragon::{ClearanceSearch, Contact};
 
 use super::Parameter;
@@ -41,6 +42,9 @@ pub enum Undefined {
     /// The clearance that decides has a kink.
     #[error("the clearance that decides has a kink: {0}")]
     Kink(#[from] Kink),
+    /// The head brakes for the run's end.
+    #[error("the head brakes for the end of the run there")]
+    Brakes,
     /// More than one pair touches.
     #[error("more than one pair touches at once")]
     Tie,
@@ -78,12 +82,14 @@ fn derivatives(of: impl Fn(Parameter) -> Result<f64, Undefined>) -> Derivatives 
 }
 
 /// Of the time of the first contact of a run.
-pub(super) fn of_contact_time(varied: &VariedDragon, contact: &Contact, speed_mps: f64) -> Derivatives {
+pub(super) fn of_contact_time(varied: &VariedDragon, contact: &Contact, timetable: &HeadTimetable) -> Derivatives {
     let rates = touching_rates(varied, contact);
+    let there = timetable.speed_and_time_rate(contact.travel_m).ok_or(Undefined::Brakes);
     derivatives(|parameter| {
         if parameter == Parameter::Speed {
-            return Ok(-contact.travel_m / (speed_mps * speed_mps));
+            return there.map(|(_, per_speed)| per_speed);
         }
+        let (speed_mps, _) = there?;
         rates.map(|rates| -rates.of(parameter) / (rates.travel * speed_mps))
     })
 }
@@ -294,7 +300,12 @@ mod tests {
     #[test]
     fn a_maximum_at_a_kink_moves_with_the_joint() {
         let dimensions = Dimensions::new(12, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
-        let setting = Setting { dimensions, route: RoutePlan::Turnaround(TurnaroundPlan::default()), speed_mps: 1.0 };
+        let setting = Setting {
+            dimensions,
+            route: RoutePlan::Turnaround(TurnaroundPlan::default()),
+            speed_mps: 1.0,
+            accel_mps2: None,
+        };
         let planned = walk(&setting);
         let mut kinks = 0;
         for (crossing, joint, handle) in (0..12)

@@ -1,6 +1,6 @@
 //! What a choreographer plans with, and any one measure of it changed.
 
-use crate::config::RoutePlan;
+use crate::config::{HeadTimetable, RoutePlan};
 use crate::dragon::{Dimensions, DimensionsError};
 
 use super::Parameter;
@@ -14,9 +14,16 @@ pub struct Setting {
     pub route: RoutePlan,
     /// Speed of the head in m/s.
     pub speed_mps: f64,
+    /// Greatest acceleration of the head in m/s²; without one it starts and stops at once.
+    pub accel_mps2: Option<f64>,
 }
 
 impl Setting {
+    /// When the head is where on a run to `end_travel_m`.
+    pub(super) fn timetable(&self, end_travel_m: f64) -> HeadTimetable {
+        HeadTimetable::new(self.speed_mps, self.accel_mps2, self.route.start_s(), end_travel_m)
+    }
+
     /// The value of a parameter.
     pub fn value(&self, parameter: Parameter) -> f64 {
         match parameter {

@@ -58,6 +58,67 @@ fn a_contact_without_a_profile_has_the_three_keys_of_old() {
     assert_eq!(keys, ["benches", "point_m", "time_s"]);
 }
 
+/// The head starts from rest, so it is everywhere later by what its ramp takes: at 1 m/s and 0.25 m/s² that is 2 s.
+#[test]
+fn with_an_acceleration_a_contact_is_planned_when_it_is_danced() {
+    let stage = Stage::new();
+    let short = "[dragon]\nbenches = 60\n[route]\nstart_turns = 5\n";
+    let [planned, ramped] = [("plain", ""), ("ramped", "[head]\naccel_mps2 = 0.25\n")].map(|(name, head)| {
+        let file = stage.path(&format!("{name}.toml"));
+        fs::write(&file, format!("{short}{head}")).expect("a file");
+        answer(&["contact", "--config", &file.display().to_string()])
+    });
+    let [planned_s, ramped_s] = [&planned, &ramped].map(|answer| answer["time_s"].as_f64().expect("a contact"));
+    assert!((ramped_s - planned_s - 2.0).abs() < 1e-9, "{ramped_s} s, without a ramp {planned_s} s");
+    assert_eq!((&ramped["benches"], &ramped["point_m"]), (&planned["benches"], &planned["point_m"]));
+
+    let until = format!("{:.3}", ramped_s + 0.5);
+    let pace = ["--time-scale", "20", "--rate", "100", "--until", &until];
+    let ended = stage.run(&[&["show", "--config", "ramped.toml", "--format", "json"], &pace[..]].concat());
+    let danced_s = ended.last_json()["contact"]["time_s"].as_f64().expect("a contact");
+    assert!((danced_s - ramped_s).abs() < 1e-6, "danced at {danced_s} s, planned for {ramped_s} s");
+}
+
+#[test]
+fn with_an_acceleration_poses_profiles_and_ends_are_those_of_the_ramps() {
+    let stage = Stage::new();
+    let file = stage.path("ramped.toml").display().to_string();
+    fs::write(&file, "[head]\naccel_mps2 = 0.25\n").expect("a file");
+    let poses = answer(&["poses", "--config", &file, "--at", "0,2,62"]);
+    let head = |i: usize, key: &str| poses["poses"][i]["handles"][0][key].as_f64().expect("a number");
+    assert_eq!((head(0, "speed_mps"), head(1, "speed_mps"), head(2, "speed_mps")), (0.0, 0.5, 1.0));
+    assert_six(&poses["poses"][2]["handles"][0]["x_m"], 5.799_209);
+    assert_six(&poses["poses"][2]["handles"][0]["y_m"], -5.771_092);
+    let contact = answer(&["contact", "--config", &file, "--profile", "--step", "102"]);
+    assert_six(&contact["time_s"], 414.473_838);
+    assert_six(&contact["profile"][1]["clearance_m"], 0.157_908);
+    let last = &contact["profile"].as_array().expect("a profile").last().expect("a last point")["time_s"];
+    assert_eq!(last, &contact["time_s"]);
+    let misses = contact["near_misses"].as_array().expect("near misses");
+    let miss_s = misses.last().expect("a near miss")["time_s"].as_f64().expect("a time");
+    assert!((miss_s - 411.832).abs() <= 5.001e-4, "{miss_s}");
+    let sensitivity = answer(&["sensitivity", "--config", &file, "--parameter", "speed", "--steps", "1"]);
+    assert_six(&sensitivity["quantities"][0]["value"], 414.473_838);
+    let late = refusal(&["poses", "--config", &file, "--at", "1000"]);
+    let plain = refusal(&["poses", "--at", "1000"]);
+    let end_s = |told: &str| -> f64 {
+        told.split(" to ").nth(1).and_then(|rest| rest.split(',').next()).expect("an end").parse().expect("a number")
+    };
+    assert!((end_s(&late) - end_s(&plain) - 4.0).abs() < 1e-9, "{late} {plain}");
+}
+
+#[test]
+fn with_an_acceleration_the_fastest_moment_of_a_turn_is_that_of_the_ramps() {
+    let stage = Stage::new();
+    let file = stage.path("turn.toml").display().to_string();
+    fs::write(&file, "[head]\naccel_mps2 = 0.5\n[route]\nkind = \"turnaround\"\n").expect("a file");
+    let limit = answer(&["speed-limit", "--limit", "2", "--config", &file]);
+    assert!((limit["time_s"].as_f64().expect("a time") - 15.480).abs() <= 5.001e-4, "{limit}");
+    let [plain, ramped] = [answer(&["turn"]), answer(&["turn", "--config", &file])];
+    let time_s = |turn: &Value| turn["least_clearance"]["time_s"].as_f64().expect("a time");
+    assert!((time_s(&ramped) - time_s(&plain) - 1.0).abs() < 1e-6, "{plain} {ramped}");
+}
+
 #[test]
 fn smallest_pitch_is_what_the_table_says() {
     let pitch = answer(&["pitch", "--turn-diameter", "9"]);

@@ -16,7 +16,7 @@ use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::Domain;
 
 use crate::cli::ShowArgs;
-use crate::command::serve::{check_pace, configure};
+use crate::command::serve::{check_pace, configure, end_s};
 use crate::command::{CONTACT, timecode};
 
 mod account;
@@ -108,7 +108,7 @@ impl<'a> Show<'a> {
         also: Vec<AlsoCommand>,
     ) -> Self {
         let start_s = args.pace.start_at.unwrap_or_else(|| config.start_s());
-        let end_s = args.pace.until.unwrap_or_else(|| config.end_s());
+        let end_s = args.pace.until.unwrap_or_else(|| end_s(config, start_s));
         let mut children = Children::new();
         for (role, name) in [(Role::Serve, "serve"), (Role::Monitor, "monitor"), (Role::Record, "record")] {
             children.register(role, name);

@@ -32,10 +32,10 @@ pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
     let spent = searched.err();
     let to_m = contact.map(|contact| contact.travel_m).or(spent.map(|spent| spent.reached_m)).unwrap_or(end_m);
     let answer = Answer {
-        time_s: contact.map(|contact| contact.travel_m / config.head_speed_mps()),
+        time_s: contact.map(|contact| config.timetable().time_s(contact.travel_m)),
         benches: contact.map(|contact| contact.benches),
         point_m: contact.map(|contact| contact.point.to_array()),
-        searched_to_s: spent.map(|spent| spent.reached_m / config.head_speed_mps()),
+        searched_to_s: spent.map(|spent| config.timetable().time_s(spent.reached_m)),
         profile: args.profile.then(|| Profile::of(&config, to_m, args)).transpose()?,
     };
     draw(args, &config, to_m, contact.as_ref(), answer.profile.as_ref())?;
@@ -76,14 +76,14 @@ fn draw(
 
 fn text(config: &Config, contact: Option<&Contact>, spent: Option<Spent>) -> String {
     if let Some(&Contact { travel_m, benches: [first, second], point }) = contact {
-        let time_s = travel_m / config.head_speed_mps();
+        let time_s = config.timetable().time_s(travel_m);
         return format!(
             "first contact at {time_s:.6} s, benches {first} and {second}, at ({:.6}, {:.6}) m",
             point.x, point.y
         );
     }
     if let Some(spent) = spent {
-        let reached_s = spent.reached_m / config.head_speed_mps();
+        let reached_s = config.timetable().time_s(spent.reached_m);
         return format!("no contact up to {reached_s:.6} s; further on it is not known: {spent}, --work allows more");
     }
     let end_s = config.end_s();

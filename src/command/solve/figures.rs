@@ -12,6 +12,7 @@ use bench_dragon::route::{Route, Turnaround};
 use glam::DVec2;
 
 use super::profile::NearMiss;
+use super::turn_plan::passage_time_s;
 use crate::cli::{FigureArgs, FigureFile};
 use crate::command::output::print_line;
 use crate::command::printable::Printable;
@@ -77,7 +78,7 @@ fn plan_of(dragon: &Dragon, turnaround: Option<&Turnaround>, title: String, trav
 pub(super) fn contact_view(config: &Config, contact: &Contact) -> ContactView {
     let dragon = config.dragon();
     let handles = handles(dragon, contact.travel_m);
-    let time_s = contact.travel_m / config.head_speed_mps();
+    let time_s = config.timetable().time_s(contact.travel_m);
     let [first, second] = contact.benches;
     ContactView {
         title: format!("First contact, at {time_s:.6} s: benches {first} and {second}"),
@@ -97,9 +98,9 @@ pub(super) fn clearance_over_time(
     contact: Option<&Contact>,
     near_misses: &[NearMiss],
 ) -> ClearanceOverTime {
-    let (dragon, speed_mps) = (config.dragon().metered(meter), config.head_speed_mps());
+    let (dragon, timetable) = (config.dragon().metered(meter), config.timetable());
     let points = clearance_profile(&dragon, &even_travels(&dragon, dragon.start_travel_m(), to_m), || ());
-    let sample = |point: &ClosestApproach| DVec2::new(point.travel_m / speed_mps, point.pair.clearance_m);
+    let sample = |point: &ClosestApproach| DVec2::new(timetable.time_s(point.travel_m), point.pair.clearance_m);
     let near_miss = |miss: &NearMiss| bench_dragon::figure::NearMiss {
         time_s: miss.time_s,
         clearance_m: miss.clearance_m,
@@ -109,7 +110,8 @@ pub(super) fn clearance_over_time(
         title: "Least clearance of all pairs of benches".to_owned(),
         samples: points.approaches.iter().map(sample).collect(),
         near_misses: near_misses.iter().map(near_miss).collect(),
-        contact: contact.map(|contact| ContactMark { time_s: contact.travel_m / speed_mps, benches: contact.benches }),
+        contact: contact
+            .map(|contact| ContactMark { time_s: timetable.time_s(contact.travel_m), benches: contact.benches }),
     }
 }
 
@@ -117,10 +119,11 @@ pub(super) fn clearance_over_time(
 pub(super) fn speeds_over_time(
     dragon: &Dragon,
     largest: &LargestRatio,
-    planned_speed_mps: f64,
+    config: &Config,
     limit_mps: f64,
 ) -> SpeedsOverTime {
-    let head_speed_mps = limit_mps / largest.ratio;
+    let (head_speed_mps, planned_speed_mps) = (limit_mps / largest.ratio, config.head_speed_mps());
+    let time_s = |travel_m| passage_time_s(config, head_speed_mps, travel_m);
     let travels_m = even_travels(dragon, dragon.start_travel_m(), dragon.end_travel_m());
     let mut handles: Vec<HandleSpeed> = drawn_handles(dragon, largest.handle)
         .map(|handle| HandleSpeed { name: handle_name(handle), samples: Vec::with_capacity(travels_m.len()) })
@@ -130,10 +133,10 @@ pub(super) fn speeds_over_time(
         let chain = solver.solve(dragon, travel_m).expect("the travel lies within the run");
         for (speeds, handle) in handles.iter_mut().zip(drawn_handles(dragon, largest.handle)) {
             let speed_mps = head_speed_mps * chain[handle].speed_ratio;
-            speeds.samples.push(DVec2::new(travel_m / head_speed_mps, speed_mps));
+            speeds.samples.push(DVec2::new(time_s(travel_m), speed_mps));
         }
     }
-    let time_s = largest.travel_m / head_speed_mps;
+    let time_s = time_s(largest.travel_m);
     let detail_s = DETAIL_S / head_speed_mps;
     SpeedsOverTime {
         title: format!("Speeds of handles, the head at {head_speed_mps:.6} m/s (planned: {planned_speed_mps} m/s)"),

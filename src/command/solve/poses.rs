@@ -70,7 +70,7 @@ fn one_time(times_s: &[f64]) -> Result<f64, BadInput> {
 /// Travel at a time of the run, which rounding must not put outside it.
 fn travel_m(time_s: f64, config: &Config) -> f64 {
     let dragon = config.dragon();
-    (config.head_speed_mps() * time_s).clamp(dragon.start_travel_m(), dragon.end_travel_m())
+    config.timetable().travel_m(time_s).clamp(dragon.start_travel_m(), dragon.end_travel_m())
 }
 
 impl Answer {
@@ -134,7 +134,7 @@ impl Answer {
 
 impl Pose {
     fn at(time_s: f64, config: &Config, chain: &mut ChainSolver) -> Self {
-        let head_speed_mps = config.head_speed_mps();
+        let head_speed_mps = config.timetable().speed_mps(time_s);
         let handles = chain.solve(config.dragon(), travel_m(time_s, config)).expect("the travel is in the run");
         let handles = handles.iter().enumerate().map(|(index, handle)| Handle {
             index,

@@ -47,17 +47,17 @@ impl Profile {
     /// The profile up to a travel, which is its last time: the contact, the run's end, or where the search for the contact
     /// ended.
     pub(super) fn of(config: &Config, to_m: f64, args: &ContactArgs) -> Result<Self, BadInput> {
-        let (dragon, speed_mps) = (config.dragon(), config.head_speed_mps());
+        let (dragon, timetable) = (config.dragon(), config.timetable());
         let from_m = dragon.start_travel_m();
         let step_s = args.step as f64 / NANOSECONDS;
-        let count = ((to_m - from_m) / (speed_mps * step_s)).ceil();
+        let count = ((timetable.time_s(to_m) - config.start_s()) / step_s).ceil();
         if count >= MAX_TIMES as f64 {
             return Err(BadInput(format!(
                 "--step is {step_s}, which makes {count} times, must make at most {MAX_TIMES}"
             )));
         }
         let time_s = |i: usize| config.start_s() + (i as f64 * args.step as f64) / NANOSECONDS;
-        let times_m = (0..count as usize).map(|i| speed_mps * time_s(i)).filter(|&travel_m| travel_m < to_m);
+        let times_m = (0..count as usize).map(|i| timetable.travel_m(time_s(i))).filter(|&travel_m| travel_m < to_m);
         let travels_m: Vec<f64> = times_m.chain([to_m]).collect();
         let progress = Progress::new("near misses", 1.0);
         let limit_m = args.near.unwrap_or_else(|| config.near_m());
@@ -67,10 +67,10 @@ impl Profile {
         let progress = Progress::new("profile", travels_m.len() as f64);
         let metered = dragon.metered(&args.work.meter());
         let points = clearance_profile(&metered, &travels_m, || progress.add(1.0));
-        let at = |approach: &ClosestApproach| approach.travel_m / speed_mps;
+        let at = |approach: &ClosestApproach| timetable.time_s(approach.travel_m);
         Ok(Self {
-            points_to_s: points.ends_early_m.map(|travel_m| travel_m / speed_mps),
-            near_misses_to_s: misses.ends_early_m.map(|travel_m| travel_m / speed_mps),
+            points_to_s: points.ends_early_m.map(|travel_m| timetable.time_s(travel_m)),
+            near_misses_to_s: misses.ends_early_m.map(|travel_m| timetable.time_s(travel_m)),
             points: points
                 .approaches
                 .iter()

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::figures;
 use super::save_config::save_config;
-use super::turn_plan::planned_turn;
+use super::turn_plan::{passage_time_s, planned_turn};
 use crate::cli::{ConfigArgs, Format, SpeedLimitArgs};
 use crate::command::load_config;
 use crate::command::output::{print_json, print_line};
@@ -30,9 +30,9 @@ struct Answer {
 pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
     let (config, passage) = passage(args)?;
     let largest = passage.as_ref().map_err(|infeasible| *infeasible).and_then(|dragon| largest_speed_ratio(dragon));
-    let answer = Answer::of(&largest, args.limit, config.head_speed_mps());
+    let answer = Answer::of(&largest, args.limit, &config);
     if let (Some(file), Ok(dragon), Ok(largest)) = (&args.figure.figure, &passage, &largest) {
-        let view = figures::speeds_over_time(dragon, largest, config.head_speed_mps(), args.limit);
+        let view = figures::speeds_over_time(dragon, largest, &config, args.limit);
         figures::save(&view.draw(), file)?;
     }
     match args.format.format {
@@ -55,12 +55,12 @@ pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
 }
 
 impl Answer {
-    fn of(largest: &Result<LargestRatio, Infeasible>, limit_mps: f64, planned_speed_mps: f64) -> Self {
+    fn of(largest: &Result<LargestRatio, Infeasible>, limit_mps: f64, config: &Config) -> Self {
         let found = largest.as_ref().ok();
         Self {
             head_speed_mps: found.map(|largest| limit_mps / largest.ratio),
             largest_ratio: found.map(|largest| largest.ratio),
-            time_s: found.map(|largest| largest.travel_m / planned_speed_mps),
+            time_s: found.map(|largest| passage_time_s(config, config.head_speed_mps(), largest.travel_m)),
             handle: found.map(|largest| largest.handle),
             infeasible: largest.err().filter(|reason| !is_undecided(reason)).map(|reason| reason.to_string()),
             undecided: largest.err().filter(is_undecided).map(|reason| reason.to_string()),

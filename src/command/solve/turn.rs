@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context as _, bail};
-use bench_dragon::config::{RoutePlan, TurnaroundPlan};
+use bench_dragon::config::{Config, RoutePlan, TurnaroundPlan};
 use bench_dragon::dragon::Dimensions;
 use bench_dragon::number::Number;
 use bench_dragon::plan::{
@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use super::figures;
 use super::save_config::save_config;
-use super::turn_plan::planned_turn;
+use super::turn_plan::{passage_time_s, planned_turn};
 use crate::cli::{Format, TurnArgs};
 use crate::command::output::{print_json, print_line};
 use crate::command::progress::Progress;
@@ -83,12 +83,12 @@ pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
         .and_then(|dragon| largest_speed_ratio(&dragon))
         .ok()
         .map(|largest| largest.ratio);
-    let answer = Answer { largest_ratio, shortest, ..Answer::of(&turnaround, &passage, speed_mps) };
+    let answer = Answer { largest_ratio, shortest, ..Answer::of(&turnaround, &passage, &config) };
     match args.format.format {
         Format::Json => print_json(&answer)?,
         Format::Text => print_line(answer.text().trim_end())?,
     }
-    draw(args, &turnaround, dimensions, &passage, speed_mps)?;
+    draw(args, &turnaround, &config, &passage)?;
     let reason = answer.infeasible.as_deref().or(answer.undecided.as_deref());
     save_config(&args.save, reason.map_or(Ok(&config), Err))
 }
@@ -117,13 +117,7 @@ fn find_shortest(
 }
 
 /// Draws the dragon where its benches come nearest, or where they touch.
-fn draw(
-    args: &TurnArgs,
-    turnaround: &Turnaround,
-    dimensions: Dimensions,
-    passage: &TurnPassage,
-    speed_mps: f64,
-) -> anyhow::Result<()> {
+fn draw(args: &TurnArgs, turnaround: &Turnaround, config: &Config, passage: &TurnPassage) -> anyhow::Result<()> {
     let Some(file) = &args.figure.figure else { return Ok(()) };
     let (what, travel_m) = match passage {
         TurnPassage::Clear { closest: Some(closest) } => ("nearest to itself", closest.travel_m),
@@ -132,18 +126,22 @@ fn draw(
         TurnPassage::TooMuchWork(spent) => bail!("--figure has nothing to show: {spent}"),
         TurnPassage::Infeasible(infeasible) => return figures::refuse(&args.figure, &infeasible.to_string()),
     };
-    let dragon = passage_through(*turnaround, dimensions, &args.work.meter())?;
-    let title = format!("The dragon {what}, at {:.6} s", travel_m / speed_mps);
+    let dragon = passage_through(*turnaround, *config.dragon().dimensions(), &args.work.meter())?;
+    let title = format!("The dragon {what}, at {:.6} s", time_s(config, travel_m));
     figures::save(&figures::turn_view(&dragon, turnaround, title, travel_m).draw(), file)?;
     if args.format.format == Format::Text { figures::tell(&args.figure) } else { Ok(()) }
 }
 
+fn time_s(config: &Config, travel_m: f64) -> f64 {
+    passage_time_s(config, config.head_speed_mps(), travel_m)
+}
+
 impl Answer {
-    fn of(turnaround: &Turnaround, passage: &TurnPassage, speed_mps: f64) -> Self {
+    fn of(turnaround: &Turnaround, passage: &TurnPassage, config: &Config) -> Self {
         let arcs = turnaround.arcs();
         let nearness = |ClosestApproach { travel_m, pair }: &ClosestApproach| Nearness {
             clearance_m: pair.clearance_m,
-            time_s: travel_m / speed_mps,
+            time_s: time_s(config, *travel_m),
             benches: pair.benches,
             point_m: pair.point.to_array(),
         };
@@ -160,7 +158,7 @@ impl Answer {
             },
             contact: match passage {
                 TurnPassage::Contact(contact) => Some(Touch {
-                    time_s: contact.travel_m / speed_mps,
+                    time_s: time_s(config, contact.travel_m),
                     benches: contact.benches,
                     point_m: contact.point.to_array(),
                 }),
@@ -172,7 +170,7 @@ impl Answer {
             },
             undecided: match passage {
                 TurnPassage::TooMuchWork(spent) => {
-                    let reached_s = spent.reached_m / speed_mps;
+                    let reached_s = time_s(config, spent.reached_m);
                     Some(format!("no benches touch up to {reached_s:.6} s; more is not known: {spent}"))
                 }
                 _ => None,

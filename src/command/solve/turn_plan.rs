@@ -1,7 +1,7 @@
 //! The turn that a question is about.
 
 use anyhow::Context as _;
-use bench_dragon::config::{Config, Overrides, RoutePlan, TurnaroundPlan};
+use bench_dragon::config::{Config, HeadTimetable, Overrides, RoutePlan, TurnaroundPlan};
 
 use crate::cli::{ConfigArgs, TurnPlanArgs};
 use crate::command::{BadInput, load_config};
@@ -24,4 +24,16 @@ pub(super) fn planned_turn(args: &TurnPlanArgs) -> anyhow::Result<(Config, Turna
         ..plan
     };
     Ok((config.with_route(RoutePlan::Turnaround(plan))?, plan))
+}
+
+/// Show time at which a head of this planned speed comes to a travel of a passage. Beyond the ends of the planned run, where a
+/// passage may reach, it is the time at which the head would be there if the run went on.
+pub(super) fn passage_time_s(config: &Config, speed_mps: f64, travel_m: f64) -> f64 {
+    let timetable = |start_s, end_m| HeadTimetable::new(speed_mps, config.head_accel_mps2(), start_s, end_m);
+    let (start_s, end_m) = (config.start_s(), config.dragon().end_travel_m());
+    if (speed_mps * start_s..=end_m).contains(&travel_m) {
+        timetable(start_s, end_m).time_s(travel_m)
+    } else {
+        timetable(start_s.min(travel_m / speed_mps), f64::INFINITY).time_s(travel_m)
+    }
 }

@@ -50,7 +50,7 @@ impl MotionPlan {
             start_travel_m: start.travel_m,
             start_speed_mps: start.speed_mps,
             first_s: config.start_s(),
-            last_s: config.end_s(),
+            last_s: config.last_seek_s(),
             end_travel_m: config.dragon().end_travel_m(),
             until_s: start.until_s,
             held: start.is_held,

@@ -1,6 +1,9 @@
 //! The motion, tick by tick.
 
+use proptest::prelude::*;
+
 use super::*;
+use crate::config::HeadTimetable;
 
 pub(super) fn plan() -> MotionPlan {
     MotionPlan::plain(0.001, 0.0, 400.0)
@@ -123,6 +126,37 @@ fn a_seek_starts_a_finished_show_again() {
 #[test]
 fn a_show_that_starts_at_its_end_is_finished() {
     assert_eq!(start(MotionPlan { start_s: 400.0, start_travel_m: 400.0, ..plan() }).head().state, ShowState::Finished);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// A run that nobody interferes with is danced as the planner's timetable has it, at any rate, to its end.
+    #[test]
+    fn a_run_keeps_the_timetable_of_the_planner(
+        speed_mps in 0.05..5.0_f64,
+        accel_mps2 in prop::option::of(0.01..20.0_f64),
+        start_s in -50.0..50.0_f64,
+        run_m in 0.5..200.0_f64,
+        tick_s in 0.01..0.5_f64,
+    ) {
+        let (start_travel_m, end_travel_m) = (speed_mps * start_s, speed_mps * start_s + run_m);
+        let timetable = HeadTimetable::new(speed_mps, accel_mps2, start_s, end_travel_m);
+        let (first_s, last_s) = (start_s, end_travel_m / speed_mps);
+        let paces = MotionPlan { speed_mps, accel_mps2, start_speed_mps: speed_mps, tick_s, ..plan() };
+        let mut motion = start(MotionPlan { start_s, start_travel_m, end_travel_m, first_s, last_s, ..paces });
+        while motion.head().state == ShowState::Running {
+            let HeadState { sim_time_ns, travel_m, speed_mps: walked_mps, .. } = motion.head();
+            let time_s = sim_time_ns as f64 / 1e9;
+            prop_assert!((timetable.travel_m(time_s) - travel_m).abs() < 1e-7, "{travel_m} m at {time_s} s");
+            let is_within = time_s < timetable.end_s() - tick_s && time_s > start_s;
+            prop_assert!(!is_within || (timetable.speed_mps(time_s) - walked_mps).abs() < 1e-6);
+            motion.advance();
+        }
+        let head = motion.head();
+        prop_assert_eq!((head.state, head.travel_m), (ShowState::Finished, end_travel_m));
+        prop_assert!((timetable.end_s() - head.sim_time_ns as f64 / 1e9).abs() < 1e-6 * (1.0 + timetable.end_s().abs()));
+    }
 }
 
 pub(super) fn guarded() -> MotionPlan {

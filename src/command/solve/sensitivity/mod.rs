@@ -49,6 +49,7 @@ fn sensitivity(config: &Config, args: &SensitivityArgs) -> Sensitivity {
             dimensions: *config.dragon().dimensions(),
             route: config.route(),
             speed_mps: config.head_speed_mps(),
+            accel_mps2: config.head_accel_mps2(),
         },
         turn_diameter_m: args.turn_diameter.unwrap_or(planned_diameter_m),
         range: 0.01 * args.range,
