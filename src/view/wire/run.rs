@@ -17,6 +17,7 @@ pub struct RunMessage {
     pub width_m: f64,
     pub hole_offset_m: f64,
     pub start_s: f64,
+    /// The latest show time that may be sought: with ramps the run ends later.
     pub end_s: f64,
     pub near_m: f64,
     pub margin_m: f64,
@@ -39,7 +40,7 @@ impl From<&Run> for RunMessage {
             width_m: dimensions.width_m(),
             hole_offset_m: dimensions.hole_offset_m(),
             start_s: config.start_s(),
-            end_s: config.end_s(),
+            end_s: config.last_seek_s(),
             near_m: config.near_m(),
             margin_m: config.margin_m(),
             guarded: config.is_guarded(),
