@@ -260,6 +260,37 @@ impl fmt::Display for Refusal {
     }
 }
 
+impl Refusal {
+    /// The reason in words, for the request that was refused: a value out of range is named with its unit and what is allowed.
+    ///
+    /// ```
+    /// use bench_dragon_ipc::{Refusal, Request};
+    ///
+    /// let refusal = Refusal::OutOfRange { lowest: 0.0, highest: 432.758_716 };
+    /// let text = refusal.explain(&Request::Seek { sim_time_s: 500.0 });
+    /// assert_eq!(text, "the show time is 500 s, must be from 0 to 432.758 s");
+    /// ```
+    pub fn explain(&self, request: &Request) -> String {
+        let (lowest, highest) = match *self {
+            Self::OutOfRange { lowest, highest } => (within(lowest, f64::ceil), within(highest, f64::floor)),
+            _ => return self.to_string(),
+        };
+        let (name, value, unit) = match *request {
+            Request::Speed { speed_mps } => ("speed", speed_mps, "m/s"),
+            Request::Seek { sim_time_s } => ("show time", sim_time_s, "s"),
+            Request::Grant { to_m, .. } => ("granted travel", to_m, "m"),
+            _ => return self.to_string(),
+        };
+        format!("the {name} is {value} {unit}, must be from {lowest} to {highest} {unit}")
+    }
+}
+
+/// A limit to three decimals, rounded to the side that is allowed.
+fn within(limit: f64, round: fn(f64) -> f64) -> f64 {
+    // Without the sign of a zero.
+    round(limit * 1e3) / 1e3 + 0.0
+}
+
 impl CommandReply {
     /// The answer to a command that holds from `tick` on.
     pub fn accepted(run_id: u64, tick: u64) -> Self {

@@ -22,9 +22,10 @@ struct ReplyLine {
 pub(crate) fn run(args: &CtlArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
-    let reply = control::call(&domain, "ctl", Sender::Ctl, request(args.order), || stop.is_set())?;
+    let request = request(args.order);
+    let reply = control::call(&domain, "ctl", Sender::Ctl, request, || stop.is_set())?;
     let outcome = reply.outcome();
-    let reason = outcome.err().map(|refusal| refusal.to_string());
+    let reason = outcome.err().map(|refusal| refusal.explain(&request));
     match (args.format.format, &reason) {
         (Format::Json, _) => {
             let accepted = reason.is_none();

@@ -115,11 +115,7 @@ impl Recorded {
 }
 
 fn seek_event(sim_time_s: f64, outcome: Result<(), Refusal>) -> CommandEvent {
-    let command = Command {
-        sender: Sender::Timecode.to_wire(),
-        pid: std::process::id(),
-        ..Request::Seek { sim_time_s }.to_wire()
-    };
+    let command = Command { sender: Sender::Timecode.to_wire(), ..Request::Seek { sim_time_s }.to_wire() };
     let reply = outcome.map_or_else(|refusal| CommandReply::refused(0, 0, refusal), |()| CommandReply::accepted(0, 0));
     CommandEvent::answered(&command, &reply)
 }

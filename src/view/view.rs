@@ -244,7 +244,7 @@ async fn take_command(State(view): State<View>, request: HttpRequest) -> Respons
     view.0.desk.give(request, move |outcome| drop(answer.send(outcome)));
     match answered.await.expect("a desk answers each command") {
         Ok(reply) => {
-            let reason = reply.outcome().err().map(|refusal| refusal.to_string());
+            let reason = reply.outcome().err().map(|refusal| refusal.explain(&request));
             json(StatusCode::OK, &ReplyReport { accepted: reason.is_none(), tick: reply.tick, reason })
         }
         Err(error) => refuse(status_of(&error), &error.to_string()),

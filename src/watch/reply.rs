@@ -36,7 +36,7 @@ impl Reply {
         };
         let reply = match outcome {
             Ok(Ok(tick)) => Self::new(format!("{name}: accepted, from tick {tick} on"), Tone::Good),
-            Ok(Err(refusal)) => Self::new(format!("{name}: refused: {refusal}"), Tone::Danger),
+            Ok(Err(refusal)) => Self::new(format!("{name}: refused: {}", refusal.explain(&request)), Tone::Danger),
             Err(DeskError::Bus(error)) => Self::new(format!("{name}: {error}"), Tone::Danger),
             Err(error) => Self::new(format!("{name}: not sent: {error}"), Tone::Caution),
         };

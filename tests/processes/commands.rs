@@ -190,7 +190,7 @@ fn a_server_that_waits_for_its_readers_can_be_stopped() {
     let stage = Stage::new();
     let server = stage.serve(&["--readers", "1"]);
     stage.run(&["ctl", "stop"]).expect_clean();
-    assert_eq!(server.summary()["frames"], 0);
+    assert_eq!(server.summary()["frames"], 1, "the frame that says that the run has ended");
 }
 
 #[test]
@@ -235,7 +235,10 @@ fn what_is_out_of_range_is_refused_with_the_range() {
         let refusal = rehearsal.refuse_request(Request::Seek { sim_time_s });
         assert_eq!(refusal, Refusal::OutOfRange { lowest: 0.0, highest: end_s }, "{sim_time_s}");
     }
-    assert_eq!(rehearsal.refuse(&["seek", "432.76"]), format!("the value must be from 0 to {end_s}"));
+    assert_eq!(
+        rehearsal.refuse(&["seek", "432.76"]),
+        format!("the show time is 432.76 s, must be from 0 to {} s", (end_s * 1e3).floor() / 1e3)
+    );
     rehearsal.end();
 }
 

@@ -18,6 +18,7 @@ mod commands;
 mod directory;
 mod doctor;
 mod echo;
+mod endings;
 mod eventually;
 mod excerpts;
 mod export;

@@ -198,7 +198,7 @@ def test_bodies_that_do_not_come_keep_nobody_out(view):
 def test_the_server_refuses_what_it_would_refuse_anybody(view):
     assert command(view, {"command": "release"}) == {"accepted": False, "tick": pytest.approx(0, abs=1e9), "reason": "the show is not held"}
     reply = command(view, {"command": "speed", "value": 11})
-    assert (reply["accepted"], reply["reason"]) == (False, "the value must be from 0 to 10")
+    assert (reply["accepted"], reply["reason"]) == (False, "the speed is 11 m/s, must be from 0 to 10 m/s")
 
 
 def test_a_hold_stands_until_it_is_released(view):

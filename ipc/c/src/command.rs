@@ -107,7 +107,8 @@ pub extern "C" fn bd_dragon_command(
         if let Some(reply) = reply {
             reply.write((&answered).into());
         }
-        let refused = |refusal: bench_dragon_ipc::Refusal| Failure::new(bd_result_t::BD_REFUSED, refusal.to_string());
+        let refused =
+            |refusal: bench_dragon_ipc::Refusal| Failure::new(bd_result_t::BD_REFUSED, refusal.explain(&request));
         answered.outcome().map(|_tick| Some(())).map_err(refused)
     })
 }

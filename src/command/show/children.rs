@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use crossbeam::channel::{self, Receiver, Sender};
 
 use super::life::{Life, Look};
-use super::process::{Event, Launch, PATIENCE, Process};
+use super::process::{Event, Launch, Process};
 use super::role::Role;
 use crate::command::output::complain;
 
@@ -138,10 +138,12 @@ impl Children {
         self.entries.iter().filter(is_reader).count()
     }
 
-    /// Asks children to end, and hands over what they still print until they have. Those that take too long are killed.
+    /// Asks children to end, and hands over what they still print until they have. Those that take longer than `patience` are
+    /// killed.
     pub(super) fn end(
         &mut self,
         is_meant: impl Fn(Role) -> bool,
+        patience: Duration,
         mut take_line: impl FnMut(Role, &str) -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
         let of_meant = |entry: &Entry| entry.process.is_some() && is_meant(entry.role);
@@ -150,7 +152,7 @@ impl Children {
             .filter(|entry| of_meant(entry))
             .flat_map(|entry| &entry.process)
             .for_each(Process::terminate);
-        let deadline = Instant::now() + PATIENCE;
+        let deadline = Instant::now() + patience;
         while self.entries.iter().any(of_meant) && Instant::now() < deadline {
             match self.next(LOOK_PERIOD)? {
                 Some(News::Line(role, line)) => take_line(role, &line)?,
@@ -161,7 +163,7 @@ impl Children {
             }
         }
         for entry in self.entries.iter_mut().filter(|entry| of_meant(entry)) {
-            complain(&format!("{} does not end within {} s: killing it", entry.name, PATIENCE.as_secs()));
+            complain(&format!("{} does not end within {} s: killing it", entry.name, patience.as_secs()));
             entry.process = None;
         }
         Ok(())

@@ -13,7 +13,7 @@ use std::time::Duration;
 use bench_dragon::config::Config;
 use bench_dragon::report::ShowSummary;
 use bench_dragon::stop::StopFlag;
-use bench_dragon_ipc::Domain;
+use bench_dragon_ipc::{Domain, Request};
 
 use crate::cli::ShowArgs;
 use crate::command::serve::{check_pace, configure, end_s};
@@ -47,6 +47,7 @@ use children::{Children, News};
 use folder::Folder;
 use last_seen::LastSeen;
 use page::Page;
+use process::PATIENCE;
 use repairs::Repairs;
 use report::print_report;
 use role::Role;
@@ -82,6 +83,8 @@ struct Show<'a> {
     folder: Folder,
     /// Whether a guard keeps the benches from touching.
     is_guarded: bool,
+    /// How long a server that is asked to end may brake.
+    braking: Duration,
     children: Children,
     /// The page, where one was asked for.
     page: Option<Page>,
@@ -124,6 +127,7 @@ impl<'a> Show<'a> {
             domain,
             folder,
             is_guarded: config.is_guarded(),
+            braking: longest_braking(config),
             children,
             page,
             also,
@@ -160,16 +164,16 @@ impl<'a> Show<'a> {
 
     /// Ends the children in order and writes the summary, also where `outcome` says that the show went wrong.
     fn finish(&mut self, outcome: anyhow::Result<()>) -> anyhow::Result<ShowSummary> {
-        self.end_children(|role| role == Role::Serve)?;
+        self.end_children(|role| role == Role::Serve, PATIENCE + self.braking)?;
         // Late news of the last tick may still be in the buffers.
         self.look_at_bus()?;
         self.bus = None;
-        self.end_children(|role| role != Role::View)?;
+        self.end_children(|role| role != Role::View, PATIENCE)?;
         // Of a child that was killed at the very end, what is known.
         self.account.close_monitor();
         self.finish_recording();
         self.account.line.clear();
-        self.end_children(|_| true)?;
+        self.end_children(|_| true, PATIENCE)?;
         let repairs = std::mem::replace(&mut self.repairs, Repairs::new());
         repairs.finish().into_iter().for_each(|repaired| self.count_repaired(repaired));
         if outcome.is_err() && self.seen.header().is_none() {
@@ -181,8 +185,17 @@ impl<'a> Show<'a> {
         Ok(summary)
     }
 
-    fn end_children(&mut self, is_meant: impl Fn(Role) -> bool) -> anyhow::Result<()> {
+    fn end_children(&mut self, is_meant: impl Fn(Role) -> bool, patience: Duration) -> anyhow::Result<()> {
         let Self { children, account, .. } = self;
-        children.end(is_meant, |role, line| account.take_line(role, line))
+        children.end(is_meant, patience, |role, line| account.take_line(role, line))
     }
+}
+
+/// A head that brakes for longer is stopped hard.
+const LONGEST_BRAKING: Duration = Duration::from_hours(1);
+
+/// Wall time in which the head comes to rest from the greatest speed that may be asked for.
+fn longest_braking(config: &Config) -> Duration {
+    let braking_s = config.head_accel_mps2().map_or(0.0, |accel_mps2| Request::MAX_SPEED_MPS / accel_mps2);
+    Duration::try_from_secs_f64(braking_s / config.time_scale()).unwrap_or(LONGEST_BRAKING).min(LONGEST_BRAKING)
 }

@@ -1,6 +1,7 @@
 """Commands to the server, each answered once."""
 
 import ctypes
+import math
 import os
 from typing import Any
 
@@ -143,7 +144,7 @@ REASONS = {
 class Refused(BusError):
     """The server has refused a command. The text is its reason."""
 
-    def __init__(self, reply: CommandReply) -> None:
+    def __init__(self, command: Command, reply: CommandReply) -> None:
         self.refusal = decoded(Refusal, reply.refusal) or Refusal.UNKNOWN
         """The reason."""
         self.tick = reply.tick
@@ -153,7 +154,7 @@ class Refused(BusError):
         self.lowest, self.highest = reply.lowest, reply.highest
         """What the value must be from and to, where it was out of range; else 0."""
         if self.refusal is Refusal.OUT_OF_RANGE:
-            super().__init__(f"the value must be from {_plain(self.lowest)} to {_plain(self.highest)}")
+            super().__init__(_out_of_range(command, self.lowest, self.highest))
         else:
             super().__init__(REASONS[self.refusal])
 
@@ -171,9 +172,10 @@ class CommandClient:
         Raises `Refused`; at once `NoServer` where no server took the command, or it ended before it answered; and
         `NoAnswer` where it has not answered in time.
         """
-        reply = self._reply(Command(kind, 0, 0, (ctypes.c_double * 2)(value), os.getpid(), 0), deadline)
+        command = Command(kind, 0, 0, (ctypes.c_double * 2)(value), os.getpid(), 0)
+        reply = self._reply(command, deadline)
         if reply.refusal:
-            raise Refused(reply)
+            raise Refused(command, reply)
         return reply.tick
 
     def _reply(self, command: Command, deadline: Deadline) -> CommandReply:
@@ -204,6 +206,18 @@ def _received(pending: Any) -> Any | None:
         return pending.receive()
     except iox2.ReceiveError as error:
         raise BusError(f"{COMMANDS}: {error}") from error
+
+
+_VALUES = {CommandKind.SPEED: ("speed", "m/s"), CommandKind.SEEK: ("show time", "s")}
+"""What the value of a command is, and its unit."""
+
+
+def _out_of_range(command: Command, lowest: float, highest: float) -> str:
+    """Which value was refused, and what is allowed: to three decimals, rounded to the side that is."""
+    name, unit = _VALUES.get(command.kind, ("value", ""))
+    least, most = math.ceil(lowest * 1e3) / 1e3, math.floor(highest * 1e3) / 1e3
+    text = f"the {name} is {_plain(command.values[0])} {unit}, must be from {_plain(least)} to {_plain(most)} {unit}"
+    return text.strip()
 
 
 def _plain(number: float) -> str:
