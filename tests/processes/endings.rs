@@ -125,7 +125,7 @@ fn every_command_is_an_event_with_its_sender_also_for_one_who_comes_late() {
 #[test]
 fn a_guards_grants_are_events_and_the_status_says_whether_a_guard_runs_and_where_its_way_ends() {
     let stage = Stage::new();
-    let server = stage.serve(&["--guarded", "--rate", "100", "--start-at", "412", "--readers", "1"]);
+    let server = stage.serve(&["--guarded", "--rate", "100", "--start-at", "412"]);
     let events = CommandEventReader::open(stage.domain(), "test").expect("a server has made the services");
     let status = StatusReader::open(stage.domain(), "test").expect("a server has made the services");
     let guard_is = |wanted: GuardState| {

@@ -103,6 +103,6 @@ fn a_seek_goes_below_zero_and_no_further_than_the_start() {
     let refused = stage.run(&["ctl", "seek", "-100.5"]);
     assert_eq!(refused.code(), Some(1));
     let reply = format!("{}{}", refused.stdout, refused.stderr);
-    assert_eq!(reply.trim(), "refused: the value must be from -100 to 100");
+    assert_eq!(reply.trim(), "refused: the show time is -100.5 s, must be from -100 to 100 s");
     server.process.terminate().expect_clean();
 }

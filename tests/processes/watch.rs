@@ -109,7 +109,7 @@ fn the_screen_shows_what_is_on_the_bus_and_its_keys_steer_the_show() {
     terminal.until_shown("speed 0.6 m/s: accepted");
     terminal.type_text("v11");
     terminal.press("Enter");
-    terminal.until_shown("speed 11 m/s: refused: the value must be from 0 to 10");
+    terminal.until_shown("speed 11 m/s: refused: the speed is 11 m/s, must be from 0 to 10 m/s");
 
     // Somebody else's speed, which a paused head does not show, counts when the head keeps it.
     stage.run(&["ctl", "speed", "0.3"]).expect_clean();

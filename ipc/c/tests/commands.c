@@ -33,9 +33,9 @@ int main(int argc, char **argv) {
 
   accept(dragon, BD_COMMAND_SPEED, 0.5);
   REQUIRE(header_then(dragon).head_speed_mps == 0.5);
-  refuse(dragon, BD_COMMAND_SPEED, 10.5, BD_REFUSED_OUT_OF_RANGE, "the value must be from 0 to 10");
+  refuse(dragon, BD_COMMAND_SPEED, 10.5, BD_REFUSED_OUT_OF_RANGE, "the speed is 10.5 m/s, must be from 0 to 10 m/s");
   REQUIRE(reply.lowest == 0.0 && reply.highest == 10.0);
-  refuse(dragon, BD_COMMAND_SPEED, (double)NAN, BD_REFUSED_OUT_OF_RANGE, "the value must be from 0 to 10");
+  refuse(dragon, BD_COMMAND_SPEED, (double)NAN, BD_REFUSED_OUT_OF_RANGE, "the speed is NaN m/s, must be from 0 to 10 m/s");
   REQUIRE(header_then(dragon).head_speed_mps == 0.5);
 
   accept(dragon, BD_COMMAND_SEEK, 100.0);
