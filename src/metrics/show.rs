@@ -56,8 +56,8 @@ fn outlook(scene: &Scene, header: Option<&FrameHeader>) -> Vec<MetricFamily> {
     let contact_s = scene.outlook.contact_s();
     let remaining_s = contact_s.zip(header).map(|(contact_s, header)| contact_s - header.sim_time_s());
     let free_s = match scene.outlook {
-        Outlook::Free { until_s, .. } => Some(until_s),
-        Outlook::Unknown | Outlook::Contact { .. } => None,
+        Outlook::Free { to, .. } => Some(to.time_s),
+        Outlook::Unknown | Outlook::Contact { .. } | Outlook::GuardStop { .. } | Outlook::Rest { .. } => None,
     };
     vec![
         gauge(

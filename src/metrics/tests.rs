@@ -9,7 +9,7 @@ use glam::DVec2;
 use super::*;
 use crate::dragon::PairClearance;
 use crate::monitor::run_alert;
-use crate::observe::{AlertLog, Link, Outlook, ReaderLog, Still, Traffic};
+use crate::observe::{AlertLog, Arrival, Link, Outlook, ReaderLog, Still, Traffic};
 
 const HEADER: FrameHeader = FrameHeader {
     run_id: 9_007_199_254_740_991,
@@ -46,7 +46,7 @@ fn scene() -> Scene {
         frame: Some(Arc::new(Still { header: HEADER, handles: Vec::new() })),
         nearest: Some(PairClearance { benches: [0, 8], clearance_m: 0.0125, point: DVec2::ZERO }),
         least: Some((0.000_865, 409.832)),
-        outlook: Outlook::Contact { time_s: 412.5, benches: [0, 8] },
+        outlook: Outlook::Contact { at: Arrival { travel_m: 412.5, time_s: 412.5, wall_s: 0.1 }, benches: [0, 8] },
         status: Some(Arc::new(status)),
         traffic: Traffic { frames: 42, restarts: 1, ..Traffic::default() },
         alerts: Arc::new(alerts),

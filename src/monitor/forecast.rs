@@ -50,12 +50,24 @@ impl Forecaster {
     /// # Errors
     /// The operating system's reason why there can be no thread for it.
     pub fn start(dragon: &Dragon, from_m: f64) -> io::Result<Self> {
+        Self::start_within(dragon, 0.0, from_m)
+    }
+
+    /// Starts to search from this travel on for where the clearance of some pair falls to `clearance_m`. In its forecasts that is
+    /// the contact.
+    ///
+    /// # Errors
+    /// As [`Forecaster::start`].
+    ///
+    /// # Panics
+    /// With a clearance that is negative or not finite.
+    pub fn start_within(dragon: &Dragon, clearance_m: f64, from_m: f64) -> io::Result<Self> {
         let forecast = Arc::new(Mutex::new(Forecast { from_m, free_to_m: from_m, contact: None }));
         let (starts, requests) = channel::unbounded();
         let shared = Arc::clone(&forecast);
         let dragon = dragon.metered(&Meter::of(STEPS_PER_STRIDE));
         thread::Builder::new().name("forecast".to_owned()).spawn(move || {
-            let mut search = ContactSearch::new(&dragon);
+            let mut search = ContactSearch::within(&dragon, clearance_m);
             let mut next = Some(*lock(&shared));
             loop {
                 match requests.try_recv() {

@@ -15,7 +15,12 @@ pub enum Link {
         /// How long ago the last frame was sent, in nanoseconds.
         age_ns: u64,
     },
-    /// The source's process has ended.
+    /// The run has ended in order.
+    Ended {
+        /// How long ago its last frame was sent, in nanoseconds.
+        age_ns: u64,
+    },
+    /// The source's process is gone, and the run has not ended in order.
     Gone {
         /// How long ago the last frame was sent, in nanoseconds.
         age_ns: u64,
@@ -39,15 +44,16 @@ impl Link {
             Self::Waiting => "waiting",
             Self::Live => "live",
             Self::Silent { .. } => "silent",
+            Self::Ended { .. } => "ended",
             Self::Gone { .. } => "gone",
             Self::Failed { .. } => "failed",
         }
     }
 
-    /// How long ago the last frame was sent, in nanoseconds, where that is too long.
+    /// How long ago the last frame was sent, in nanoseconds, where that is too long or the run has ended.
     pub fn age_ns(&self) -> Option<u64> {
         match self {
-            Self::Silent { age_ns } | Self::Gone { age_ns } => Some(*age_ns),
+            Self::Silent { age_ns } | Self::Gone { age_ns } | Self::Ended { age_ns } => Some(*age_ns),
             Self::Waiting | Self::Live | Self::Failed { .. } => None,
         }
     }

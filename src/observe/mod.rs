@@ -8,6 +8,11 @@
 mod alert_log;
 mod clearance_chart;
 mod clearance_planner;
+mod command_history;
+mod controls;
+mod course;
+mod guard_situation;
+mod lamp;
 mod link;
 mod observer;
 mod outlook;
@@ -24,6 +29,11 @@ mod watched_run;
 
 pub use alert_log::{AlertLog, NumberedAlert};
 pub use clearance_chart::ClearanceChart;
+pub use command_history::{CommandHistory, NumberedCommand};
+pub use controls::Controls;
+pub use course::Arrival;
+pub use guard_situation::GuardSituation;
+pub use lamp::{Lamp, LampLevel, lamps};
 pub use link::Link;
 pub use observer::Observer;
 pub use outlook::Outlook;

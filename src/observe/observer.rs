@@ -74,6 +74,7 @@ impl Observer {
         match Ports::open(&self.domain, self.name) {
             Ok(opened) => {
                 sight.can_read();
+                sight.begin_reading(monotonic_ns());
                 *ports = Some(opened);
             }
             Err(error) if error.is_absent() => {

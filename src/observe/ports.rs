@@ -1,7 +1,8 @@
 //! What an observer opens of the bus.
 
 use bench_dragon_ipc::{
-    AlertSubscriber, BusError, DescriptionReader, Domain, FrameSubscriber, ReaderReports, StatusReader,
+    AlertSubscriber, BusError, CommandEventReader, DescriptionReader, Domain, FrameSubscriber, ReaderReports,
+    StatusReader,
 };
 
 /// A reader of everything.
@@ -13,6 +14,8 @@ pub(super) struct Ports {
     pub(super) descriptions: DescriptionReader,
     /// A source of an earlier version has none.
     pub(super) reports: Option<ReaderReports>,
+    /// A source of an earlier version has none.
+    pub(super) commands: Option<CommandEventReader>,
 }
 
 impl Ports {
@@ -23,11 +26,16 @@ impl Ports {
         let statuses = StatusReader::open(domain, &format!("{name}-status"))?;
         let alerts = AlertSubscriber::open(domain, &format!("{name}-alerts"))?;
         let frames = FrameSubscriber::open(domain, name)?;
-        let reports = match ReaderReports::open(domain, &format!("{name}-reports")) {
-            Ok(reports) => Some(reports),
-            Err(error) if error.is_absent() => None,
-            Err(error) => return Err(error),
-        };
-        Ok(Self { frames, alerts, statuses, descriptions, reports })
+        let reports = if_there(ReaderReports::open(domain, &format!("{name}-reports")))?;
+        let commands = if_there(CommandEventReader::open(domain, &format!("{name}-events")))?;
+        Ok(Self { frames, alerts, statuses, descriptions, reports, commands })
+    }
+}
+
+fn if_there<Port>(opened: Result<Port, BusError>) -> Result<Option<Port>, BusError> {
+    match opened {
+        Ok(port) => Ok(Some(port)),
+        Err(error) if error.is_absent() => Ok(None),
+        Err(error) => Err(error),
     }
 }

@@ -68,16 +68,23 @@ impl ReaderLog {
         self.counts.iter().map(|(name, count)| (name.as_str(), count))
     }
 
+    /// The last reports of the readers that have not ended, the one that was heard of last at the end. A reader that was silent
+    /// before another one of its name was first heard of counts as replaced by that, and is left out.
+    pub fn awaited(&self) -> impl Iterator<Item = &ReaderReport> {
+        let is_replaced = |silent: &Heard| {
+            let mut of_name = self.readers.iter().filter(|heard| heard.report.name() == silent.report.name());
+            of_name.any(|other| other.since_ns > silent.report.sent_ns)
+        };
+        let awaited = self.readers.iter().filter(move |heard| heard.report.ended == 0 && !is_replaced(heard));
+        awaited.map(|heard| &heard.report)
+    }
+
     /// The names of readers that have not ended, in order, and when the one of them that has been silent for longest sent its last
     /// report, in nanoseconds of `CLOCK_MONOTONIC`: so that a reader that lives hides none of its name that was killed beside it.
-    ///
-    /// A reader that was silent before another one of its name was first heard of counts as replaced by that.
     pub fn silent_since(&self) -> impl Iterator<Item = (&str, u64)> {
         self.counts.keys().filter_map(|name| {
-            let of_name = || self.readers.iter().filter(move |heard| heard.report.name() == name);
-            let is_replaced = |silent: &Heard| of_name().any(|other| other.since_ns > silent.report.sent_ns);
-            let awaited = of_name().filter(|heard| heard.report.ended == 0 && !is_replaced(heard));
-            Some((name.as_str(), awaited.map(|heard| heard.report.sent_ns).min()?))
+            let of_name = self.awaited().filter(|report| report.name() == name);
+            Some((name.as_str(), of_name.map(|report| report.sent_ns).min()?))
         })
     }
 

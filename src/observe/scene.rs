@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
-use bench_dragon_ipc::{FrameHeader, HandleState, Status};
+use bench_dragon_ipc::{FrameHeader, HandleState, ShowState, Status};
 
 use super::alert_log::AlertLog;
 use super::clearance_chart::ClearanceChart;
+use super::command_history::CommandHistory;
+use super::guard_situation::GuardSituation;
 use super::link::Link;
 use super::outlook::Outlook;
 use super::planned_clearance::PlannedClearance;
@@ -34,6 +36,10 @@ pub struct Scene {
     pub seen_ns: u64,
     /// Whether there was a source then, and whether it said anything. How that is to be taken later tells [`Scene::link_at`].
     pub link: Link,
+    /// Whether the process of a source is there.
+    pub has_source: bool,
+    /// Since when the bus is read, in nanoseconds of `CLOCK_MONOTONIC`; `None` while it is not.
+    pub reading_since_ns: Option<u64>,
     /// The newest frame; after the source's end its last one.
     pub frame: Option<Arc<Still>>,
     /// The run that the frame is of. `None` until its description has come.
@@ -44,6 +50,8 @@ pub struct Scene {
     pub least: Option<(f64, f64)>,
     /// What lies ahead.
     pub outlook: Outlook,
+    /// How it stands with the guard.
+    pub guard: GuardSituation,
     /// The clearance so far.
     pub chart: Option<Arc<ClearanceChart>>,
     /// The clearance over the whole run as far as the planner has worked it out; for an observer that plans.
@@ -58,12 +66,20 @@ pub struct Scene {
     pub alerts: Arc<AlertLog>,
     /// What the readers have reported of themselves.
     pub readers: Arc<ReaderLog>,
+    /// The newest commands, the operators', the timecode's and refused ones of the guard.
+    pub commands: Arc<CommandHistory>,
 }
 
 impl Scene {
     /// Before anything has been looked at.
     pub fn of_nothing(seen_ns: u64) -> Self {
         Self { seen_ns, ..Self::default() }
+    }
+
+    /// What the show is doing by the newest frame, or that it has ended by the last status.
+    pub fn state(&self) -> Option<ShowState> {
+        let has_ended = self.status.as_ref().is_some_and(|status| status.show_state() == Some(ShowState::Ended));
+        if has_ended { Some(ShowState::Ended) } else { self.frame.as_ref()?.header.show_state() }
     }
 
     /// How things stand at an instant, for one who has got no newer scene: whoever shows it must not take the word of an

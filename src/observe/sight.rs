@@ -3,9 +3,11 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use bench_dragon_ipc::{BusError, Description, Domain, Frame, FrameSubscriber, SourceLock, Status};
+use bench_dragon_ipc::{BusError, Description, Domain, Frame, FrameSubscriber, ShowState, SourceLock, Status};
 
 use super::alert_log::AlertLog;
+use super::command_history::CommandHistory;
+use super::guard_situation::GuardSituation;
 use super::link::Link;
 use super::outlook::Outlook;
 use super::ports::Ports;
@@ -39,6 +41,9 @@ pub(super) struct Sight {
     traffic: TrafficCount,
     alerts: Arc<AlertLog>,
     readers: Arc<ReaderLog>,
+    commands: Arc<CommandHistory>,
+    /// Since when the bus is read, in nanoseconds of `CLOCK_MONOTONIC`.
+    reading_since_ns: Option<u64>,
     source_is_there: bool,
     source_asked_ns: u64,
     /// Whether the clearance over each run is planned.
@@ -60,6 +65,8 @@ impl Sight {
             traffic: TrafficCount::new(now_ns),
             alerts: Arc::default(),
             readers: Arc::default(),
+            commands: Arc::default(),
+            reading_since_ns: None,
             source_is_there: false,
             source_asked_ns: 0,
             plans,
@@ -88,6 +95,11 @@ impl Sight {
                 Arc::make_mut(&mut self.readers).push(report);
             }
         }
+        if let Some(commands) = &ports.commands {
+            while let Some(event) = commands.receive()? {
+                Arc::make_mut(&mut self.commands).push(event);
+            }
+        }
         if let Some(status) = ports.statuses.poll()? {
             self.status = Some(Arc::new(status));
         }
@@ -112,27 +124,49 @@ impl Sight {
 
     /// Asks what lies ahead, also where the head stands: the search goes on.
     fn look_ahead(&mut self) {
-        let nearest = self.nearest;
-        let outlook = self.current_run().map(|(run, still)| run.look_ahead(&still.header, nearest));
+        let (nearest, status) = (self.nearest, self.current_status());
+        let outlook = self.current_run().map(|(run, still)| run.look_ahead(&still.header, nearest, status.as_deref()));
         self.outlook = outlook.unwrap_or_default();
     }
 
     /// Judges whether the source is there.
     pub(super) fn judge(&mut self, domain: &Domain, now_ns: u64) {
-        let Some(still) = &self.still else { return };
-        let age_ns = now_ns.saturating_sub(still.header.published_ns);
         if now_ns.saturating_sub(self.source_asked_ns) >= SOURCE_PERIOD_NS {
             self.source_asked_ns = now_ns;
             self.source_is_there = SourceLock::holder(domain).is_some();
         }
+        let Some(still) = &self.still else { return };
+        let age_ns = now_ns.saturating_sub(still.header.published_ns);
         if !matches!(self.link, Link::Failed { .. }) {
             let rate_hz = self.status.as_ref().map_or(0, |status| status.rate_hz);
-            self.link = Link::judge(age_ns, rate_hz, self.source_is_there);
+            self.link = match Link::judge(age_ns, rate_hz, self.source_is_there) {
+                _ if self.has_ended() => Link::Ended { age_ns },
+                link => link,
+            };
         }
+    }
+
+    /// Whether the run of the newest frame has ended in order: that frame says so, or the last status.
+    fn has_ended(&self) -> bool {
+        let frame = self.still.as_ref().and_then(|still| still.header.show_state());
+        let status = self.current_status().and_then(|status| status.show_state());
+        [frame, status].contains(&Some(ShowState::Ended))
+    }
+
+    /// The status, where it is of the run that the newest frame is of.
+    fn current_status(&self) -> Option<Arc<Status>> {
+        let run_id = self.still.as_ref()?.header.run_id;
+        self.status.clone().filter(|status| status.run_id == run_id)
+    }
+
+    /// Takes note that the bus is read from now on.
+    pub(super) fn begin_reading(&mut self, now_ns: u64) {
+        self.reading_since_ns = Some(now_ns);
     }
 
     /// Takes note that the bus cannot be read.
     pub(super) fn fail(&mut self, error: &BusError) {
+        self.reading_since_ns = None;
         self.link = Link::Failed { reason: error.to_string() };
         self.newest = None;
     }
@@ -146,7 +180,10 @@ impl Sight {
 
     /// Everything, as it is now.
     pub(super) fn scene(&mut self, now_ns: u64) -> Scene {
-        let run_id = self.still.as_ref().map(|still| still.header.run_id);
+        let (status, nearest) = (self.current_status(), self.nearest);
+        let guard = self.current_run().zip(status.as_deref()).map(|((run, still), status)| {
+            GuardSituation::of(status, &still.header, nearest, run.run.config.margin_m())
+        });
         let current = self.current_run().map(|(run, still)| {
             (Arc::clone(&run.run), run.least, Arc::clone(&run.chart), run.plan(), run.clock(&still.header))
         });
@@ -157,6 +194,8 @@ impl Sight {
         Scene {
             seen_ns: now_ns,
             link: self.link.clone(),
+            has_source: self.source_is_there,
+            reading_since_ns: self.reading_since_ns,
             frame: self.still.clone(),
             run,
             nearest: self.nearest,
@@ -165,10 +204,12 @@ impl Sight {
             chart,
             plan,
             clock,
-            status: self.status.clone().filter(|status| Some(status.run_id) == run_id),
+            status,
+            guard: guard.unwrap_or_default(),
             traffic: self.traffic.traffic(now_ns).clone(),
             alerts: Arc::clone(&self.alerts),
             readers: Arc::clone(&self.readers),
+            commands: Arc::clone(&self.commands),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use bench_dragon_ipc::{Continuity, FrameHeader, TimeHistogram};
+use bench_dragon_ipc::{Continuity, FrameHeader, ShowState, TimeHistogram};
 
 /// How often the rate and the percentiles are measured anew, in nanoseconds.
 const WINDOW_NS: u64 = 1_000_000_000;
@@ -16,6 +16,8 @@ pub struct Traffic {
     pub lost: u64,
     /// How often the source was started again.
     pub restarts: u64,
+    /// How often that was after a run that had not ended in order.
+    pub crashes: u64,
     /// Frames a second of wall time, over the last second.
     pub rate_hz: f64,
     /// From the instant at which a frame was due to the one at which it was read here, over the last second.
@@ -31,12 +33,20 @@ pub(super) struct TrafficCount {
     /// Of the second in progress.
     recent: TimeHistogram,
     recent_frames: u64,
+    /// Whether the last frame ended its run.
+    has_ended: bool,
     begun_ns: u64,
 }
 
 impl TrafficCount {
     pub(super) fn new(now_ns: u64) -> Self {
-        Self { traffic: Traffic::default(), recent: TimeHistogram::default(), recent_frames: 0, begun_ns: now_ns }
+        Self {
+            traffic: Traffic::default(),
+            recent: TimeHistogram::default(),
+            recent_frames: 0,
+            has_ended: false,
+            begun_ns: now_ns,
+        }
     }
 
     /// Counts a frame that is read now.
@@ -44,9 +54,13 @@ impl TrafficCount {
         self.traffic.frames += 1;
         match continuity {
             Continuity::Lost(frames) => self.traffic.lost += frames,
-            Continuity::Restarted => self.traffic.restarts += 1,
+            Continuity::Restarted => {
+                self.traffic.restarts += 1;
+                self.traffic.crashes += u64::from(!self.has_ended);
+            }
             Continuity::First | Continuity::Next => {}
         }
+        self.has_ended = header.show_state() == Some(ShowState::Ended);
         self.recent_frames += 1;
         self.recent.record(now_ns.saturating_sub(header.scheduled_ns));
     }
@@ -86,5 +100,15 @@ mod tests {
         assert_eq!((traffic.latency.count(), traffic.recent_latency.quantile_ns(1.0)), (100, 40));
         let later = count.traffic(2_000_000_000);
         assert_eq!((later.rate_hz, later.recent_latency.count(), later.latency.count()), (0.0, 0, 100));
+    }
+
+    #[test]
+    fn a_run_after_one_that_ended_in_order_is_no_crash() {
+        let mut count = TrafficCount::new(0);
+        let frame = |state: ShowState| FrameHeader { state: state.to_wire(), ..FrameHeader::default() };
+        count.count(&frame(ShowState::Running), Continuity::First, 0);
+        count.count(&frame(ShowState::Ended), Continuity::Restarted, 0);
+        count.count(&frame(ShowState::Running), Continuity::Restarted, 0);
+        assert_eq!((count.traffic(0).restarts, count.traffic(0).crashes), (2, 1));
     }
 }

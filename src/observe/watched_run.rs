@@ -3,12 +3,13 @@
 use std::io;
 use std::sync::Arc;
 
-use bench_dragon_ipc::{FrameHeader, HandleState};
+use bench_dragon_ipc::{FrameHeader, GuardState, HandleState, Status};
 use glam::DVec2;
 
 use super::clearance_chart::ClearanceChart;
 use super::clearance_planner::ClearancePlanner;
-use super::outlook::Outlook;
+use super::course::Course;
+use super::outlook::{GuardLimits, Outlook, WalkLimits};
 use super::planned_clearance::PlannedClearance;
 use super::run::Run;
 use super::travel_clock::TravelClock;
@@ -35,6 +36,8 @@ pub(super) struct WatchedRun {
     forecaster: Forecaster,
     /// Travel from which the forecast was last asked for.
     asked_from_m: f64,
+    /// Clearance that is looked for: 0, or the guard's margin.
+    looked_for_m: f64,
     planner: Option<ClearancePlanner>,
 }
 
@@ -76,6 +79,7 @@ impl WatchedRun {
             boards: Vec::new(),
             forecaster,
             asked_from_m: from_m,
+            looked_for_m: 0.0,
             planner,
         })
     }
@@ -98,16 +102,41 @@ impl WatchedRun {
     }
 
     /// What lies ahead of a frame. Asks for a new forecast where the present one says nothing of it.
-    pub(super) fn look_ahead(&mut self, header: &FrameHeader, nearest: Option<PairClearance>) -> Outlook {
+    pub(super) fn look_ahead(
+        &mut self,
+        header: &FrameHeader,
+        nearest: Option<PairClearance>,
+        status: Option<&Status>,
+    ) -> Outlook {
+        let guard = status.and_then(guard_limits);
+        self.look_for(if guard.is_some() { self.run.config.margin_m() } else { 0.0 }, header.head_travel_m);
         let forecast = self.forecaster.latest();
         let travel_m = header.head_travel_m;
-        let is_touching = nearest.is_some_and(|pair| pair.clearance_m <= 0.0);
-        if self.asked_from_m == forecast.from_m && !forecast.covers(travel_m) && !is_touching {
+        let is_found = nearest.is_some_and(|pair| pair.clearance_m <= self.looked_for_m);
+        // What was asked of this very travel is known.
+        let is_asked = travel_m == self.asked_from_m || self.asked_from_m != forecast.from_m;
+        if !is_asked && !forecast.covers(travel_m) && !is_found {
             self.forecaster.restart(travel_m);
             self.asked_from_m = travel_m;
         }
-        let end_m = self.run.config.dragon().end_travel_m();
-        Outlook::of(&forecast, header, self.resumed_speed_mps(), end_m)
+        let course = Course::new(header, self.clock(header), self.run.config.head_accel_mps2());
+        let limits = WalkLimits { end_m: self.run.config.dragon().end_travel_m(), guard };
+        Outlook::of(&forecast, &course, header.show_state(), &limits)
+    }
+
+    /// Looks for where some pair's clearance falls to this, from a travel on. Whether a head is guarded is known with the first
+    /// status.
+    fn look_for(&mut self, clearance_m: f64, from_m: f64) {
+        if clearance_m == self.looked_for_m {
+            return;
+        }
+        match Forecaster::start_within(self.run.config.dragon(), clearance_m, from_m) {
+            Ok(forecaster) => {
+                self.forecaster = forecaster;
+                (self.looked_for_m, self.asked_from_m) = (clearance_m, from_m);
+            }
+            Err(error) => tracing::warn!("the guard's stop is not forecast: cannot start a thread: {error}"),
+        }
     }
 
     /// The clearance over the whole run, where it is planned.
@@ -125,6 +154,16 @@ impl WatchedRun {
     fn resumed_speed_mps(&self) -> f64 {
         self.walking_speed.steady_mps().unwrap_or(self.run.config.head_speed_mps())
     }
+}
+
+/// What a status says of the guard of a guarded head.
+fn guard_limits(status: &Status) -> Option<GuardLimits> {
+    let runs = match status.guard_state()? {
+        GuardState::None => return None,
+        GuardState::Missing => false,
+        GuardState::Running => true,
+    };
+    Some(GuardLimits { runs, granted_to_m: status.granted_to_m, end_m: status.guard_end() })
 }
 
 fn plan_view(handle: &HandleState) -> DVec2 {
@@ -198,7 +237,7 @@ mod tests {
         let walking = FrameHeader { head_travel_m: 411.0, ..slow(411.1) };
         let patience = Instant::now() + Duration::from_mins(1);
         let expected_s = loop {
-            if let Some(contact_s) = run.look_ahead(&walking, None).contact_s() {
+            if let Some(contact_s) = run.look_ahead(&walking, None, None).contact_s() {
                 break contact_s;
             }
             assert!(Instant::now() < patience, "the forecast finds the contact");
@@ -206,6 +245,6 @@ mod tests {
         assert!((expected_s - (411.1 + 1.473_838 / 0.5)).abs() < 1e-5, "{expected_s}");
         let paused = FrameHeader { head_speed_mps: 0.0, ..walking };
         run.measure(&paused, &handles(411.0));
-        assert_eq!(run.look_ahead(&paused, None).contact_s(), Some(expected_s));
+        assert_eq!(run.look_ahead(&paused, None, None).contact_s(), Some(expected_s));
     }
 }

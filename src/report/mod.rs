@@ -3,6 +3,7 @@
 //! Each line is one object whose `type` tells which. Times are seconds of show time, lengths metres.
 
 mod bridge;
+mod command;
 mod export;
 mod latency;
 mod monitor;
@@ -14,6 +15,7 @@ mod timecode;
 mod times;
 
 pub use bridge::{BridgeLine, BridgeSummary};
+pub use command::{CommandWords, refusal_words, request_words};
 pub use export::ExportReport;
 pub use latency::{LatencyReport, ReadMode};
 pub use monitor::{

@@ -1,12 +1,11 @@
 //! What stands across the plan where it is not the present that is drawn.
 
-use bench_dragon_ipc::ShowState;
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Rect};
 use ratatui::text::Line;
 use ratatui::widgets::{Block, Clear, Paragraph};
 
-use super::condition::{Condition, state};
+use super::condition::Condition;
 use super::screen::Screen;
 use crate::observe::{Link, Scene};
 
@@ -32,10 +31,7 @@ fn reason(scene: &Scene, instance: &str) -> Option<String> {
         Link::Waiting => Some(format!("no frame yet on instance {instance}")),
         Link::Failed { reason } => Some(reason.clone()),
         Link::Silent { age_ns } => Some(format!("the last frame is {:.1} s old", seconds(*age_ns))),
-        Link::Gone { age_ns } => {
-            let is_over = state(scene) == Some(ShowState::Ended);
-            let who = if is_over { "the show is over" } else { "the server is gone" };
-            Some(format!("{who}, the last frame {:.1} s old", seconds(*age_ns)))
-        }
+        Link::Gone { age_ns } => Some(format!("the server is gone, the last frame {:.1} s old", seconds(*age_ns))),
+        Link::Ended { .. } => Some("the show has ended in order".to_owned()),
     }
 }

@@ -22,9 +22,7 @@ impl Condition {
         match (&scene.link, state) {
             (Link::Waiting, _) => new("WAITING", Tone::Caution, 1),
             (Link::Failed { .. }, _) => new("FAILED", Tone::Danger, 2),
-            (Link::Live | Link::Silent { .. } | Link::Gone { .. }, Some(ShowState::Ended)) => {
-                new("ENDED", Tone::Calm, 3)
-            }
+            (Link::Ended { .. }, _) | (Link::Live, Some(ShowState::Ended)) => new("ENDED", Tone::Calm, 3),
             (Link::Gone { .. }, _) => new("LOST", Tone::Danger, 2),
             (Link::Silent { .. }, _) => new("SILENT", Tone::Danger, 2),
             (Link::Live, Some(ShowState::Running)) => new("RUNNING", Tone::Good, 0),
@@ -42,7 +40,7 @@ impl Condition {
     }
 }
 
-/// What the show is doing, by its last frame.
+/// What the show is doing.
 pub(super) fn state(scene: &Scene) -> Option<ShowState> {
-    scene.frame.as_ref()?.header.show_state()
+    scene.state()
 }

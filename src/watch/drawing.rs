@@ -115,7 +115,7 @@ mod tests {
             "0.120694 m",
             "benches 0 and 21",
             "at 412.474 s",
-            "in 112.5 s, 0 and 8",
+            "in 5.6 s, 0 and 8",
             "2 alerts",
             "near      0-11",
             "space pause",
@@ -170,8 +170,8 @@ mod tests {
     }
 
     #[test]
-    fn a_show_that_was_over_before_its_server_ended_is_not_lost() {
-        let scene = Scene { link: Link::Gone { age_ns: 1_000_000_000 }, ..scene(ShowState::Finished, 300.0) };
+    fn a_show_that_has_ended_in_order_is_not_lost() {
+        let scene = Scene { link: Link::Ended { age_ns: 1_000_000_000 }, ..scene(ShowState::Ended, 300.0) };
         let text = text(&scene, &screen(Look::default(), "", &scene), 80, 24);
         assert!(text.contains("ENDED") && !text.contains("LOST"), "{text}");
     }

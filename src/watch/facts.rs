@@ -66,19 +66,26 @@ fn least(scene: &Scene, look: Look) -> [Line<'static>; 2] {
 }
 
 fn ahead(scene: &Scene, look: Look) -> [Line<'static>; 2] {
-    let now_s = scene.frame.as_ref().map_or(0.0, |still| still.header.sim_time_s());
     match scene.outlook {
         Outlook::Unknown => [named("contact", "unknown".to_owned(), None, look), Line::default()],
-        Outlook::Free { until_s, is_end: true } => {
+        Outlook::Free { to, is_end: true } => {
             let line = named("contact", "none ahead".to_owned(), Some(Tone::Good), look);
-            [line, detail(&format!("to the end, {until_s:.2} s"))]
+            [line, detail(&format!("to the end, {:.2} s", to.time_s))]
         }
-        Outlook::Free { until_s, is_end: false } => {
-            [named("contact", "none yet".to_owned(), None, look), detail(&format!("searched to {until_s:.2} s"))]
+        Outlook::Free { to, is_end: false } => {
+            [named("contact", "none yet".to_owned(), None, look), detail(&format!("searched to {:.2} s", to.time_s))]
         }
-        Outlook::Contact { time_s, benches: [one, another] } => {
-            let line = named("contact", format!("at {time_s:.3} s"), Some(Tone::Caution), look);
-            [line, detail(&format!("in {:.1} s, {one} and {another}", time_s - now_s))]
+        Outlook::Contact { at, benches: [one, another] } => {
+            let line = named("contact", format!("at {:.3} s", at.time_s), Some(Tone::Caution), look);
+            [line, detail(&format!("in {:.1} s, {one} and {another}", at.wall_s))]
+        }
+        Outlook::GuardStop { at, .. } => {
+            let line = named("guard", format!("stops at {:.3} s", at.time_s), Some(Tone::Caution), look);
+            [line, detail(&format!("in {:.1} s", at.wall_s))]
+        }
+        Outlook::Rest { at } => {
+            let line = named("stops", format!("at {:.3} s", at.time_s), Some(Tone::Caution), look);
+            [line, detail(&format!("in {:.1} s, after {:.3} m", at.wall_s, at.travel_m))]
         }
     }
 }

@@ -7,7 +7,7 @@ use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState, ShowState};
 use crate::config::{Config, Overrides};
 use crate::dragon::ClearanceSearch;
 use crate::monitor::run_alert;
-use crate::observe::{AlertLog, ClearanceChart, Link, Outlook, Run, Scene, Still};
+use crate::observe::{AlertLog, Arrival, ClearanceChart, Link, Outlook, Run, Scene, Still};
 
 /// The paper's dragon at a show time, live.
 pub(super) fn scene(state: ShowState, time_s: f64) -> Scene {
@@ -33,12 +33,14 @@ pub(super) fn scene(state: ShowState, time_s: f64) -> Scene {
     let mut alerts = AlertLog::default();
     alerts.push(run_alert(&header, AlertKind::Restarted));
     alerts.push(Alert { bench_a: 0, bench_b: 11, ..run_alert(&header, AlertKind::Near) });
+    let contact_s = 412.473_838;
+    let arrival = Arrival { travel_m: contact_s, time_s: contact_s, wall_s: (contact_s - time_s) / 20.0 };
     Scene {
         link: Link::Live,
         frame: Some(Arc::new(Still { header, handles: handles.collect() })),
         nearest: Some(nearest),
         least: Some((nearest.clearance_m, time_s)),
-        outlook: Outlook::Contact { time_s: 412.473_838, benches: [0, 8] },
+        outlook: Outlook::Contact { at: arrival, benches: [0, 8] },
         chart: Some(Arc::new(chart)),
         run: Some(Arc::new(run)),
         alerts: Arc::new(alerts),

@@ -64,8 +64,8 @@ function writeOutlook({ frame, status }) {
     write(large, `Contact in ${format.fixed(left_s, 1)} s`);
     write(small, `${format.pair(outlook.benches)}, at ${format.fixed(outlook.time_s, 3)} s`);
   } else if (outlook.kind === 'free') {
-    write(large, outlook.is_end ? 'Free to the end' : `Free to ${format.fixed(outlook.until_s, 1)} s`);
-    write(small, outlook.is_end ? `no contact up to ${format.showTime(outlook.until_s)} s` : 'still looking ahead');
+    write(large, outlook.is_end ? 'Free to the end' : `Free to ${format.fixed(outlook.time_s, 1)} s`);
+    write(small, outlook.is_end ? `no contact up to ${format.showTime(outlook.time_s)} s` : 'still looking ahead');
   } else {
     write(large, '–');
     write(small, frame?.state === 'finished' ? 'the show is over' : 'nothing is known of the ground ahead');

@@ -21,12 +21,16 @@
  */
 /** @typedef {{p50: number, p99: number, p999: number, max: number}} Percentiles */
 /**
- * @typedef {{kind: 'unknown'} | {kind: 'free', until_s: number, is_end: boolean}
- *   | {kind: 'contact', time_s: number, benches: [number, number]}} Outlook
+ * @typedef {{travel_m: number, time_s: number, wall_s: number}} Arrival wall_s: seconds on the clock on the wall from now on
+ */
+/**
+ * @typedef {{kind: 'unknown'} | ({kind: 'free', is_end: boolean} & Arrival)
+ *   | ({kind: 'contact', benches: [number, number]} & Arrival)
+ *   | ({kind: 'guard_stop', benches: [number, number] | null} & Arrival) | ({kind: 'rest'} & Arrival)} Outlook
  */
 /**
  * @typedef {object} Status how things are, five times a second
- * @property {{state: 'waiting' | 'live' | 'silent' | 'gone' | 'failed', age_s: number | null, reason: string | null}} link
+ * @property {{state: 'waiting' | 'live' | 'silent' | 'ended' | 'gone' | 'failed', age_s: number | null, reason: string | null}} link
  * @property {{rate_hz: number, frames: number, lost: number, restarts: number, latency_us: Percentiles | null}} traffic
  * @property {{rate_hz: number, overruns: number, behind_s: number, lateness_us: Percentiles,
  *   tick_us: Percentiles, is_at_grants_end: boolean} | null} server

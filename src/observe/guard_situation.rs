@@ -1,0 +1,108 @@
+//! How it stands with the guard.
+
+use bench_dragon_ipc::{FrameHeader, GuardState, Status, TimecodeState};
+use serde::Serialize;
+
+use crate::dragon::PairClearance;
+
+/// What the guard of a head does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum GuardSituation {
+    /// The source waits for no grants.
+    #[default]
+    None,
+    /// A guard runs, and the head stands until its next grant, as before the first one.
+    Waiting,
+    /// A guard runs, and the head has granted travel ahead.
+    Working,
+    /// The head stands where no two benches may come nearer: the proven travel ends there.
+    AtEnd {
+        /// Whether only a seek moves the dragon on. Timecode may, so under timecode it is never for good.
+        for_good: bool,
+    },
+    /// No guard runs: it has died, or was never started. The head stops where its grants end.
+    Missing,
+}
+
+impl GuardSituation {
+    /// What a source's status says of its guard, with the newest frame of that run, its nearest pair and the guard's margin.
+    pub(super) fn of(status: &Status, header: &FrameHeader, nearest: Option<PairClearance>, margin_m: f64) -> Self {
+        match status.guard_state() {
+            None | Some(GuardState::None) => return Self::None,
+            Some(GuardState::Missing) => return Self::Missing,
+            Some(GuardState::Running) => {}
+        }
+        let stops = status.stops();
+        if !stops.guard_limit || stops.run_end || header.show_state().is_some_and(|state| state.walks()) {
+            return Self::Working;
+        }
+        let is_final = status.guard_end().is_some_and(|end_m| header.head_travel_m >= end_m);
+        // A head that was put too near is granted nothing.
+        let is_refused = nearest.is_some_and(|pair| pair.clearance_m < margin_m);
+        if is_final || is_refused {
+            let for_good = status.timecode_state() == Some(TimecodeState::None);
+            return Self::AtEnd { for_good };
+        }
+        Self::Waiting
+    }
+
+    /// Lower-case name, as in its JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Waiting => "waiting",
+            Self::Working => "working",
+            Self::AtEnd { .. } => "at_end",
+            Self::Missing => "missing",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bench_dragon_ipc::{ShowState, Stops};
+
+    use super::*;
+
+    fn status(guard: GuardState, stops: Stops, guard_end_m: f64, timecode: TimecodeState) -> Status {
+        Status {
+            guard: guard.to_wire(),
+            stops: stops.to_wire(),
+            guard_end_m,
+            timecode: timecode.to_wire(),
+            ..Status::default()
+        }
+    }
+
+    #[test]
+    fn waiting_working_at_the_end_and_dead_are_told_apart() {
+        let held = FrameHeader { head_travel_m: 30.0, state: ShowState::Held.to_wire(), ..FrameHeader::default() };
+        let at_limit = Stops { guard_limit: true, ..Stops::default() };
+        let at_run_end = Stops { run_end: true, ..at_limit };
+        let (none, running) = (TimecodeState::None, GuardState::Running);
+        for (status, expected) in [
+            (status(GuardState::None, at_limit, f64::NAN, none), GuardSituation::None),
+            (status(GuardState::Missing, at_limit, 30.0, none), GuardSituation::Missing),
+            (status(running, at_limit, f64::NAN, none), GuardSituation::Waiting),
+            (status(running, at_limit, 40.0, none), GuardSituation::Waiting),
+            (status(running, Stops::default(), f64::NAN, none), GuardSituation::Working),
+            (status(running, at_limit, 30.0, none), GuardSituation::AtEnd { for_good: true }),
+            (status(running, at_limit, 30.0, TimecodeState::Locked), GuardSituation::AtEnd { for_good: false }),
+            (status(running, at_limit, 30.0, TimecodeState::Lost), GuardSituation::AtEnd { for_good: false }),
+            (status(running, at_run_end, 30.0, none), GuardSituation::Working),
+        ] {
+            assert_eq!(GuardSituation::of(&status, &held, None, 0.0005), expected, "{:?}", status.stops());
+        }
+    }
+
+    #[test]
+    fn a_head_that_was_put_too_near_waits_for_no_grant() {
+        let held = FrameHeader { state: ShowState::Held.to_wire(), ..FrameHeader::default() };
+        let stops = Stops { guard_limit: true, ..Stops::default() };
+        let status = status(GuardState::Running, stops, f64::NAN, TimecodeState::None);
+        let pair = PairClearance { benches: [0, 8], clearance_m: 0.0004, point: glam::DVec2::ZERO };
+        let situation = GuardSituation::of(&status, &held, Some(pair), 0.0005);
+        assert_eq!(situation, GuardSituation::AtEnd { for_good: true });
+    }
+}
