@@ -1,6 +1,6 @@
 //! A command and its outcome, in words.
 
-use bench_dragon_ipc::{CommandEvent, EventKind, Refusal, Request, RunStart};
+use bench_dragon_ipc::{CommandEvent, EventKind, Request, RunStart};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use serde::{Deserialize, Serialize};
@@ -37,7 +37,10 @@ impl From<&CommandEvent> for CommandWords {
         let sender = event.sent_by().map_or_else(|| format!("sender {}", event.sender), |sender| sender.to_string());
         let action = action(event);
         let refusal = event.outcome().err();
-        let reason = refusal.map(|refusal| refusal_words(event.request(), refusal));
+        let reason = refusal.map(|refusal| match event.request() {
+            Some(request) => refusal.explain(&request),
+            None => refusal.to_string(),
+        });
         let outcome = match &reason {
             Some(reason) => format!(", refused at tick {}: {reason}", event.tick),
             None if matches!(event.event_kind(), Some(EventKind::Start)) => String::new(),
@@ -61,30 +64,6 @@ pub fn request_words(request: Request) -> String {
         Request::Stop => "stop".to_owned(),
         Request::Grant { from_m, to_m, .. } => format!("grant of {from_m:.3} to {to_m:.3} m"),
     }
-}
-
-/// Why a request was refused; of a value out of range, which value and in which unit.
-///
-/// ```
-/// use bench_dragon::report::refusal_words;
-/// use bench_dragon_ipc::{Refusal, Request};
-///
-/// let range = Refusal::OutOfRange { lowest: 0.0, highest: 329.87687289126836 };
-/// let seek = Request::Seek { sim_time_s: 400.0 };
-/// assert_eq!(refusal_words(Some(seek), range), "the show time must be from 0 to 329.876 s");
-/// assert_eq!(refusal_words(Some(seek), Refusal::NotHeld), Refusal::NotHeld.to_string());
-/// ```
-pub fn refusal_words(request: Option<Request>, refusal: Refusal) -> String {
-    let Refusal::OutOfRange { lowest, highest } = refusal else { return refusal.to_string() };
-    let (value, unit) = match request {
-        Some(Request::Speed { .. }) => ("the speed", "m/s"),
-        Some(Request::Seek { .. }) => ("the show time", "s"),
-        Some(Request::Grant { .. }) => ("the travel", "m"),
-        _ => return refusal.to_string(),
-    };
-    // Both ends are rounded inwards, so that the values shown are accepted.
-    let [lowest, highest] = [(lowest * 1e3).ceil(), (highest * 1e3).floor()].map(|milli| Number(milli / 1e3 + 0.0));
-    format!("{value} must be from {lowest} to {highest} {unit}")
 }
 
 fn action(event: &CommandEvent) -> String {
@@ -115,7 +94,7 @@ fn clock(wall_ns: i64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use bench_dragon_ipc::{Command, CommandReply, Sender};
+    use bench_dragon_ipc::{Command, CommandReply, Refusal, Sender};
 
     use super::*;
 
@@ -128,7 +107,7 @@ mod tests {
     fn a_refused_command_has_its_reason_and_its_unit() {
         let refused = CommandReply::refused(1, 9, Refusal::OutOfRange { lowest: 0.0, highest: 10.0 });
         let text = words(Request::Speed { speed_mps: 11.0 }, refused);
-        assert_eq!(text, "ctl: speed 11 m/s, refused at tick 9: the speed must be from 0 to 10 m/s");
+        assert_eq!(text, "ctl: speed 11 m/s, refused at tick 9: the speed is 11 m/s, must be from 0 to 10 m/s");
         let held = CommandReply::refused(1, 9, Refusal::Held);
         assert_eq!(words(Request::Resume, held), format!("ctl: resume, refused at tick 9: {}", Refusal::Held));
     }

@@ -15,7 +15,7 @@ mod timecode;
 mod times;
 
 pub use bridge::{BridgeLine, BridgeSummary};
-pub use command::{CommandWords, refusal_words, request_words};
+pub use command::{CommandWords, request_words};
 pub use export::ExportReport;
 pub use latency::{LatencyReport, ReadMode};
 pub use monitor::{
