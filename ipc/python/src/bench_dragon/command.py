@@ -208,7 +208,7 @@ def _received(pending: Any) -> Any | None:
         raise BusError(f"{COMMANDS}: {error}") from error
 
 
-_VALUES = {CommandKind.SPEED: ("speed", "m/s"), CommandKind.SEEK: ("show time", "s")}
+_VALUES: dict[int, tuple[str, str]] = {CommandKind.SPEED: ("speed", "m/s"), CommandKind.SEEK: ("show time", "s")}
 """What the value of a command is, and its unit."""
 
 
