@@ -31,7 +31,7 @@ pub(crate) use recording::{ExportArgs, RecordArgs, ReplayArgs, TableFile};
 pub(crate) use serve::{PaceArgs, RealTimeArgs, ServeArgs, ShowArgs};
 pub(crate) use shell::{CompletionsArgs, ManArgs};
 pub(crate) use solve::{
-    ContactArgs, FigureArgs, FigureFile, PitchArgs, PosesArgs, Question, SaveConfigArgs, SensitivityArgs, SolveArgs,
+    ContactArgs, FigureArgs, PitchArgs, PosesArgs, Question, SaveConfigArgs, SensitivityArgs, SolveArgs,
     SpeedLimitArgs, TableFormat, TimesArgs, TurnArgs, TurnPlanArgs,
 };
 pub(crate) use timecode::TimecodeArgs;

@@ -1,10 +1,11 @@
 //! The planner's arguments.
 
 use std::path::PathBuf;
+use std::str::FromStr as _;
 
 use bench_dragon::config::NEAR_M;
 use bench_dragon::dragon::Meter;
-use bench_dragon::figure::FigureFormat;
+use bench_dragon::figure::{FigureFormat, Paper, missing_letter};
 use bench_dragon::plan::Parameter;
 use clap::{ArgGroup, Args, Subcommand, ValueEnum, ValueHint};
 
@@ -31,11 +32,12 @@ pub(crate) enum Question {
     #[command(after_help = "Examples:
   bench-dragon solve contact --config stage.toml --format json
   bench-dragon solve contact --figure contact.svg
+  bench-dragon solve contact --figure poster.png --title \"Dragon of the North Gate\" --paper a2
   bench-dragon solve contact --profile --step 0.5 --figure clearance.svg")]
     Contact(ContactArgs),
     /// How tight may the spiral be if the head is to come to a circle with no contact on the way?
     #[command(after_help = "Examples:
-  bench-dragon solve pitch --turn-diameter 9
+  bench-dragon solve pitch --turn-diameter 9 --figure pitch.svg
   bench-dragon solve pitch --turn-diameter 9 --config stage.toml --save-config tightest.toml")]
     Pitch(PitchArgs),
     /// Does the dragon get through a turn, and how near do its benches come to each other?
@@ -66,6 +68,8 @@ pub(crate) struct PitchArgs {
     pub(crate) config: ConfigArgs,
     #[command(flatten)]
     pub(crate) save: SaveConfigArgs,
+    #[command(flatten)]
+    pub(crate) figure: FigureArgs,
     #[command(flatten)]
     pub(crate) work: WorkArgs,
     #[command(flatten)]
@@ -179,9 +183,8 @@ pub(crate) struct SensitivityArgs {
     /// Write a workbook with a sheet of what is printed and one of all values; a file of that name is replaced.
     #[arg(long, value_name = "FILE.xlsx", value_hint = ValueHint::FilePath, value_parser = xlsx)]
     pub(crate) xlsx: Option<PathBuf>,
-    /// Draw how the answers change; a file of that name is replaced.
-    #[arg(long, value_name = "FILE.svg|FILE.png", value_hint = ValueHint::FilePath, value_parser = figure)]
-    pub(crate) figure: Option<FigureFile>,
+    #[command(flatten)]
+    pub(crate) figure: FigureArgs,
     #[command(flatten)]
     pub(crate) config: ConfigArgs,
     #[command(flatten)]
@@ -236,6 +239,13 @@ pub(crate) struct FigureArgs {
     /// Draw a figure into this file, .svg or .png; a file of that name is replaced.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, value_parser = figure)]
     pub(crate) figure: Option<FigureFile>,
+    /// Words in large letters over the figure, such as the name of the show.
+    #[arg(long, value_name = "TEXT", requires = "figure", value_parser = title)]
+    pub(crate) title: Option<String>,
+    /// Fill a sheet of this size, upright or across, whichever shows more: a0 to a4, letter, tabloid [default: 160 mm
+    /// wide, to go into a document].
+    #[arg(long, value_name = "SIZE", requires = "figure", value_parser = Paper::from_str)]
+    pub(crate) paper: Option<Paper>,
 }
 
 /// A file to draw into.
@@ -310,6 +320,19 @@ fn figure(text: &str) -> Result<FigureFile, String> {
     let path = PathBuf::from(text);
     let format = FigureFormat::of(&path).ok_or("must end in .svg or .png")?;
     Ok(FigureFile { path, format })
+}
+
+/// Most letters of a title: more would be too small to read.
+const MOST_LETTERS: usize = 80;
+
+fn title(text: &str) -> Result<String, String> {
+    if text.trim().is_empty() || text.chars().count() > MOST_LETTERS {
+        return Err(format!("must have 1 to {MOST_LETTERS} letters"));
+    }
+    match missing_letter(text) {
+        Some(letter) => Err(format!("{letter:?} cannot be drawn: use letters, digits and signs of ASCII")),
+        None => Ok(text.trim().to_owned()),
+    }
 }
 
 fn work(text: &str) -> Result<u64, String> {

@@ -18,8 +18,10 @@ pub(super) struct Standing<'a> {
     pub(super) route: &'a [DVec2],
     pub(super) boards: &'a [[DVec2; 4]],
     pub(super) hinges: &'a [DVec2],
-    /// Benches in touch.
-    pub(super) touching: &'a [usize],
+    /// Benches that are set apart by their colour.
+    pub(super) marked: &'a [usize],
+    /// What they are, for the legend.
+    pub(super) marked_as: &'static str,
     /// Radius of a hinge on the page.
     pub(super) hinge_radius: f64,
 }
@@ -40,7 +42,7 @@ impl Standing<'_> {
     fn colour(&self, bench: usize) -> Colour {
         match bench {
             0 => VERMILION,
-            _ if self.touching.contains(&bench) => ORANGE,
+            _ if self.marked.contains(&bench) => ORANGE,
             _ => SKY_BLUE,
         }
     }
@@ -48,8 +50,8 @@ impl Standing<'_> {
     pub(super) fn legend(&self) -> Vec<Entry> {
         let line = Sample::Line { colour: GREY, width: FINE_WIDTH, style: LineStyle::Solid };
         let mut entries = vec![Entry::new(Sample::Area(VERMILION), "head")];
-        if self.touching.iter().any(|bench| *bench > 0) {
-            entries.push(Entry::new(Sample::Area(ORANGE), "in touch"));
+        if self.marked.iter().any(|bench| *bench > 0) {
+            entries.push(Entry::new(Sample::Area(ORANGE), self.marked_as));
         }
         if self.boards.len() > 1 {
             entries.push(Entry::new(Sample::Area(SKY_BLUE), "bench"));
@@ -58,6 +60,11 @@ impl Standing<'_> {
         entries.push(Entry::new(line, "route"));
         entries
     }
+}
+
+/// Width of a board in metres.
+pub(super) fn width_m([front_left, _, _, front_right]: &[DVec2; 4]) -> f64 {
+    front_left.distance(*front_right)
 }
 
 /// The corners between which all points lie, with a margin in metres.

@@ -4,23 +4,24 @@ use std::ops::RangeInclusive;
 
 use glam::DVec2;
 
+use super::caption::Caption;
 use super::drawing::Drawing;
 use super::legend::{Entry, Sample};
 use super::mark::{LineStyle, Mark};
 use super::notes::Notes;
-use super::page::{PLOT_WIDTH, head_height, page};
+use super::page::{head_height, page};
 use super::palette::{BLACK, BLUE, VERMILION};
 use super::path::{Path, Rect};
 use super::plot::Plot;
 use super::scale::range_of;
-use super::style::{AXIS_WIDTH, BOTTOM_MARGIN, LEFT_MARGIN, LINE_WIDTH, ROW_GAP};
+use super::style::{AXIS_WIDTH, BOTTOM_MARGIN, LEFT_MARGIN, LINE_WIDTH, PLOT_WIDTH, ROW_GAP};
 
 /// The least clearance of all pairs over time: above the whole run, below the time around the deepest near misses and the
 /// contact, in millimetres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClearanceOverTime {
-    /// Stands over the plots.
-    pub title: String,
+    /// Stands over it.
+    pub caption: Caption,
     /// Time in seconds and clearance in metres, in order.
     pub samples: Vec<DVec2>,
     /// The local minima above 0, in order.
@@ -62,8 +63,8 @@ impl ClearanceOverTime {
     pub fn draw(&self) -> Drawing {
         let entries = self.legend();
         let [whole_row, part_row] = [WHOLE_HEIGHT + BOTTOM_MARGIN + ROW_GAP, PART_HEIGHT + BOTTOM_MARGIN];
-        let top = head_height(&entries);
-        let mut drawing = page(&self.title, &entries, whole_row + part_row);
+        let top = head_height(&self.caption, &entries);
+        let mut drawing = page(&self.caption, &entries, whole_row + part_row);
         let times = range_of(self.line().iter().map(|point| point.x), 0.0);
         let highest_m = self.samples.iter().map(|sample| sample.y).fold(0.0, f64::max);
         let whole = Plot::new(Rect::new(LEFT_MARGIN, top, PLOT_WIDTH, WHOLE_HEIGHT), &times, &(0.0..=1.1 * highest_m));

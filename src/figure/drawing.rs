@@ -2,11 +2,12 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use glam::DVec2;
+use glam::{DVec2, Vec2Swizzles as _};
 
 use super::font;
 use super::mark::Mark;
 use super::palette::BLACK;
+use super::paper::{EDGE, Paper};
 use super::path::{Path, Rect};
 use super::{FigureFormat, png, svg};
 
@@ -15,7 +16,17 @@ use super::{FigureFormat, png, svg};
 pub struct Drawing {
     title: String,
     size: DVec2,
+    sheet: Sheet,
     marks: Vec<Mark>,
+}
+
+/// The sheet that a drawing is printed on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sheet {
+    /// What lies on it, in millimetres of the drawing.
+    pub(super) area: Rect,
+    /// How much larger the drawing is printed.
+    pub(super) scale: f64,
 }
 
 /// A line of text.
@@ -40,10 +51,19 @@ pub(super) enum Anchor {
 impl Drawing {
     /// An empty page of a size in millimetres.
     pub(super) fn new(title: &str, size: DVec2) -> Self {
-        let mut drawing = Self { title: title.to_owned(), size, marks: Vec::new() };
-        let page = Rect { min: DVec2::ZERO, max: size };
-        drawing.push(Mark::filled(page.path(), super::palette::WHITE));
-        drawing
+        let sheet = Sheet { area: Rect { min: DVec2::ZERO, max: size }, scale: 1.0 };
+        Self { title: title.to_owned(), size, sheet, marks: Vec::new() }
+    }
+
+    /// The drawing on a sheet of paper, as large as the sheet holds it, upright or across.
+    pub fn on_paper(self, paper: Paper) -> Self {
+        let fit = |sheet: DVec2| ((sheet - 2.0 * EDGE) / self.size).min_element();
+        let [upright, across] = [paper.size(), paper.size().yx()];
+        let sheet = if fit(across) > fit(upright) { across } else { upright };
+        let scale = fit(sheet);
+        let free = sheet / scale - self.size;
+        let area = Rect { min: -0.5 * free, max: self.size + 0.5 * free };
+        Self { sheet: Sheet { area, scale }, ..self }
     }
 
     /// The bytes of a file. Equal drawings give equal bytes.
@@ -58,8 +78,8 @@ impl Drawing {
         &self.title
     }
 
-    pub(super) fn size(&self) -> DVec2 {
-        self.size
+    pub(super) fn sheet(&self) -> Sheet {
+        self.sheet
     }
 
     pub(super) fn marks(&self) -> &[Mark] {

@@ -41,6 +41,11 @@ pub(super) fn outline(text: &str) -> Path {
     path
 }
 
+/// Whether the table has a glyph for a character.
+pub(super) fn has(char: char) -> bool {
+    GLYPHS.contains_key(&char)
+}
+
 /// The character's glyph; a question mark's where the table has none.
 fn glyph(char: char) -> &'static Glyph {
     GLYPHS.get(&char).unwrap_or_else(|| &GLYPHS[&'?'])

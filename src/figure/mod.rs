@@ -1,13 +1,15 @@
 //! Figures for print: plans of the dragon, and what happens over time.
 //!
 //! A figure is plain data with a `draw`. What it draws, a [`Drawing`], becomes the bytes of a file, the same bytes each
-//! time: vector graphics, or pixels at 300 dots per inch. Every figure is 160 mm wide, a page between its margins. Letters
-//! are outlines, so neither the machine that draws nor the one that shows needs a font. Colours are those of Okabe and
-//! Ito, which people with any kind of colour vision tell apart.
+//! time: vector graphics, or pixels at 300 dots per inch. Every figure is 160 mm wide, a page between its margins, or
+//! fills a sheet of [`Paper`]. Letters are outlines, so neither the machine that draws nor the one that shows needs a
+//! font. Colours are those of Okabe and Ito, which people with any kind of colour vision tell apart.
 //!
 //! Nothing here knows dragons, routes or the planner: points are metres, times seconds of show time.
 
+mod board_names;
 mod boards;
+mod caption;
 mod clearance;
 mod contact;
 mod drawing;
@@ -16,7 +18,9 @@ mod legend;
 mod mark;
 mod notes;
 mod page;
+mod pair;
 mod palette;
+mod paper;
 mod path;
 mod plan_view;
 mod plot;
@@ -29,12 +33,15 @@ mod svg;
 
 use std::path::Path;
 
+pub use caption::{Caption, missing_letter};
 pub use clearance::{ClearanceOverTime, ContactMark, NearMiss};
 pub use contact::ContactView;
 pub use drawing::Drawing;
-pub use plan_view::{PlanView, TurnMarks};
+pub use pair::Pair;
+pub use paper::Paper;
+pub use plan_view::{Circle, PlanView, TurnMarks};
 pub use sensitivity::{Quantity, Sensitivity};
-pub use speeds::{HandleSpeed, LargestSpeed, SpeedsOverTime};
+pub use speeds::{HandleSpeed, LargestSpeed, SpeedRange, SpeedsOverTime};
 
 /// The kinds of file that a drawing can become.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

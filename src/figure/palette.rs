@@ -25,6 +25,8 @@ pub(super) const VERMILION: Colour = Colour::new(0xD5_5E00);
 pub(super) const PURPLE: Colour = Colour::new(0xCC_79A7);
 
 pub(super) const WHITE: Colour = Colour::new(0xFF_FFFF);
+/// For an area behind lines: the palette's blue, a fifth of it.
+pub(super) const PALE_BLUE: Colour = Colour::new(0xCC_E3F0);
 /// For lines that only guide the eye.
 pub(super) const LIGHT_GREY: Colour = Colour::new(0xDD_DDDD);
 /// For lines behind the data.

@@ -1,66 +1,95 @@
 //! Drawings as Portable Network Graphics, at the resolution of print.
 
+use glam::DVec2;
 use png::{BitDepth, ColorType, Compression, Encoder, PixelDimensions, Unit};
 use tiny_skia::{
     FillRule, LineJoin, Mask, Paint, PathBuilder, Pixmap, Rect as PixelRect, Stroke as PixelStroke, StrokeDash,
     Transform,
 };
 
-use super::drawing::Drawing;
+use super::drawing::{Drawing, Sheet};
 use super::mark::{Mark, Stroke};
 use super::palette::Colour;
 use super::path::{Path, Rect, Step};
 
-/// Dots per millimetre: 300 to the inch, what printers ask for.
+/// Dots per millimetre of paper: 300 to the inch, what printers ask for.
 const DOTS_PER_MM: f64 = 300.0 / 25.4;
+/// Most dots of an image. They take 4 bytes each, and one more for each plot of the figure. A sheet over A2 has fewer
+/// dots to the inch: it is looked at from further away.
+const MOST_DOTS: f64 = 36e6;
 
 /// The drawing as a PNG file that knows its size in print.
 pub(super) fn file(drawing: &Drawing) -> Vec<u8> {
-    let [width, height] = [drawing.size().x, drawing.size().y].map(|length| (length * DOTS_PER_MM).round() as u32);
-    let mut pixels = Pixmap::new(width, height).expect("a page has a size");
-    pixels.fill(tiny_skia::Color::WHITE);
-    let mut masks: Vec<(Rect, Mask)> = Vec::new();
+    let Sheet { area, scale } = drawing.sheet();
+    let paper = area.size() * scale;
+    let dots_per_mm = DOTS_PER_MM.min((MOST_DOTS / (paper.x * paper.y)).sqrt());
+    let [width, height] = (paper * dots_per_mm).to_array().map(|length| length.round() as u32);
+    let mut canvas = Canvas {
+        pixels: Pixmap::new(width, height).expect("a page has a size"),
+        masks: Vec::new(),
+        corner: area.min,
+        dots_per_mm: scale * dots_per_mm,
+    };
+    canvas.pixels.fill(tiny_skia::Color::WHITE);
     for mark in drawing.marks() {
-        let mask = mark.clip.map(|clip| mask_of(&mut masks, clip, width, height));
-        draw(&mut pixels, mark, mask);
+        canvas.draw(mark);
     }
-    encode(&pixels)
+    encode(&canvas.pixels, dots_per_mm)
 }
 
-/// The mask of an area, made once.
-fn mask_of(masks: &mut Vec<(Rect, Mask)>, clip: Rect, width: u32, height: u32) -> &Mask {
-    let index = masks.iter().position(|(known, _)| *known == clip).unwrap_or_else(|| {
-        let mut mask = Mask::new(width, height).expect("a page has a size");
-        let [min, max] = [clip.min, clip.max].map(|corner| (corner * DOTS_PER_MM).as_vec2());
-        let area = PixelRect::from_ltrb(min.x, min.y, max.x, max.y).expect("a plot has a size");
-        mask.fill_path(&PathBuilder::from_rect(area), FillRule::Winding, true, Transform::identity());
-        masks.push((clip, mask));
-        masks.len() - 1
-    });
-    &masks[index].1
+/// Pixels, and how a drawing lies on them.
+struct Canvas {
+    pixels: Pixmap,
+    /// A mask of each area, made once.
+    masks: Vec<(Rect, Mask)>,
+    /// The drawing's point at the upper left corner.
+    corner: DVec2,
+    /// Dots per millimetre of the drawing.
+    dots_per_mm: f64,
 }
 
-fn draw(pixels: &mut Pixmap, mark: &Mark, mask: Option<&Mask>) {
-    // A path of one point, or of none, shows nothing.
-    let Some(path) = pixel_path(&mark.path) else { return };
-    if let Some(colour) = mark.fill {
-        pixels.fill_path(&path, &paint(colour), FillRule::Winding, Transform::identity(), mask);
+impl Canvas {
+    /// The number of an area's mask.
+    fn mask_of(&mut self, clip: Rect) -> usize {
+        self.masks.iter().position(|(known, _)| *known == clip).unwrap_or_else(|| {
+            let mut mask = Mask::new(self.pixels.width(), self.pixels.height()).expect("a page has a size");
+            let [min, max] = [clip.min, clip.max].map(|corner| self.dot(corner).as_vec2());
+            let area = PixelRect::from_ltrb(min.x, min.y, max.x, max.y).expect("a plot has a size");
+            mask.fill_path(&PathBuilder::from_rect(area), FillRule::Winding, true, Transform::identity());
+            self.masks.push((clip, mask));
+            self.masks.len() - 1
+        })
     }
-    if let Some(Stroke { colour, width, style }) = mark.stroke {
-        let lengths = style.lengths().iter().map(|length| length * DOTS_PER_MM as f32).collect();
-        let stroke = PixelStroke {
-            width: (width * DOTS_PER_MM) as f32,
-            line_join: LineJoin::Round,
-            dash: StrokeDash::new(lengths, 0.0),
-            ..PixelStroke::default()
-        };
-        pixels.stroke_path(&path, &paint(colour), &stroke, Transform::identity(), mask);
+
+    fn draw(&mut self, mark: &Mark) {
+        // A path of one point, or of none, shows nothing.
+        let Some(path) = pixel_path(&mark.path.map(|point| self.dot(point))) else { return };
+        let mask = mark.clip.map(|clip| self.mask_of(clip));
+        let mask = mask.map(|mask| &self.masks[mask].1);
+        if let Some(colour) = mark.fill {
+            self.pixels.fill_path(&path, &paint(colour), FillRule::Winding, Transform::identity(), mask);
+        }
+        if let Some(Stroke { colour, width, style }) = mark.stroke {
+            let lengths = style.lengths().iter().map(|length| length * self.dots_per_mm as f32).collect();
+            let stroke = PixelStroke {
+                width: (width * self.dots_per_mm) as f32,
+                line_join: LineJoin::Round,
+                dash: StrokeDash::new(lengths, 0.0),
+                ..PixelStroke::default()
+            };
+            self.pixels.stroke_path(&path, &paint(colour), &stroke, Transform::identity(), mask);
+        }
+    }
+
+    /// Where a point of the drawing lies on the pixels.
+    fn dot(&self, point: DVec2) -> DVec2 {
+        (point - self.corner) * self.dots_per_mm
     }
 }
 
 fn pixel_path(path: &Path) -> Option<tiny_skia::Path> {
     let mut builder = PathBuilder::new();
-    for step in &path.map(|point| point * DOTS_PER_MM).steps {
+    for step in &path.steps {
         match step {
             Step::Move(end) => builder.move_to(end.x as f32, end.y as f32),
             Step::Line(end) => builder.line_to(end.x as f32, end.y as f32),
@@ -79,10 +108,10 @@ fn paint(Colour { red, green, blue }: Colour) -> Paint<'static> {
     paint
 }
 
-fn encode(pixels: &Pixmap) -> Vec<u8> {
+fn encode(pixels: &Pixmap, dots_per_mm: f64) -> Vec<u8> {
     let colours: Vec<u8> =
         pixels.pixels().iter().flat_map(|pixel| [pixel.red(), pixel.green(), pixel.blue()]).collect();
-    let per_metre = (DOTS_PER_MM * 1000.0).round() as u32;
+    let per_metre = (dots_per_mm * 1000.0).round() as u32;
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, pixels.width(), pixels.height());
     encoder.set_color(ColorType::Rgb);

@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use super::caption::Caption;
 use super::drawing::Drawing;
 use super::legend::{Entry, Sample};
 use super::page::{head_height, page};
@@ -13,8 +14,8 @@ use super::style::{BOTTOM_MARGIN, LEFT_MARGIN, LINE_WIDTH, PAGE_WIDTH, RIGHT_MAR
 /// How answers change with parameters: a plot for each answer, in it a line for each parameter over its change in percent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensitivity {
-    /// Stands over the plots.
-    pub title: String,
+    /// Stands over it.
+    pub caption: Caption,
     /// Names of the parameters.
     pub parameters: Vec<String>,
     /// The answers.
@@ -39,10 +40,10 @@ impl Sensitivity {
     /// Draws it.
     pub fn draw(&self) -> Drawing {
         let entries = self.legend();
-        let top = head_height(&entries);
+        let top = head_height(&self.caption, &entries);
         let row_height = HEIGHT + BOTTOM_MARGIN + ROW_GAP;
         let rows = self.quantities.len().div_ceil(COLUMNS) as f64;
-        let mut drawing = page(&self.title, &entries, rows * row_height - ROW_GAP);
+        let mut drawing = page(&self.caption, &entries, rows * row_height - ROW_GAP);
         let column_width = PAGE_WIDTH / COLUMNS as f64;
         for (index, quantity) in self.quantities.iter().enumerate() {
             let (column, row) = ((index % COLUMNS) as f64, (index / COLUMNS) as f64);

@@ -4,30 +4,45 @@ use std::ops::RangeInclusive;
 
 use glam::DVec2;
 
+use super::caption::Caption;
 use super::drawing::Drawing;
 use super::legend::{Entry, Sample};
 use super::mark::{LineStyle, Mark};
 use super::notes::Notes;
-use super::page::{PLOT_WIDTH, head_height, page};
-use super::palette::BLACK;
+use super::page::{head_height, page};
+use super::palette::{BLACK, PALE_BLUE};
 use super::path::{Path, Rect};
 use super::plot::Plot;
 use super::scale::range_of;
-use super::style::{AXIS_WIDTH, BOTTOM_MARGIN, FINE_WIDTH, LEFT_MARGIN, LINE_WIDTH, ROW_GAP, line_look};
+use super::style::{AXIS_WIDTH, BOTTOM_MARGIN, FINE_WIDTH, LEFT_MARGIN, LINE_WIDTH, PLOT_WIDTH, ROW_GAP, line_look};
 
 /// Speeds of some handles over time, with the largest of all handles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpeedsOverTime {
-    /// Stands over the plot.
-    pub title: String,
-    /// The handles shown.
+    /// Stands over it.
+    pub caption: Caption,
+    /// The slowest and the fastest of all handles, in order of time.
+    pub all: Vec<SpeedRange>,
+    /// The handles shown, the head first.
     pub handles: Vec<HandleSpeed>,
     /// The largest speed of any handle, if it is to be marked.
     pub largest: Option<LargestSpeed>,
     /// The speed that no handle may exceed, if there is one.
     pub limit_mps: Option<f64>,
-    /// Times that a second plot shows larger.
+    /// Times that a second plot shows larger. The first one then shows the range of all handles and the head alone: the
+    /// lines of the others would fill it.
     pub detail_s: Option<RangeInclusive<f64>>,
+}
+
+/// Speeds of the slowest and of the fastest handle at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedRange {
+    /// Seconds of show time.
+    pub time_s: f64,
+    /// Metres per second.
+    pub least_mps: f64,
+    /// Metres per second.
+    pub most_mps: f64,
 }
 
 /// A handle's speed over time.
@@ -50,38 +65,49 @@ pub struct LargestSpeed {
     pub handle: usize,
 }
 
+/// The name of the range of all handles.
+const ALL: &str = "all handles";
 const HEIGHT: f64 = 65.0;
 const MARGIN: f64 = 0.08;
 const RING_RADIUS: f64 = 0.9;
+/// Width of a column of the page, for which the range of all handles is put together, in millimetres: in a plot of a whole
+/// show a column holds more than the time in which a link walks by, so that the range has no teeth.
+const COLUMN: f64 = 0.3;
+const WIDE_COLUMN: f64 = 1.5;
 
 impl SpeedsOverTime {
     /// Draws it.
     pub fn draw(&self) -> Drawing {
         let entries = self.legend();
-        let top = head_height(&entries);
+        let top = head_height(&self.caption, &entries);
         let row = HEIGHT + BOTTOM_MARGIN;
         let height = if self.detail_s.is_some() { 2.0 * row + ROW_GAP } else { row };
-        let mut drawing = page(&self.title, &entries, height);
+        let mut drawing = page(&self.caption, &entries, height);
         let area = |top: f64| Rect::new(LEFT_MARGIN, top, PLOT_WIDTH, HEIGHT);
         let times_s = range_of(self.samples().map(|sample| sample.x), 0.0);
         let speeds_mps = self.speeds_mps(&times_s);
         let whole = Plot::new(area(top), &times_s, &speeds_mps);
-        self.draw_plot(&mut drawing, &whole);
+        match self.detail_s {
+            Some(_) => self.draw_plot(&mut drawing, &whole, WIDE_COLUMN, 1),
+            None => self.draw_plot(&mut drawing, &whole, COLUMN, self.handles.len()),
+        }
         let mut noted = whole.clone();
         if let Some(detail_s) = &self.detail_s {
             let speeds_mps = self.speeds_mps(detail_s);
             drawing.push(whole.window(detail_s, &speeds_mps));
             noted = Plot::new(area(top + row + ROW_GAP), detail_s, &speeds_mps);
-            self.draw_plot(&mut drawing, &noted);
+            self.draw_plot(&mut drawing, &noted, COLUMN, self.handles.len());
         }
         self.draw_note(&mut drawing, &noted);
         drawing
     }
 
-    fn draw_plot(&self, drawing: &mut Drawing, plot: &Plot) {
+    /// Draws the range of all handles, and the lines of the first ones.
+    fn draw_plot(&self, drawing: &mut Drawing, plot: &Plot, column: f64, lines: usize) {
         plot.draw_grid(drawing);
+        drawing.push(plot.polygon(&self.band(plot, column), PALE_BLUE).labelled(ALL));
         // The head's line, which is the plainest, over the others.
-        for (index, handle) in self.handles.iter().enumerate().rev() {
+        for (index, handle) in self.handles.iter().enumerate().take(lines).rev() {
             let (colour, style) = line_look(index);
             let line = plot.line(&handle.samples, colour, LINE_WIDTH).styled(style);
             drawing.push(line.labelled(handle.name.as_str()));
@@ -100,6 +126,22 @@ impl SpeedsOverTime {
         plot.draw_frame(drawing);
         plot.label_x(drawing, "show time (s)");
         plot.label_y(drawing, "speed (m/s)");
+    }
+
+    /// The outline of the range of all handles: for each column of the page, from the least to the most that it holds.
+    fn band(&self, plot: &Plot, column: f64) -> Vec<DVec2> {
+        let number = |range: &SpeedRange| (plot.at(DVec2::new(range.time_s, 0.0)).x / column).floor();
+        let joined = self.all.chunk_by(|a, b| number(a) == number(b)).map(|ranges| {
+            let time_s = 0.5 * (ranges[0].time_s + ranges[ranges.len() - 1].time_s);
+            let least_mps = ranges.iter().map(|range| range.least_mps).fold(f64::INFINITY, f64::min);
+            let most_mps = ranges.iter().map(|range| range.most_mps).fold(f64::NEG_INFINITY, f64::max);
+            SpeedRange { time_s, least_mps, most_mps }
+        });
+        let ends = [self.all.first(), self.all.last()].map(|range| range.copied());
+        let joined: Vec<SpeedRange> = ends[0].into_iter().chain(joined).chain(ends[1]).collect();
+        let upper = joined.iter().map(|range| DVec2::new(range.time_s, range.most_mps));
+        let lower = joined.iter().rev().map(|range| DVec2::new(range.time_s, range.least_mps));
+        upper.chain(lower).collect()
     }
 
     /// Tells the largest speed in words.
@@ -122,8 +164,10 @@ impl SpeedsOverTime {
     fn speeds_mps(&self, times_s: &RangeInclusive<f64>) -> RangeInclusive<f64> {
         let largest = self.largest.filter(|largest| times_s.contains(&largest.time_s));
         let marked = largest.map(|largest| largest.speed_mps).into_iter().chain(self.limit_mps);
-        let inside = self.samples().filter(|sample| times_s.contains(&sample.x));
-        range_of(inside.map(|sample| sample.y).chain(marked), MARGIN)
+        let inside = self.samples().filter(|sample| times_s.contains(&sample.x)).map(|sample| sample.y);
+        let all = self.all.iter().filter(|range| times_s.contains(&range.time_s));
+        let all = all.flat_map(|range| [range.least_mps, range.most_mps]);
+        range_of(inside.chain(all).chain(marked), MARGIN)
     }
 
     fn legend(&self) -> Vec<Entry> {
@@ -132,6 +176,9 @@ impl SpeedsOverTime {
             Entry::new(Sample::Line { colour, width: LINE_WIDTH, style }, handle.name.as_str())
         });
         let mut entries: Vec<Entry> = handles.collect();
+        if !self.all.is_empty() {
+            entries.push(Entry::new(Sample::Area(PALE_BLUE), ALL));
+        }
         if self.largest.is_some() {
             let ring = Sample::Ring { colour: BLACK, radius: RING_RADIUS };
             entries.push(Entry::new(ring, "largest of all handles"));

@@ -40,12 +40,10 @@ pub(super) const Y_LABEL_GAP: f64 = 3.0;
 pub(super) const LEFT_MARGIN: f64 = 16.0;
 /// Room at the right of a plot, for half of the last number.
 pub(super) const RIGHT_MARGIN: f64 = 4.0;
+/// Width that a plot has beside its y axis.
+pub(super) const PLOT_WIDTH: f64 = PAGE_WIDTH - LEFT_MARGIN - RIGHT_MARGIN;
 /// Room below a plot for its numbers and label.
 pub(super) const BOTTOM_MARGIN: f64 = 11.0;
-/// From the page's top to the middle of the title.
-pub(super) const TITLE_DROP: f64 = 5.0;
-/// From the page's top to what comes below the title.
-pub(super) const TITLE_HEIGHT: f64 = 9.0;
 /// From the legend to the plots.
 pub(super) const LEGEND_GAP: f64 = 1.0;
 /// From the numbers and the label of an x axis to a plot below.

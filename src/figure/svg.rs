@@ -2,25 +2,28 @@
 
 use std::fmt::Write as _;
 
-use super::drawing::Drawing;
+use super::drawing::{Drawing, Sheet};
 use super::mark::{Mark, Stroke};
-use super::palette::Colour;
+use super::palette::{Colour, WHITE};
 use super::path::{Path, Rect, Step};
 
 /// The drawing as an SVG document, which refers to nothing outside it, no font either.
 pub(super) fn document(drawing: &Drawing) -> String {
-    let (width, height) = (Number(drawing.size().x), Number(drawing.size().y));
+    let Sheet { area, scale } = drawing.sheet();
+    let [width, height] = (area.size() * scale).to_array().map(Number);
+    let [left, top, box_width, box_height] = [area.min.x, area.min.y, area.size().x, area.size().y].map(Number);
     let title = escaped(drawing.title());
     let mut text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}mm\" height=\"{height}mm\" \
-         viewBox=\"0 0 {width} {height}\" role=\"img\">\n<title>{title}</title>\n"
+         viewBox=\"{left} {top} {box_width} {box_height}\" role=\"img\">\n<title>{title}</title>\n"
     );
+    let page = Mark::filled(area.path(), WHITE);
     let clips = clips(drawing);
     // Writing into a String cannot fail.
     for (index, clip) in clips.iter().enumerate() {
         let _ = writeln!(text, "<clipPath id=\"clip{index}\"><path d=\"{}\"/></clipPath>", path_data(&clip.path()));
     }
-    for mark in drawing.marks() {
+    for mark in std::iter::once(&page).chain(drawing.marks()) {
         let clip = mark.clip.and_then(|clip| clips.iter().position(|known| *known == clip));
         let _ = writeln!(text, "<path{} d=\"{}\"/>", attributes(mark, clip), path_data(&mark.path));
     }

@@ -16,7 +16,7 @@ mod pytest;
 use std::fs;
 use std::path::Path;
 
-use bench_dragon::figure::{Drawing, FigureFormat};
+use bench_dragon::figure::{Drawing, FigureFormat, Paper};
 
 fn drawings() -> [(&'static str, Drawing); 6] {
     [
@@ -49,6 +49,23 @@ fn equal_data_give_equal_bytes() {
     }
 }
 
+/// A sheet of A0 at 300 dots to the inch would be 140 million dots.
+#[test]
+fn a_figure_on_large_paper_has_a_bounded_number_of_dots() {
+    for paper in [Paper::A0, Paper::A3, Paper::Letter] {
+        let image = paper::contact_view().draw().on_paper(paper).encode(FigureFormat::Png);
+        let side = |at: usize| u32::from_be_bytes(image[at..at + 4].try_into().expect("four bytes"));
+        let (width, height) = (u64::from(side(16)), u64::from(side(20)));
+        assert!((8_000_000..36_100_000).contains(&(width * height)), "{paper:?}: {width} × {height}");
+        let ratio = width.max(height) as f64 / width.min(height) as f64;
+        let sides = match paper {
+            Paper::Letter => 11.0 / 8.5,
+            _ => 2.0_f64.sqrt(),
+        };
+        assert!((ratio - sides).abs() < 0.005, "{paper:?}: {width} × {height}");
+    }
+}
+
 #[test]
 fn figures_of_almost_nothing_can_be_drawn() {
     let mut clearance = paper::clearance_over_time();
@@ -57,6 +74,7 @@ fn figures_of_almost_nothing_can_be_drawn() {
     clearance.samples.truncate(1);
     let mut speeds = paper::speeds_over_time();
     speeds.handles.truncate(1);
+    speeds.all.clear();
     (speeds.largest, speeds.limit_mps, speeds.detail_s) = (None, None, None);
     let mut sensitivity = paper::sensitivity();
     for (_, value) in sensitivity.quantities.iter_mut().flat_map(|quantity| quantity.curves.iter_mut().flatten()) {

@@ -6,8 +6,8 @@ use bench_dragon::dragon::{
     Board, ChainSolver, ClearanceSearch, Dimensions, Dragon, Handle, PairClearance, first_contact,
 };
 use bench_dragon::figure::{
-    ClearanceOverTime, ContactMark, ContactView, HandleSpeed, LargestSpeed, NearMiss, PlanView, Quantity, Sensitivity,
-    SpeedsOverTime, TurnMarks,
+    Caption, Circle, ClearanceOverTime, ContactMark, ContactView, HandleSpeed, LargestSpeed, NearMiss, Pair, PlanView,
+    Quantity, Sensitivity, SpeedRange, SpeedsOverTime, TurnMarks,
 };
 use bench_dragon::route::{Route, Spiral, Turnaround};
 use glam::DVec2;
@@ -53,12 +53,21 @@ pub(crate) fn plan_view() -> PlanView {
     let dragon = inward();
     let handles = handles(&dragon, 300.0);
     PlanView {
-        title: "The dragon at 300 s".to_owned(),
+        caption: Caption::new("The dragon at 300 s"),
         route: polyline(dragon.route(), -440.0, dragon.route().end_travel_m()),
         boards: corners(&boards(&dragon, &handles)),
         hinges: positions(&handles),
+        circle: None,
         turn: None,
+        pair: None,
     }
+}
+
+fn nearest_pair(boards: &[Board]) -> Pair {
+    let PairClearance { benches, clearance_m, point } =
+        ClearanceSearch::default().nearest(boards).expect("there are more than two boards");
+    let half = 0.5 * clearance_m * boards[benches[0]].approach(&boards[benches[1]]).direction;
+    Pair { benches, clearance_m, points: [point - half, point + half] }
 }
 
 pub(crate) fn turning_plan_view() -> PlanView {
@@ -67,13 +76,15 @@ pub(crate) fn turning_plan_view() -> PlanView {
     let (middle_m, end_m) = (entry_arc.length_m(), entry_arc.length_m() + exit_arc.length_m());
     let dragon = dragon(turnaround);
     let handles = handles(&dragon, 40.0);
+    let boards = boards(&dragon, &handles);
     PlanView {
-        title: "The dragon on its turnaround at 40 s".to_owned(),
+        caption: Caption::new("The dragon on its turnaround at 40 s"),
         route: polyline(dragon.route(), -460.0, 100.0),
-        boards: corners(&boards(&dragon, &handles)),
+        boards: corners(&boards),
         hinges: positions(&handles),
+        circle: Some(Circle { radius_m: 4.5, name: "turning circle".to_owned() }),
+        pair: Some(nearest_pair(&boards)),
         turn: Some(TurnMarks {
-            radius_m: 4.5,
             arcs: [polyline(dragon.route(), 0.0, middle_m), polyline(dragon.route(), middle_m, end_m)],
             joints: [0.0, middle_m, end_m]
                 .map(|travel_m| dragon.route().point(dragon.route().place(travel_m)).position),
@@ -88,7 +99,7 @@ pub(crate) fn contact_view() -> ContactView {
         .expect("the paper's dragon touches itself");
     let handles = handles(&dragon, contact.travel_m);
     ContactView {
-        title: format!("First contact, at {:.6} s: benches 0 and 8", contact.travel_m),
+        caption: Caption::new(format!("First contact, at {:.6} s: benches 0 and 8", contact.travel_m)),
         route: polyline(dragon.route(), -440.0, dragon.route().end_travel_m()),
         boards: corners(&boards(&dragon, &handles)),
         hinges: positions(&handles),
@@ -119,7 +130,7 @@ pub(crate) fn clearance_over_time() -> ClearanceOverTime {
         NearMiss { time_s, clearance_m, benches }
     };
     ClearanceOverTime {
-        title: "Least clearance up to the first contact".to_owned(),
+        caption: Caption::new("Least clearance up to the first contact"),
         samples: pairs.iter().map(|(time_s, pair)| DVec2::new(*time_s, pair.clearance_m)).collect(),
         near_misses: pairs.windows(3).filter(is_low).map(near_miss).collect(),
         contact: Some(ContactMark { time_s: contact.travel_m, benches: contact.benches }),
@@ -135,12 +146,18 @@ pub(crate) fn speeds_over_time() -> SpeedsOverTime {
         let name = if handle == 0 { "head".to_owned() } else { format!("handle {handle}") };
         HandleSpeed { name, samples: samples.collect() }
     };
+    let range = |time_s: f64, chain: &[Handle]| {
+        let speeds = || chain.iter().map(|handle| handle.speed_ratio);
+        let (least_mps, most_mps) = (speeds().fold(f64::MAX, f64::min), speeds().fold(0.0, f64::max));
+        SpeedRange { time_s, least_mps, most_mps }
+    };
     let all = times.iter().zip(&chains).flat_map(|(time_s, chain)| {
         chain.iter().enumerate().map(|(handle, state)| (state.speed_ratio, *time_s, handle))
     });
     let (speed_mps, time_s, handle) = all.max_by(|a, b| a.0.total_cmp(&b.0)).expect("there are samples");
     SpeedsOverTime {
-        title: "Speeds on the turnaround, head at 1 m/s".to_owned(),
+        caption: Caption::new("Speeds on the turnaround, head at 1 m/s"),
+        all: times.iter().zip(&chains).map(|(time_s, chain)| range(*time_s, chain)).collect(),
         handles: [0, 1, 2, 5, 51, 201].map(line).into(),
         largest: Some(LargestSpeed { time_s, speed_mps, handle }),
         limit_mps: Some(2.0),
@@ -172,7 +189,7 @@ pub(crate) fn sensitivity() -> Sensitivity {
         ("smallest pitch (m)", 0.450_337),
     ];
     Sensitivity {
-        title: "What a change of one parameter by up to ±5 % does".to_owned(),
+        caption: Caption::new("What a change of one parameter by up to ±5 % does"),
         parameters: parameters.into(),
         quantities: quantities.map(quantity).into(),
     }

@@ -87,3 +87,83 @@ fn sensitivity_is_drawn_and_tabled_and_names_why_there_is_no_number() {
     assert!(begins(&folder.path().join("chart.svg"), b"<svg "));
     assert!(begins(&folder.path().join("chart.xlsx"), b"PK"));
 }
+
+/// The words that a vector figure shows, or says to those who cannot see it.
+fn words(path: &Path) -> String {
+    fs::read_to_string(path).expect("the figure is text")
+}
+
+#[test]
+fn a_turn_is_drawn_with_its_nearest_pair_and_their_clearance() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let answer = solve(&["turn", "--figure", "turn.svg", "--format", "json"], folder.path()).expect_clean().last_json();
+    let nearest = &answer["least_clearance"];
+    let clearance_mm = 1000.0 * nearest["clearance_m"].as_f64().expect("a number");
+    let told =
+        format!("Benches {} and {}: clearance {clearance_mm:.3} mm", nearest["benches"][0], nearest["benches"][1]);
+    let figure = words(&folder.path().join("turn.svg"));
+    // The words over the pair, and the measure between its boards.
+    assert_eq!(figure.matches(&format!("aria-label=\"{told}\"")).count(), 2, "{told}");
+    assert!(figure.contains("aria-label=\"nearest pair\""));
+}
+
+#[test]
+fn the_smallest_pitch_is_drawn_with_the_pair_that_binds() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let answer =
+        solve(&["pitch", "--figure", "pitch.svg", "--format", "json"], folder.path()).expect_clean().last_json();
+    let benches = &answer["limit"]["benches"];
+    let figure = words(&folder.path().join("pitch.svg"));
+    for told in [format!("Benches {} and {} touch", benches[0], benches[1]), "circle of diameter 9 m".to_owned()] {
+        assert!(figure.contains(&format!("aria-label=\"{told}\"")), "{told}");
+    }
+    assert!(figure.contains("<title>The tightest spiral, pitch 0.450337 m, at "), "{}", &figure[..300]);
+    // Its head's link binds, and no pair: the nearest pair is shown.
+    fs::write(folder.path().join("one.toml"), "[dragon]\nbenches = 3\n").expect("a file");
+    let args = ["pitch", "--config", "one.toml", "--turn-diameter", "1", "--figure", "one.svg"];
+    let ended = solve(&args, folder.path()).expect_clean();
+    assert!(ended.stdout.ends_with("drawn to one.svg\n"), "{}", ended.stdout);
+    assert!(words(&folder.path().join("one.svg")).contains("aria-label=\"Benches 0 and 2: clearance "));
+}
+
+#[test]
+fn a_figure_carries_a_title_and_the_dragons_data_and_fills_its_paper() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let poster = ["--title", "Gate <North> & \"South\"", "--paper", "A3"];
+    let args = [&["poses", "--at", "300", "--figure", "plan.svg"], &poster[..]].concat();
+    solve(&args, folder.path()).expect_clean();
+    let figure = words(&folder.path().join("plan.svg"));
+    for told in [
+        "width=\"297mm\" height=\"420mm\"",
+        "<title>Gate &lt;North&gt; &amp; &quot;South&quot;: The dragon at 300 s</title>",
+        "aria-label=\"Gate &lt;North&gt; &amp; &quot;South&quot;\"",
+        "aria-label=\"223 benches · head 3.41 m, others 2.2 m · 0.3 m wide · holes at 0.275 m · spiral, pitch 0.55 m · \
+         head 1 m/s\"",
+    ] {
+        assert!(figure.contains(told), "{told}: {}", &figure[..400]);
+    }
+    let args = ["contact", "--figure", "contact.png", "--paper", "letter"];
+    solve(&args, folder.path()).expect_clean();
+    let image = fs::read(folder.path().join("contact.png")).expect("a file");
+    // 300 dots to the inch, across.
+    assert_eq!(image[16..24], [[0, 0], 3300_u16.to_be_bytes(), [0, 0], 2550_u16.to_be_bytes()].concat()[..]);
+}
+
+#[test]
+fn a_title_that_cannot_be_drawn_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let long = "x".repeat(81);
+    let cases = [
+        (["--title", "板凳龙"], "'板' cannot be drawn"),
+        (["--title", &long], "must have 1 to 80 letters"),
+        (["--title", " "], "must have 1 to 80 letters"),
+        (["--paper", "a9"], "must be one of a0, a1, a2, a3, a4, letter, tabloid"),
+    ];
+    for (option, told) in cases {
+        let args = [&["contact", "--figure", "contact.svg"], &option[..]].concat();
+        let Ended { stdout, stderr, status } = solve(&args, folder.path());
+        assert_eq!((status.code(), stdout.as_str()), (Some(2), ""), "{option:?}: {stderr}");
+        assert!(stderr.contains(told), "{stderr:?}");
+    }
+    assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 0);
+}

@@ -64,10 +64,10 @@ def test_a_vector_figure_is_a_page_wide_and_refers_to_nothing_outside_it(name):
 def test_the_axes_are_told_with_their_units(name):
     expected = {
         "plan": ["x (m)", "y (m)"],
-        "turnaround": ["x (m)", "y (m)", "turning circle"],
+        "turnaround": ["x (m)", "y (m)", "turning circle", "nearest pair"],
         "contact": ["x (m)", "y (m)", "bench 0, head", "bench 8"],
         "clearance": ["show time (s)", "clearance (m)", "clearance (mm)", "contact at 412.473838 s", "benches 0 and 11"],
-        "speeds": ["show time (s)", "speed (m/s)"],
+        "speeds": ["show time (s)", "speed (m/s)", "all handles"],
         "sensitivity": ["change (%)", "first contact (s)", "smallest pitch (m)"],
     }
     assert set(expected[name]) <= set(labels(name))

@@ -59,7 +59,9 @@ fn draw(
     contact: Option<&Contact>,
     profile: Option<&Profile>,
 ) -> anyhow::Result<()> {
-    let Some(file) = &args.figure.figure else { return Ok(()) };
+    if args.figure.figure.is_none() {
+        return Ok(());
+    }
     if let Some(profile) = profile {
         ensure!(profile.has_points(), "--figure has nothing to show: the dragon has no two benches but neighbours");
         ensure!(
@@ -67,11 +69,11 @@ fn draw(
             "--figure has nothing to show: benches touch at the start already"
         );
         let meter = args.work.meter();
-        let figure = figures::clearance_over_time(config, &meter, to_m, contact, &profile.near_misses);
-        return figures::save(&figure.draw(), file);
+        let figure = figures::clearance_over_time(&args.figure, config, &meter, to_m, contact, &profile.near_misses);
+        return figures::save(figure.draw(), &args.figure);
     }
     let contact = contact.context("--figure has nothing to show: no benches touch before the run ends")?;
-    figures::save(&figures::contact_view(config, contact).draw(), file)
+    figures::save(figures::contact_view(&args.figure, config, contact).draw(), &args.figure)
 }
 
 fn text(config: &Config, contact: Option<&Contact>, spent: Option<Spent>) -> String {

@@ -2,18 +2,19 @@
 
 use anyhow::bail;
 use bench_dragon::config::{Config, RoutePlan};
-use bench_dragon::dragon::{Board, ChainSolver, Contact, Dragon, Handle, Meter};
+use bench_dragon::dragon::{Board, ChainSolver, ClearanceSearch, Contact, Dragon, Handle, Meter};
 use bench_dragon::figure::{
-    ClearanceOverTime, ContactMark, ContactView, Drawing, HandleSpeed, LargestSpeed, PlanView, SpeedsOverTime,
-    TurnMarks,
+    Caption, Circle, ClearanceOverTime, ContactMark, ContactView, Drawing, HandleSpeed, LargestSpeed, Pair, PlanView,
+    SpeedRange, SpeedsOverTime, TurnMarks,
 };
 use bench_dragon::plan::{ClosestApproach, LargestRatio, clearance_profile};
 use bench_dragon::route::{Route, Turnaround};
 use glam::DVec2;
 
+use super::caption::{caption, caption_at_speed};
 use super::profile::NearMiss;
 use super::turn_plan::passage_time_s;
-use crate::cli::{FigureArgs, FigureFile};
+use crate::cli::FigureArgs;
 use crate::command::output::print_line;
 use crate::command::printable::Printable;
 use crate::command::whole_file;
@@ -32,8 +33,13 @@ const DRAWN_HANDLES: [usize; 5] = [0, 1, 2, 5, 51];
 /// Seconds around the largest speed that are drawn larger, at a head speed of 1 m/s: the head's way through a turn.
 const DETAIL_S: f64 = 16.0;
 
-/// Draws into a file.
-pub(super) fn save(drawing: &Drawing, file: &FigureFile) -> anyhow::Result<()> {
+/// Draws into the file that was asked for, on the paper that was asked for.
+pub(super) fn save(drawing: Drawing, args: &FigureArgs) -> anyhow::Result<()> {
+    let Some(file) = &args.figure else { return Ok(()) };
+    let drawing = match args.paper {
+        Some(paper) => drawing.on_paper(paper),
+        None => drawing,
+    };
     whole_file::write(&file.path, &drawing.encode(file.format))
 }
 
@@ -54,36 +60,77 @@ pub(super) fn refuse(args: &FigureArgs, reason: &str) -> anyhow::Result<()> {
 }
 
 /// The dragon on its route at a time.
-pub(super) fn plan_view(config: &Config, time_s: f64, travel_m: f64) -> PlanView {
-    plan_of(config.dragon(), turnaround(config).as_ref(), format!("The dragon at {time_s} s"), travel_m)
-}
-
-/// The dragon on a turn, with its head at a travel.
-pub(super) fn turn_view(dragon: &Dragon, turnaround: &Turnaround, title: String, travel_m: f64) -> PlanView {
-    plan_of(dragon, Some(turnaround), title, travel_m)
-}
-
-fn plan_of(dragon: &Dragon, turnaround: Option<&Turnaround>, title: String, travel_m: f64) -> PlanView {
-    let handles = handles(dragon, travel_m);
-    PlanView {
-        title,
-        route: route_around(dragon, &handles),
-        boards: corners(dragon, &handles),
-        hinges: handles.iter().map(|handle| handle.position).collect(),
-        turn: turnaround.map(turn_marks),
+pub(super) fn plan_view(args: &FigureArgs, config: &Config, time_s: f64, travel_m: f64) -> PlanView {
+    let caption = caption(args, config, format!("The dragon at {time_s} s"));
+    let plan = plan_of(config.dragon(), caption, travel_m);
+    match turnaround(config) {
+        Some(turnaround) => on_turn(plan, &turnaround),
+        None => plan,
     }
 }
 
+/// The dragon on a turn, with its head at a travel, and these benches or else the nearest pair from near.
+pub(super) fn turn_view(
+    caption: Caption,
+    dragon: &Dragon,
+    turnaround: &Turnaround,
+    travel_m: f64,
+    benches: Option<[usize; 2]>,
+) -> PlanView {
+    let pair = pair(dragon, travel_m, benches);
+    PlanView { pair, ..on_turn(plan_of(dragon, caption, travel_m), turnaround) }
+}
+
+/// The dragon on a spiral that the head walks as far as a circle, and these benches or else the nearest pair from near.
+pub(super) fn pitch_view(
+    caption: Caption,
+    dragon: &Dragon,
+    turn_diameter_m: f64,
+    travel_m: f64,
+    benches: Option<[usize; 2]>,
+) -> PlanView {
+    let circle = Circle { radius_m: 0.5 * turn_diameter_m, name: format!("circle of diameter {turn_diameter_m} m") };
+    let pair = pair(dragon, travel_m, benches);
+    PlanView { circle: Some(circle), pair, ..plan_of(dragon, caption, travel_m) }
+}
+
+fn plan_of(dragon: &Dragon, caption: Caption, travel_m: f64) -> PlanView {
+    let handles = handles(dragon, travel_m);
+    PlanView {
+        caption,
+        route: route_around(dragon, &handles),
+        boards: corners(&boards(dragon, &handles)),
+        hinges: handles.iter().map(|handle| handle.position).collect(),
+        circle: None,
+        turn: None,
+        pair: None,
+    }
+}
+
+fn on_turn(plan: PlanView, turnaround: &Turnaround) -> PlanView {
+    let circle = Circle { radius_m: 0.5 * turnaround.turn_diameter_m(), name: "turning circle".to_owned() };
+    PlanView { circle: Some(circle), turn: Some(turn_marks(turnaround)), ..plan }
+}
+
+/// These benches or else the nearest pair, if there are more than two benches.
+fn pair(dragon: &Dragon, travel_m: f64, benches: Option<[usize; 2]>) -> Option<Pair> {
+    let boards = boards(dragon, &handles(dragon, travel_m));
+    let benches = benches.or_else(|| Some(ClearanceSearch::default().nearest(&boards)?.benches))?;
+    let approach = boards[benches[0]].approach(&boards[benches[1]]);
+    let half = 0.5 * approach.clearance_m.max(0.0) * approach.direction;
+    Some(Pair { benches, clearance_m: approach.clearance_m, points: [approach.point - half, approach.point + half] })
+}
+
 /// The boards at a contact.
-pub(super) fn contact_view(config: &Config, contact: &Contact) -> ContactView {
+pub(super) fn contact_view(args: &FigureArgs, config: &Config, contact: &Contact) -> ContactView {
     let dragon = config.dragon();
     let handles = handles(dragon, contact.travel_m);
     let time_s = config.timetable().time_s(contact.travel_m);
     let [first, second] = contact.benches;
     ContactView {
-        title: format!("First contact, at {time_s:.6} s: benches {first} and {second}"),
+        caption: caption(args, config, format!("First contact, at {time_s:.6} s: benches {first} and {second}")),
         route: route_around(dragon, &handles),
-        boards: corners(dragon, &handles),
+        boards: corners(&boards(dragon, &handles)),
         hinges: handles.iter().map(|handle| handle.position).collect(),
         benches: contact.benches,
         point: contact.point,
@@ -92,6 +139,7 @@ pub(super) fn contact_view(config: &Config, contact: &Contact) -> ContactView {
 
 /// The clearance up to a travel, with its near misses.
 pub(super) fn clearance_over_time(
+    args: &FigureArgs,
     config: &Config,
     meter: &Meter,
     to_m: f64,
@@ -107,7 +155,7 @@ pub(super) fn clearance_over_time(
         benches: miss.benches,
     };
     ClearanceOverTime {
-        title: "Least clearance of all pairs of benches".to_owned(),
+        caption: caption(args, config, "Least clearance of all pairs of benches"),
         samples: points.approaches.iter().map(sample).collect(),
         near_misses: near_misses.iter().map(near_miss).collect(),
         contact: contact
@@ -117,14 +165,20 @@ pub(super) fn clearance_over_time(
 
 /// Speeds of some handles around the time of the largest, with the head as fast as a limit allows.
 pub(super) fn speeds_over_time(
+    args: &FigureArgs,
+    config: &Config,
     dragon: &Dragon,
     largest: &LargestRatio,
-    config: &Config,
     limit_mps: f64,
 ) -> SpeedsOverTime {
     let (head_speed_mps, planned_speed_mps) = (limit_mps / largest.ratio, config.head_speed_mps());
     let time_s = |travel_m| passage_time_s(config, head_speed_mps, travel_m);
-    let travels_m = even_travels(dragon, dragon.start_travel_m(), dragon.end_travel_m());
+    let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+    let detail_m = [largest.travel_m - DETAIL_S, largest.travel_m + DETAIL_S].map(|at_m| at_m.clamp(start_m, end_m));
+    let mut travels_m = even_travels(dragon, start_m, end_m);
+    travels_m.extend(even_travels(dragon, detail_m[0], detail_m[1]));
+    travels_m.sort_unstable_by(f64::total_cmp);
+    let mut all = Vec::with_capacity(travels_m.len());
     let mut handles: Vec<HandleSpeed> = drawn_handles(dragon, largest.handle)
         .map(|handle| HandleSpeed { name: handle_name(handle), samples: Vec::with_capacity(travels_m.len()) })
         .collect();
@@ -135,11 +189,18 @@ pub(super) fn speeds_over_time(
             let speed_mps = head_speed_mps * chain[handle].speed_ratio;
             speeds.samples.push(DVec2::new(time_s(travel_m), speed_mps));
         }
+        let [least, most] = chain.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], handle| {
+            [least.min(handle.speed_ratio), most.max(handle.speed_ratio)]
+        });
+        let time_s = time_s(travel_m);
+        all.push(SpeedRange { time_s, least_mps: head_speed_mps * least, most_mps: head_speed_mps * most });
     }
     let time_s = time_s(largest.travel_m);
     let detail_s = DETAIL_S / head_speed_mps;
+    let title = format!("Speeds of handles, the head at {head_speed_mps:.6} m/s (planned: {planned_speed_mps} m/s)");
     SpeedsOverTime {
-        title: format!("Speeds of handles, the head at {head_speed_mps:.6} m/s (planned: {planned_speed_mps} m/s)"),
+        caption: caption_at_speed(args, config, head_speed_mps, title),
+        all,
         handles,
         largest: Some(LargestSpeed { time_s, speed_mps: limit_mps, handle: largest.handle }),
         limit_mps: Some(limit_mps),
@@ -170,9 +231,13 @@ fn handles(dragon: &Dragon, travel_m: f64) -> Vec<Handle> {
     solver.solve(dragon, travel_m).expect("the travel lies within the run").to_vec()
 }
 
-fn corners(dragon: &Dragon, handles: &[Handle]) -> Vec<[DVec2; 4]> {
+fn boards(dragon: &Dragon, handles: &[Handle]) -> Vec<Board> {
     let mut boards = Vec::new();
     dragon.place_boards(handles, &mut boards);
+    boards
+}
+
+fn corners(boards: &[Board]) -> Vec<[DVec2; 4]> {
     boards.iter().map(Board::corners).collect()
 }
 
@@ -211,9 +276,5 @@ fn turn_marks(turnaround: &Turnaround) -> TurnMarks {
     let middle_m = entry_arc.length_m();
     let end_m = middle_m + exit_arc.length_m();
     let joints = [0.0, middle_m, end_m].map(|travel_m| turnaround.point(turnaround.place(travel_m)).position);
-    TurnMarks {
-        radius_m: joints[0].length(),
-        arcs: [polyline(turnaround, 0.0, middle_m), polyline(turnaround, middle_m, end_m)],
-        joints,
-    }
+    TurnMarks { arcs: [polyline(turnaround, 0.0, middle_m), polyline(turnaround, middle_m, end_m)], joints }
 }

@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use crate::cli::Question;
 
+mod caption;
 mod contact;
 mod figures;
 mod pitch;

@@ -2,8 +2,11 @@
 
 use bench_dragon::config::{Config, Overrides, RoutePlan, SpiralPlan, TurnaroundPlan};
 use bench_dragon::plan::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
+use bench_dragon::route::Route as _;
 use serde::Serialize;
 
+use super::caption::caption;
+use super::figures;
 use super::save_config::save_config;
 use crate::cli::{Format, PitchArgs};
 use crate::command::output::{print_json, print_line};
@@ -43,16 +46,45 @@ pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
         Format::Json => print_json(&Answer::of(&found))?,
         Format::Text => print_line(text(&found, turn_diameter_m))?,
     }
-    if args.save.save_config.is_none() {
+    if args.save.save_config.is_none() && args.figure.figure.is_none() {
         return Ok(());
     }
-    let tightest = |smallest: &SmallestPitch| -> anyhow::Result<Config> {
-        Ok(config.with_route(RoutePlan::Spiral(SpiralPlan { pitch_m: smallest.pitch_m, start_turns }))?)
-    };
     match &found {
-        Ok(smallest) => save_config(&args.save, Ok(&tightest(smallest)?)),
-        Err(reason) => save_config(&args.save, Err(reason)),
+        Ok(smallest) => {
+            let plan = SpiralPlan { pitch_m: smallest.pitch_m, start_turns };
+            let tightest = config.with_route(RoutePlan::Spiral(plan))?;
+            let end_m = plan.spiral()?.to_circle(turn_diameter_m)?.end_travel_m();
+            draw(args, &tightest, turn_diameter_m, end_m, smallest)?;
+            save_config(&args.save, Ok(&tightest))
+        }
+        Err(reason) => {
+            figures::refuse(&args.figure, reason)?;
+            save_config(&args.save, Err(reason))
+        }
     }
+}
+
+/// Draws the dragon where the pair that binds is nearest, or with its head on the circle, at the end of its way.
+fn draw(
+    args: &PitchArgs,
+    tightest: &Config,
+    turn_diameter_m: f64,
+    end_m: f64,
+    SmallestPitch { pitch_m, limit }: &SmallestPitch,
+) -> anyhow::Result<()> {
+    if args.figure.figure.is_none() {
+        return Ok(());
+    }
+    let (travel_m, benches) = match limit {
+        PitchLimit::Contact(contact) => (contact.travel_m.clamp(0.0, end_m), Some(contact.benches)),
+        PitchLimit::Stop | PitchLimit::Start | PitchLimit::Width => (end_m, None),
+    };
+    let time_s = tightest.timetable().time_s(travel_m);
+    let caption =
+        caption(&args.figure, tightest, format!("The tightest spiral, pitch {pitch_m:.6} m, at {time_s:.6} s"));
+    let view = figures::pitch_view(caption, tightest.dragon(), turn_diameter_m, travel_m, benches);
+    figures::save(view.draw(), &args.figure)?;
+    if args.format.format == Format::Text { figures::tell(&args.figure) } else { Ok(()) }
 }
 
 impl Answer {

@@ -47,9 +47,9 @@ pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
     if let Some(path) = &args.xlsx {
         whole_file::write(path, &Xlsx.export(&answer.sheets())?)?;
     }
-    if let (Some(file), Some(time_s)) = (&args.figure.figure, figure_s) {
-        let view = figures::plan_view(&config, time_s, travel_m(time_s, &config));
-        figures::save(&view.draw(), file)?;
+    if let Some(time_s) = figure_s {
+        let view = figures::plan_view(&args.figure, &config, time_s, travel_m(time_s, &config));
+        figures::save(view.draw(), &args.figure)?;
     }
     match args.format {
         TableFormat::Json => print_json(&answer),

@@ -31,9 +31,9 @@ pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
     let (config, passage) = passage(args)?;
     let largest = passage.as_ref().map_err(|infeasible| *infeasible).and_then(|dragon| largest_speed_ratio(dragon));
     let answer = Answer::of(&largest, args.limit, &config);
-    if let (Some(file), Ok(dragon), Ok(largest)) = (&args.figure.figure, &passage, &largest) {
-        let view = figures::speeds_over_time(dragon, largest, &config, args.limit);
-        figures::save(&view.draw(), file)?;
+    if let (Some(_), Ok(dragon), Ok(largest)) = (&args.figure.figure, &passage, &largest) {
+        let view = figures::speeds_over_time(&args.figure, &config, dragon, largest, args.limit);
+        figures::save(view.draw(), &args.figure)?;
     }
     match args.format.format {
         Format::Json => print_json(&answer)?,

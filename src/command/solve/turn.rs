@@ -12,6 +12,7 @@ use bench_dragon::plan::{
 use bench_dragon::route::{CircularArc, Turnaround};
 use serde::Serialize;
 
+use super::caption::caption;
 use super::figures;
 use super::save_config::save_config;
 use super::turn_plan::{passage_time_s, planned_turn};
@@ -88,7 +89,7 @@ pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
         Format::Json => print_json(&answer)?,
         Format::Text => print_line(answer.text().trim_end())?,
     }
-    draw(args, &turnaround, &config, &passage)?;
+    draw(args, &config, &turnaround, &passage)?;
     let reason = answer.infeasible.as_deref().or(answer.undecided.as_deref());
     save_config(&args.save, reason.map_or(Ok(&config), Err))
 }
@@ -117,18 +118,23 @@ fn find_shortest(
 }
 
 /// Draws the dragon where its benches come nearest, or where they touch.
-fn draw(args: &TurnArgs, turnaround: &Turnaround, config: &Config, passage: &TurnPassage) -> anyhow::Result<()> {
-    let Some(file) = &args.figure.figure else { return Ok(()) };
-    let (what, travel_m) = match passage {
-        TurnPassage::Clear { closest: Some(closest) } => ("nearest to itself", closest.travel_m),
-        TurnPassage::Clear { closest: None } => ("on its way out", turnaround.turn_length_m()),
-        TurnPassage::Contact(contact) => ("touching itself", contact.travel_m),
+fn draw(args: &TurnArgs, config: &Config, turnaround: &Turnaround, passage: &TurnPassage) -> anyhow::Result<()> {
+    if args.figure.figure.is_none() {
+        return Ok(());
+    }
+    let (what, travel_m, benches) = match passage {
+        TurnPassage::Clear { closest: Some(closest) } => {
+            ("nearest to itself", closest.travel_m, Some(closest.pair.benches))
+        }
+        TurnPassage::Clear { closest: None } => ("on its way out", turnaround.turn_length_m(), None),
+        TurnPassage::Contact(contact) => ("touching itself", contact.travel_m, Some(contact.benches)),
         TurnPassage::TooMuchWork(spent) => bail!("--figure has nothing to show: {spent}"),
         TurnPassage::Infeasible(infeasible) => return figures::refuse(&args.figure, &infeasible.to_string()),
     };
     let dragon = passage_through(*turnaround, *config.dragon().dimensions(), &args.work.meter())?;
     let title = format!("The dragon {what}, at {:.6} s", time_s(config, travel_m));
-    figures::save(&figures::turn_view(&dragon, turnaround, title, travel_m).draw(), file)?;
+    let caption = caption(&args.figure, config, title);
+    figures::save(figures::turn_view(caption, &dragon, turnaround, travel_m, benches).draw(), &args.figure)?;
     if args.format.format == Format::Text { figures::tell(&args.figure) } else { Ok(()) }
 }
 

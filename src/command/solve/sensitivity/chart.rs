@@ -6,14 +6,18 @@ use bench_dragon::plan::{Curve, Response, Sensitivity};
 use super::tables::titled;
 
 /// A plot for each quantity that there is.
-pub(super) fn chart(sensitivity: &Sensitivity, responses: &[Response]) -> figure::Sensitivity {
+pub(super) fn chart(
+    caption: figure::Caption,
+    sensitivity: &Sensitivity,
+    responses: &[Response],
+) -> figure::Sensitivity {
     let answered = responses.iter().filter(|response| response.value.is_ok());
     let plot = |response: &Response| figure::Quantity {
         name: titled(response),
         curves: response.curves.iter().map(|curve| points(sensitivity, curve)).collect(),
     };
     figure::Sensitivity {
-        title: "How the answers change with each measure".to_owned(),
+        caption,
         parameters: sensitivity.parameters.iter().map(ToString::to_string).collect(),
         quantities: answered.map(plot).collect(),
     }

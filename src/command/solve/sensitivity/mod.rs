@@ -7,6 +7,7 @@ use bench_dragon::table::{Exporter as _, Text, Xlsx};
 use crate::cli::{Format, SensitivityArgs};
 use crate::command::output::{print_bytes, print_json, print_line};
 use crate::command::progress::Progress;
+use crate::command::solve::caption::caption;
 use crate::command::solve::figures;
 use crate::command::{load_config, whole_file};
 
@@ -21,8 +22,9 @@ pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<()> {
     if let Some(path) = &args.xlsx {
         whole_file::write(path, &Xlsx.export(&tables::sheets(&sensitivity, &responses))?)?;
     }
-    if let Some(file) = &args.figure {
-        figures::save(&chart::chart(&sensitivity, &responses).draw(), file)?;
+    if args.figure.figure.is_some() {
+        let caption = caption(&args.figure, &config, "How the answers change with each measure");
+        figures::save(chart::chart(caption, &sensitivity, &responses).draw(), &args.figure)?;
     }
     if args.format.format == Format::Json {
         return print_json(&answer::answer(&sensitivity, &responses));
