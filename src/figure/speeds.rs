@@ -73,7 +73,15 @@ const RING_RADIUS: f64 = 0.9;
 /// Width of a column of the page, for which the range of all handles is put together, in millimetres: in a plot of a whole
 /// show a column holds more than the time in which a link walks by, so that the range has no teeth.
 const COLUMN: f64 = 0.3;
-const WIDE_COLUMN: f64 = 1.5;
+const WIDE_COLUMN: f64 = 0.6;
+
+/// The samples that a plot shows, and the next one at either side.
+fn seen<'a>(samples: &'a [DVec2], plot: &Plot) -> &'a [DVec2] {
+    let x = |sample: &DVec2| plot.at(*sample).x;
+    let first = samples.partition_point(|sample| x(sample) < plot.area.min.x).saturating_sub(1);
+    let end = samples.partition_point(|sample| x(sample) <= plot.area.max.x) + 1;
+    &samples[first..end.min(samples.len())]
+}
 
 impl SpeedsOverTime {
     /// Draws it.
@@ -109,7 +117,7 @@ impl SpeedsOverTime {
         // The head's line, which is the plainest, over the others.
         for (index, handle) in self.handles.iter().enumerate().take(lines).rev() {
             let (colour, style) = line_look(index);
-            let line = plot.line(&handle.samples, colour, LINE_WIDTH).styled(style);
+            let line = plot.line(seen(&handle.samples, plot), colour, LINE_WIDTH).styled(style);
             drawing.push(line.labelled(handle.name.as_str()));
         }
         if let Some(limit_mps) = self.limit_mps {
