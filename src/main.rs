@@ -1,6 +1,7 @@
 //! The command line: parse, run, report.
 
 use std::borrow::Cow;
+use std::error::Error;
 use std::io::{self, ErrorKind};
 use std::process::ExitCode;
 
@@ -60,7 +61,7 @@ fn run() -> ExitCode {
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             complain_of(&error);
-            ExitCode::from(if is_bad_input(&error) { BAD_INPUT } else { 1 })
+            exit_code(&error)
         }
     }
 }
@@ -96,6 +97,16 @@ fn report_usage(error: &clap::Error) -> ExitCode {
         complain(&said.map(|(_, shown)| shown).collect::<Vec<_>>().join(" "));
     }
     ExitCode::from(BAD_INPUT)
+}
+
+fn exit_code(error: &anyhow::Error) -> ExitCode {
+    let is_disk_full =
+        |cause: &(dyn Error + 'static)| cause.downcast_ref::<RecordError>().is_some_and(RecordError::is_disk_full);
+    match () {
+        () if error.chain().any(is_disk_full) => ExitCode::from(command::DISK_FULL),
+        () if is_bad_input(error) => ExitCode::from(BAD_INPUT),
+        () => ExitCode::FAILURE,
+    }
 }
 
 fn is_bad_input(error: &anyhow::Error) -> bool {

@@ -43,6 +43,8 @@ mod whole_file;
 
 /// Exit status of a contact where `--fail-on-contact` was given.
 const CONTACT: u8 = 3;
+/// Exit status of a recorder whose disk is full.
+pub(crate) const DISK_FULL: u8 = 4;
 
 /// Something in the arguments that only the command itself could find wrong.
 #[derive(Debug, thiserror::Error)]

@@ -67,6 +67,17 @@ pub enum RecordError {
     Ended,
 }
 
+impl RecordError {
+    /// Whether it is for want of room on the disk: recording is possible again once there is some.
+    pub fn is_disk_full(&self) -> bool {
+        match self {
+            Self::DiskFull { .. } => true,
+            Self::Create { source, .. } => is_disk_full(source),
+            _ => false,
+        }
+    }
+}
+
 /// What is left of a file that could not be written on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kept {

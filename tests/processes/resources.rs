@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use crate::eventually::eventually;
 use crate::process::{Ended, Process};
 use crate::skip::{can_start, is_possible};
 use crate::stage::Stage;
@@ -181,4 +182,30 @@ fn a_runtime_directory_that_is_missing_is_named_to_readers_too() {
             "XDG_RUNTIME_DIR is /tmp/bench-dragon-is-not-there, must be a directory",
         );
     }
+}
+
+#[test]
+fn a_full_disk_is_told_once_in_a_show_which_records_again_where_there_is_room() {
+    if !is_possible(&["unshare", "--mount"]) {
+        return;
+    }
+    let stage = Stage::new();
+    fs::create_dir(stage.path("disk")).expect("the folder is there");
+    // Six megabytes are left of it.
+    let script = r#"mount -t tmpfs -o size=300m none disk && fallocate --length 294MiB disk/filler && exec "$@""#;
+    let launcher = ["unshare", "--mount", "sh", "-c", script, "sh"];
+    let show = behind(&launcher, &stage.command(&["show", "--rate", "1000", "--out", "disk/show"]));
+    let mut told = vec![show.complaint()];
+    while told.last().is_some_and(|line| !line.starts_with("the show is not recorded from here on, until 268.4 MB")) {
+        told.push(show.complaint());
+    }
+    let seen_by_show = format!("/proc/{}/root{}", show.pid(), stage.path("disk/filler").display());
+    fs::remove_file(seen_by_show).expect("the show's disk has a filler");
+    show.complaint_with("the disk has room again: the show is recorded from here on, in another file");
+    let second = format!("/proc/{}/root{}", show.pid(), stage.path("disk/show/recording-2.mcap").display());
+    eventually("the second recording", || fs::exists(&second).expect("it can be told").then_some(()));
+    let ended = show.terminate();
+    assert_eq!(ended.code(), Some(1), "the recording has a hole: {}", ended.stderr);
+    assert_eq!(told.iter().filter(|line| line.contains("the disk is full")).count(), 1, "{told:?}");
+    assert!(!ended.stderr.contains("the disk is full"), "{}", ended.stderr);
 }

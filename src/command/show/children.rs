@@ -120,6 +120,11 @@ impl Children {
         self.entry_mut(role).life.end(now)
     }
 
+    /// A child's life.
+    pub(super) fn life(&mut self, role: Role) -> &mut Life {
+        &mut self.entry_mut(role).life
+    }
+
     /// The children that are to be started again by now.
     pub(super) fn due(&self, now: Instant) -> Vec<Role> {
         self.entries.iter().filter(|entry| entry.life.is_due(now)).map(|entry| entry.role).collect()
@@ -131,7 +136,7 @@ impl Children {
         let is_reader = |entry: &&Entry| match entry.role {
             Role::Serve => false,
             Role::View => entry.process.is_some(),
-            role if role.is_awaited() => !entry.life.is_over(),
+            role if role.is_awaited() => !entry.life.is_over() && !entry.life.is_waiting(),
             // Others need a while to join. One that has given a sign of life has joined.
             _ => entry.life.has_lived(),
         };

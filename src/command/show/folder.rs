@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use bench_dragon::config::Config;
+use bench_dragon::record::space::DiskSpace;
 use bench_dragon::report::ShowSummary;
 
 use crate::command::BadInput;
@@ -27,7 +28,7 @@ pub(super) struct Folder {
     /// Whether it was made for this show.
     is_new: bool,
     /// Locked, so that a second show can tell that this one goes on.
-    _config: File,
+    config_file: File,
 }
 
 impl Folder {
@@ -45,7 +46,12 @@ impl Folder {
             BadInput(format!("--out is {}, must be a folder that can be made: {error}", path.display()))
         })?;
         let config = write_config(&path, config)?;
-        Ok(Self { path, is_new, _config: config })
+        Ok(Self { path, is_new, config_file: config })
+    }
+
+    /// Bytes that can still be written to its disk; `None` where the system does not tell.
+    pub(super) fn free_bytes(&self) -> Option<u64> {
+        DiskSpace::around(&self.config_file).ok().map(|space| space.free_bytes)
     }
 
     pub(super) fn path(&self) -> &Path {

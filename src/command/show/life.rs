@@ -34,6 +34,8 @@ enum Phase {
     Living(Duration),
     /// It has ended, and is to be started again.
     Due(Instant),
+    /// It has ended, and waits for something that is missing, such as room on the disk.
+    Waiting,
     /// It has ended too often.
     Over,
 }
@@ -80,6 +82,21 @@ impl Life {
         backoff.is_some()
     }
 
+    /// The child has ended for want of something, and is not started again until [`Life::go_on`].
+    pub(super) fn wait(&mut self) {
+        self.phase = Phase::Waiting;
+    }
+
+    /// Whether the child waits for something.
+    pub(super) fn is_waiting(&self) -> bool {
+        self.phase == Phase::Waiting
+    }
+
+    /// A child that waited is to be started again.
+    pub(super) fn go_on(&mut self, now: Instant) {
+        self.phase = Phase::Due(now);
+    }
+
     /// Whether the child is to be started again by now.
     pub(super) fn is_due(&self, now: Instant) -> bool {
         matches!(self.phase, Phase::Due(at) if at <= now)
@@ -109,7 +126,7 @@ impl Life {
         self.stopped = if is_stopped { self.stopped + elapsed } else { Duration::ZERO };
         let overrun = |silence, limit| (silence > limit).then_some(limit);
         let silent = match &mut self.phase {
-            Phase::Idle | Phase::Due(_) | Phase::Over => return None,
+            Phase::Idle | Phase::Due(_) | Phase::Waiting | Phase::Over => return None,
             phase if !has_occasion => {
                 *phase = Phase::Starting(Duration::ZERO);
                 None

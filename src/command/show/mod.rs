@@ -8,7 +8,7 @@
 //! summary.
 
 use std::process::ExitCode;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use bench_dragon::config::Config;
 use bench_dragon::report::ShowSummary;
@@ -95,6 +95,8 @@ struct Show<'a> {
     seen: LastSeen,
     account: Account,
     repairs: Repairs,
+    /// When room on a full disk is looked for next.
+    room_due: Instant,
     /// Whether frames have come.
     has_begun: bool,
     /// Whether the server has ended as it was asked to.
@@ -135,6 +137,7 @@ impl<'a> Show<'a> {
             seen: LastSeen::new(),
             account: Account::new(start_s, end_s, args.format.format),
             repairs: Repairs::new(),
+            room_due: Instant::now(),
             has_begun: false,
             is_stopped: false,
         }

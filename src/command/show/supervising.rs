@@ -1,14 +1,21 @@
 //! What a show does while it plays: it takes news of its children, looks at the bus, and starts again what has ended.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use anyhow::bail;
+use bench_dragon::record::space::Size;
 
 use super::children::End;
 use super::patience::{MAX_RESTARTS, WINDOW};
 use super::repairs::Repaired;
 use super::role::Role;
 use super::{Bus, Page, Show};
+use crate::command::DISK_FULL;
+
+/// Room from which a show is recorded again, in bytes: some seconds of a large dragon at least.
+const LEAST_ROOM_BYTES: u64 = 256 << 20;
+/// How often a show whose disk is full looks for room.
+const ROOM_PERIOD: Duration = Duration::from_secs(1);
 
 impl Show<'_> {
     /// Takes a line of a child.
@@ -41,7 +48,13 @@ impl Show<'_> {
                 bail!("the page does not start: it ended with {status}");
             }
             Role::Monitor => self.account.close_monitor(),
-            Role::Record => self.finish_recording(),
+            Role::Record => {
+                self.finish_recording();
+                if status.code() == Some(DISK_FULL.into()) {
+                    self.wait_for_room(end);
+                    return Ok(());
+                }
+            }
             Role::Serve | Role::View | Role::Also(_) => {}
         }
         self.plan_restart(role, &format!("ended with {status}"), &end.reason)
@@ -59,6 +72,7 @@ impl Show<'_> {
         self.look_at_bus()?;
         self.begin_others()?;
         let now = Instant::now();
+        self.look_for_room(now);
         for line in self.children.kill_silent(now) {
             self.account.line.say(&line);
         }
@@ -142,6 +156,28 @@ impl Show<'_> {
         let then = if restarts { "starting it again" } else { "the show goes on without it" };
         self.account.line.say(&format!("{name} {what}: {then}"));
         Ok(())
+    }
+
+    /// Does without a recorder until its disk has room again, and says so once.
+    fn wait_for_room(&mut self, end: &End) {
+        self.children.life(Role::Record).wait();
+        let name = self.children.name(Role::Record).to_owned();
+        self.account.take_end(Role::Record, &name, end.reason.clone(), self.seen.show_time_s(), false);
+        self.account.has_given_up = true;
+        let room = Size(LEAST_ROOM_BYTES);
+        self.account.line.say(&format!("the show is not recorded from here on, until {room} of its disk are free"));
+    }
+
+    /// Has a recorder that waits for room started again where there is some.
+    fn look_for_room(&mut self, now: Instant) {
+        if !self.children.life(Role::Record).is_waiting() || now < self.room_due {
+            return;
+        }
+        self.room_due = now + ROOM_PERIOD;
+        if self.folder.free_bytes().is_some_and(|free_bytes| free_bytes >= LEAST_ROOM_BYTES) {
+            self.children.life(Role::Record).go_on(now);
+            self.account.line.say("the disk has room again: the show is recorded from here on, in another file");
+        }
     }
 
     fn end_with_server(&mut self) -> anyhow::Result<()> {
