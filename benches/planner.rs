@@ -26,8 +26,9 @@ fn contact(criterion: &mut Criterion) {
 
 fn pitch(criterion: &mut Criterion) {
     let dimensions = shared::dimensions(223);
-    let smallest =
-        || smallest_pitch(black_box(&dimensions), 16.0, 9.0, &Meter::unlimited()).expect("there is a smallest pitch");
+    let smallest = || {
+        smallest_pitch(black_box(&dimensions), 16.0, 9.0, 0.0, &Meter::unlimited()).expect("there is a smallest pitch")
+    };
     assert!((smallest().pitch_m - 0.450_337).abs() <= 5.001e-7, "{:?}", smallest());
     criterion.bench_function("smallest pitch to a circle of 9 m", |bencher| bencher.iter(smallest));
 }

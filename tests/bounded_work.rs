@@ -8,10 +8,10 @@ use std::hint::black_box;
 
 use allocation_counter::measure;
 use bench_dragon::config::{Config, RoutePlan};
-use bench_dragon::dragon::{ChainSolver, Dragon, Meter, first_contact};
+use bench_dragon::dragon::{ChainSolver, Dragon, Meter, first_contact, first_within};
 use bench_dragon::monitor::{ALERT_BURST, Monitor};
 use bench_dragon::plan::{
-    Parameter, Sensitivity, Setting, clearance_profile, largest_speed_ratio, least_clearance, near_misses,
+    Parameter, Sensitivity, Setting, Staging, clearance_profile, largest_speed_ratio, least_clearance, near_misses,
     passage_through, shortest_turn, smallest_pitch, walk_through,
 };
 use bench_dragon::processors::Processors;
@@ -93,6 +93,9 @@ fn is_bounded(text: &str) -> bool {
     ask("the first contact", &|meter| {
         let _ = black_box(first_contact(&dragon.metered(meter), start_m, end_m));
     });
+    ask("the first clearance", &|meter| {
+        let _ = black_box(first_within(&dragon.metered(meter), 0.05, start_m, end_m));
+    });
     ask("the profile", &|meter| {
         let travels_m: Vec<f64> = (0..1000).map(|i| start_m + (end_m - start_m) * f64::from(i) / 1000.0).collect();
         clearance_profile(&dragon.metered(meter), &travels_m, || ());
@@ -107,7 +110,10 @@ fn is_bounded(text: &str) -> bool {
         let _ = black_box(largest_speed_ratio(&dragon.metered(meter)));
     });
     ask("the pitch", &|meter| {
-        let _ = black_box(smallest_pitch(dragon.dimensions(), 16.0, 9.0, meter));
+        let _ = black_box(smallest_pitch(dragon.dimensions(), 16.0, 9.0, 0.0, meter));
+    });
+    ask("the smallest pitch with a clearance", &|meter| {
+        let _ = black_box(smallest_pitch(dragon.dimensions(), 16.0, 9.0, 0.05, meter));
     });
     if let RoutePlan::Turnaround(plan) = config.route() {
         let turnaround = plan.turnaround(config.head_speed_mps()).expect("a valid configuration has a route");
@@ -116,10 +122,17 @@ fn is_bounded(text: &str) -> bool {
             let _ = black_box(passage_through(turnaround, dimensions, meter));
         });
         ask("the turn", &|meter| {
-            black_box(walk_through(turnaround, dimensions, meter, |_| ()));
+            black_box(walk_through(turnaround, dimensions, Staging::LIMITLESS, meter, |_| ()));
+        });
+        let staging = Staging { clearance_m: 0.05, speed_ratio: 2.0 };
+        ask("the turn within limits", &|meter| {
+            black_box(walk_through(turnaround, dimensions, staging, meter, |_| ()));
+        });
+        ask("the shortest turn within limits", &|meter| {
+            let _ = black_box(shortest_turn(turnaround, dimensions, staging, meter, |_| ()));
         });
         ask("the shortest turn", &|meter| {
-            let _ = black_box(shortest_turn(turnaround, dimensions, meter, |_| ()));
+            let _ = black_box(shortest_turn(turnaround, dimensions, Staging::LIMITLESS, meter, |_| ()));
         });
     }
     let setting = Setting {

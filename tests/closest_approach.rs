@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use bench_dragon::dragon::{ChainSolver, ClearanceSearch, Dimensions, Dragon, Meter, PairClearance, first_contact};
 use bench_dragon::plan::{
-    ClosestApproach, Infeasible, TurnPassage, clearance_profile, least_clearance, near_misses, walk_through,
+    ClosestApproach, Infeasible, Staging, TurnPassage, clearance_profile, least_clearance, near_misses, walk_through,
 };
 use bench_dragon::route::{Route, Spiral, Turnaround};
 use proptest::prelude::*;
@@ -56,7 +56,13 @@ fn clearance_at(dragon: &Dragon, closest: &ClosestApproach) -> f64 {
 #[test]
 fn paper_turnaround_is_clear_on_the_whole_passage() {
     let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
-    let passage = walk_through(Turnaround::new(1.7, 9.0, 2.0).expect("valid"), dimensions, &Meter::unlimited(), |_| ());
+    let passage = walk_through(
+        Turnaround::new(1.7, 9.0, 2.0).expect("valid"),
+        dimensions,
+        Staging::LIMITLESS,
+        &Meter::unlimited(),
+        |_| (),
+    );
     let TurnPassage::Clear { closest: Some(closest) } = passage else { panic!("{passage:?}") };
     assert_eq!(closest.pair.benches, [0, 16]);
     assert!((closest.pair.clearance_m - 0.279_042_939).abs() < 1e-9, "{closest:?}");
@@ -70,6 +76,7 @@ fn turn_that_no_dragon_gets_through_says_why() {
         walk_through(
             Turnaround::new(pitch_m, diameter_m, ratio).expect("valid"),
             dimensions,
+            Staging::LIMITLESS,
             &Meter::unlimited(),
             |_| (),
         )

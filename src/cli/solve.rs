@@ -1,5 +1,6 @@
 //! The planner's arguments.
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::str::FromStr as _;
 
@@ -31,6 +32,7 @@ pub(crate) enum Question {
     /// When do two benches first touch, and where?
     #[command(after_help = "Examples:
   bench-dragon solve contact --config stage.toml --format json
+  bench-dragon solve contact --clearance 0.05
   bench-dragon solve contact --figure contact.svg
   bench-dragon solve contact --figure poster.png --title \"Dragon of the North Gate\" --paper a2
   bench-dragon solve contact --profile --step 0.5 --figure clearance.svg")]
@@ -38,15 +40,20 @@ pub(crate) enum Question {
     /// How tight may the spiral be if the head is to come to a circle with no contact on the way?
     #[command(after_help = "Examples:
   bench-dragon solve pitch --turn-diameter 9 --figure pitch.svg
+  bench-dragon solve pitch --turn-diameter 9 --clearance 0.05
   bench-dragon solve pitch --turn-diameter 9 --config stage.toml --save-config tightest.toml")]
     Pitch(PitchArgs),
     /// Does the dragon get through a turn, and how near do its benches come to each other?
     #[command(after_help = "Examples:
   bench-dragon solve turn
   bench-dragon solve turn --pitch 1.5 --radius-ratio 1.2
-  bench-dragon solve turn --shortest --save-config short.toml")]
+  bench-dragon solve turn --config spiral.toml --pitch 1.7 --turn-diameter 9
+  bench-dragon solve turn --shortest --clearance 0.05 --max-ratio 2 --save-config short.toml")]
     Turn(TurnArgs),
     /// How fast may the head walk if no handle is ever to be faster than a limit?
+    ///
+    /// On a turnaround the whole passage of all benches counts. On a spiral (--config with kind = "spiral", and none of
+    /// --pitch, --turn-diameter and --radius-ratio) all of its run counts, to where the head comes to the centre.
     #[command(after_help = "Examples:
   bench-dragon solve speed-limit --limit 2
   bench-dragon solve speed-limit --limit 2 --config stage.toml --save-config fast.toml")]
@@ -64,6 +71,9 @@ pub(crate) struct PitchArgs {
     /// Diameter in metres of the circle that the head is to come to [default: the configured turnaround's, else 9].
     #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) turn_diameter: Option<f64>,
+    /// Metres that are to remain between any two boards [default: 0, they may all but touch].
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = clearance)]
+    pub(crate) clearance: Option<f64>,
     #[command(flatten)]
     pub(crate) config: ConfigArgs,
     #[command(flatten)]
@@ -88,7 +98,8 @@ pub(crate) struct TurnPlanArgs {
     /// Radius of the entry arc ÷ that of the exit arc, over the configuration's.
     #[arg(long, value_name = "RATIO", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) radius_ratio: Option<f64>,
-    /// The configuration, TOML, with a turnaround as its route; the paper's turnaround without one.
+    /// The configuration, TOML; the paper's turnaround without one. Where its route is a spiral, any of the flags
+    /// --pitch, --turn-diameter and --radius-ratio makes it a turnaround on that spiral.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) config: Option<PathBuf>,
 }
@@ -121,6 +132,12 @@ const DEFAULT_LONG_WORK: u64 = 300;
 /// Steps to the million.
 const STEPS: u64 = 1_000_000;
 
+/// Clearances that may be asked for, in metres.
+const CLEARANCE_M: RangeInclusive<f64> = 0.0..=10.0;
+/// Limits that may be set to a handle's speed, in speeds of the head: none is slower than the head, and a handle that is
+/// faster than the greatest jumps.
+const SPEED_RATIO: RangeInclusive<f64> = 1.0..=1000.0;
+
 /// Where an answer goes as a configuration.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct SaveConfigArgs {
@@ -135,6 +152,13 @@ pub(crate) struct TurnArgs {
     /// Look for the shortest S inside the turning circle, over where it begins and the ratio of its radii.
     #[arg(long, conflicts_with = "radius_ratio")]
     pub(crate) shortest: bool,
+    /// Metres that are to remain between any two boards [default: 0; with --shortest 0.05, or the configured margin_m if
+    /// that is more].
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = clearance)]
+    pub(crate) clearance: Option<f64>,
+    /// Largest speed of any handle ÷ the head's that is allowed, from 1 to 1000 [default: any; with --shortest 2].
+    #[arg(long, value_name = "RATIO", allow_negative_numbers = true, value_parser = speed_ratio)]
+    pub(crate) max_ratio: Option<f64>,
     #[command(flatten)]
     pub(crate) plan: TurnPlanArgs,
     #[command(flatten)]
@@ -217,6 +241,9 @@ pub(crate) struct ContactArgs {
     /// them instead of the boards at the contact.
     #[arg(long)]
     pub(crate) profile: bool,
+    /// When some pair first comes within this clearance, in metres, instead of touching.
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = clearance)]
+    pub(crate) clearance: Option<f64>,
     /// Seconds from one time of the profile to the next.
     #[arg(long, value_name = "SECONDS", requires = "profile", default_value = "1", allow_negative_numbers = true, value_parser = step)]
     pub(crate) step: i64,
@@ -341,6 +368,14 @@ fn work(text: &str) -> Result<u64, String> {
 
 fn near(text: &str) -> Result<f64, String> {
     within(text, &NEAR_M)
+}
+
+fn clearance(text: &str) -> Result<f64, String> {
+    within(text, &CLEARANCE_M)
+}
+
+fn speed_ratio(text: &str) -> Result<f64, String> {
+    within(text, &SPEED_RATIO)
 }
 
 fn speed_limit(text: &str) -> Result<f64, String> {

@@ -176,7 +176,8 @@ fn pitch(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<Answe
         RoutePlan::Spiral(plan) => plan.start_turns,
         RoutePlan::Turnaround(_) => SpiralPlan::default().start_turns,
     };
-    let SmallestPitch { pitch_m, limit } = smallest_pitch(&setting.dimensions, start_turns, turn_diameter_m, meter)?;
+    let SmallestPitch { pitch_m, limit } =
+        smallest_pitch(&setting.dimensions, start_turns, turn_diameter_m, 0.0, meter)?;
     let decided_by = match limit {
         PitchLimit::Contact(contact) => {
             let plan = SpiralPlan { pitch_m, start_turns };

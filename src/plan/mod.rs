@@ -16,6 +16,7 @@ mod sensitivity;
 mod setting;
 mod shortest_turn;
 mod speed_limit;
+mod staging;
 mod strides;
 mod turn;
 
@@ -33,4 +34,5 @@ pub use sensitivity::{Curve, NoDerivative, Response, Sample, Sensitivity};
 pub use setting::Setting;
 pub use shortest_turn::{Obstacle, ShortestTurn, shortest_turn};
 pub use speed_limit::{LargestRatio, largest_speed_ratio};
+pub use staging::Staging;
 pub use turn::{TurnPassage, walk_through};

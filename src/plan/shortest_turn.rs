@@ -1,4 +1,4 @@
-//! The shortest S in which a dragon can turn round inside a circle.
+//! The shortest S in which a dragon can turn round inside a circle, within limits of clearance and speed.
 //!
 //! The S may begin further in than on the circle, where the spiral has any radius ρ up to the circle's. It is
 //! 2·α·ρ / sin α long, with α = atan(2π·ρ/pitch), whatever the ratio of its radii (see `route::turnaround`), and so the
@@ -7,10 +7,12 @@
 //! *Method.* Neither the radii nor the ratios with which it does need be an interval. So [`RADII`] radii are tried from
 //! the centre outward, each with [`RATIOS`] ratios. Between two ratios at which different things are in the way, say a
 //! handle that stops on the one arc and on the other, there may be some at which nothing is: such an interval is halved
-//! until something clear is found, or the two obstacles meet. The first radius with a clear ratio and the one before it
+//! until something clear is found, or the two obstacles meet. Where a handle is too fast at three ratios, and least in the
+//! middle, golden section looks for one between them at which none is. The first radius with a clear ratio and the one before it
 //! then bracket the answer, and halving with the same question at each radius finds it.
 //!
-//! At first only the links are looked at: whether a handle stops or jumps depends on the head's and one body link alone.
+//! At first only the links are looked at: whether a handle stops or jumps depends on the head's and one body link alone, and
+//! the fastest handles are mostly among the first few. A contact is a pair within the clearance that is to remain.
 //! If the dragon does not touch itself on the shortest S that they walk, that is the answer. Else contacts are looked for
 //! as well, from the entry until the head has gone once round on the way out; and if that is not enough, on all of the
 //! passage. Whatever is found is walked through as a whole.
@@ -21,13 +23,16 @@
 
 use std::f64::consts::PI;
 use std::fmt::{self, Display, Formatter};
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use super::cores::on_all_cores;
 use super::least_clearance::ClosestApproach;
 use super::passage::{Infeasible, passage_through};
+use super::speed_limit::{LargestRatio, largest_speed_ratio};
+use super::staging::Staging;
 use super::turn::{TurnPassage, walk_through};
-use crate::dragon::{Contact, Dimensions, Dragon, DragonError, Meter, RunEnd, Spent, first_contact};
+use crate::dragon::{Contact, Dimensions, Dragon, DragonError, Meter, RunEnd, Spent, first_within};
 use crate::route::{RADIUS_RATIO, Route, Turnaround};
 
 /// Radii tried, evenly up to the circle's.
@@ -66,6 +71,15 @@ const EDGE_HALVINGS: u32 = 12;
 /// What is left between any ratio tried and the least and the greatest that a turn may have: more than [`FAR`] steps.
 const RATIO_ROOM: f64 = 1.02;
 
+/// Benches whose speeds are looked at where only the links are.
+const SPEED_BENCHES: usize = 8;
+
+/// Part of an interval that golden section leaves out: 1 − 1/φ.
+const GOLDEN: f64 = 0.381_966_011_250_105_1;
+
+/// Most steps of a golden section: each leaves 0.62 of the interval, and from a factor of 1.4 to [`NEAREST_RATIOS`] takes 61.
+const GOLDEN_STEPS: u32 = 64;
+
 /// How far beside the answer's ratio the limits are told.
 const BESIDE: f64 = 1e-6;
 
@@ -95,8 +109,10 @@ pub enum Obstacle {
         /// out.
         piece: usize,
     },
-    /// Two benches touch.
+    /// Two benches touch, or come within the clearance that is to remain.
     Contact(Contact),
+    /// A handle is faster than it may be: where any is fastest.
+    TooFast(LargestRatio),
     /// The dragon cannot stand before it.
     Dragon(DragonError),
 }
@@ -106,7 +122,10 @@ impl Display for Obstacle {
         match self {
             Self::Fault { travel_m, end, .. } => write!(formatter, "{end} after {travel_m:.6} m"),
             Self::Contact(Contact { travel_m, benches: [first, second], .. }) => {
-                write!(formatter, "benches {first} and {second} touch after {travel_m:.6} m")
+                write!(formatter, "benches {first} and {second} come too near after {travel_m:.6} m")
+            }
+            Self::TooFast(LargestRatio { ratio, travel_m, handle }) => {
+                write!(formatter, "handle {handle} is {ratio:.6} times as fast as the head after {travel_m:.6} m")
             }
             Self::Dragon(error) => write!(formatter, "{error}"),
         }
@@ -115,21 +134,21 @@ impl Display for Obstacle {
 
 impl Obstacle {
     /// Whether the same thing is in the way, wherever it happens: of two contacts, whether the same bench runs into
-    /// others.
+    /// others. Any two handles that are too fast count as the same: golden section looks between them.
     fn resembles(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Fault { end, piece, .. }, Self::Fault { end: other_end, piece: other_piece, .. }) => {
                 (end, piece) == (other_end, other_piece)
             }
             (Self::Contact(contact), Self::Contact(other)) => contact.benches[0] == other.benches[0],
-            (Self::Dragon(_), Self::Dragon(_)) => true,
+            (Self::Dragon(_), Self::Dragon(_)) | (Self::TooFast(_), Self::TooFast(_)) => true,
             _ => false,
         }
     }
 }
 
-/// The shortest S inside the turning circle of this turnaround that the dragon gets through on its whole passage; none if
-/// it gets through no S that was tried.
+/// The shortest S inside the turning circle of this turnaround that the dragon gets through on its whole passage, within the
+/// limits of `staging`; none if it gets through no S that was tried.
 ///
 /// All work counts on the meter. `progress` hears of the share of the work that is done, from any thread.
 ///
@@ -138,12 +157,13 @@ impl Obstacle {
 pub fn shortest_turn(
     turnaround: Turnaround,
     dimensions: Dimensions,
+    staging: Staging,
     meter: &Meter,
     progress: impl Fn(f64) + Sync,
 ) -> Result<Option<ShortestTurn>, Spent> {
     let mut tried = Vec::new();
     for extent in [Extent::Links, Extent::OnceRound, Extent::Whole] {
-        let search = Search { turnaround, dimensions, extent, meter };
+        let search = Search { turnaround, dimensions, staging, extent, meter };
         let Some(tightest) = search.tightest(&progress)? else { continue };
         // Where something else is in the way: once more, looking at more.
         if let Some(found) = search.beside(&tightest, LEAST_MARGIN_M)? {
@@ -179,6 +199,19 @@ struct Trial {
     obstacle: Option<Obstacle>,
 }
 
+impl Trial {
+    /// How fast the fastest handle is, where that alone is in the way.
+    fn excess(&self) -> f64 {
+        if let Some(Obstacle::TooFast(largest)) = self.obstacle { largest.ratio } else { f64::INFINITY }
+    }
+}
+
+/// Whether in the middle one of three trials a handle is too fast, and in no other one less so.
+fn is_valley(three: &[Trial]) -> bool {
+    let [before, middle, after] = [three[0].excess(), three[1].excess(), three[2].excess()];
+    middle < f64::INFINITY && middle <= before && middle <= after
+}
+
 /// The least radius and a ratio with which the dragon gets through, and what is in the way of a smaller radius.
 type Tightest = (f64, f64, [Option<Obstacle>; 2]);
 
@@ -190,6 +223,7 @@ fn is_allowed(ratio: f64) -> bool {
 struct Search<'a> {
     turnaround: Turnaround,
     dimensions: Dimensions,
+    staging: Staging,
     extent: Extent,
     meter: &'a Meter,
 }
@@ -238,7 +272,7 @@ impl Search<'_> {
         let radius_m = least_m + margin_m;
         let radius_ratio = self.middle_ratio(radius_m, ratio)?;
         let turnaround = self.turn(radius_m, radius_ratio);
-        match walk_through(turnaround, self.dimensions, self.meter, |_| ()) {
+        match walk_through(turnaround, self.dimensions, self.staging, self.meter, |_| ()) {
             TurnPassage::Clear { closest } => Ok(Some(ShortestTurn { turnaround, radius_ratio, closest, limits })),
             TurnPassage::TooMuchWork(spent) => Err(spent),
             _ => Ok(None),
@@ -261,7 +295,12 @@ impl Search<'_> {
         let finest = RATIO_PER_RADIUS * excess_m / radius_m;
         let gaps: Vec<&[Trial]> = trials.windows(2).collect();
         let between = |gap: usize, meter: &Meter| self.between(meter, radius_m, gaps[gap][0], gaps[gap][1], finest);
-        Ok(self.on_all(gaps.len(), between)?.into_iter().flatten().next())
+        if let Some(clear) = self.on_all(gaps.len(), between)?.into_iter().flatten().next() {
+            return Ok(Some(clear));
+        }
+        let valleys: Vec<&[Trial]> = trials.windows(3).filter(|three| is_valley(three)).collect();
+        let slowest = |i: usize, meter: &Meter| self.slow_ratio(meter, radius_m, valleys[i], finest);
+        Ok(self.on_all(valleys.len(), slowest)?.into_iter().flatten().next())
     }
 
     /// The results of work on all items, on all cores.
@@ -303,6 +342,31 @@ impl Search<'_> {
         }
     }
 
+    /// A clear ratio between the outer two of three trials, of which in the middle one the fastest handle is slowest: golden
+    /// section in the logarithm of the ratio, until `finest` or nearer.
+    fn slow_ratio(&self, meter: &Meter, radius_m: f64, three: &[Trial], finest: f64) -> Result<Option<f64>, Spent> {
+        let [mut low, mut near, mut high] = [three[0].ratio.ln(), three[1].ratio.ln(), three[2].ratio.ln()];
+        let mut least = three[1].excess();
+        for _ in 0..GOLDEN_STEPS {
+            if high - low <= finest.max(NEAREST_RATIOS) {
+                break;
+            }
+            let far =
+                if high - near > near - low { near + GOLDEN * (high - near) } else { near - GOLDEN * (near - low) };
+            let trial = self.trial(meter, radius_m, far.exp())?;
+            if trial.obstacle.is_none() {
+                return Ok(Some(trial.ratio));
+            }
+            match (trial.excess() < least, far > near) {
+                (true, true) => (low, near, least) = (near, far, trial.excess()),
+                (true, false) => (high, near, least) = (near, far, trial.excess()),
+                (false, true) => high = far,
+                (false, false) => low = far,
+            }
+        }
+        Ok(None)
+    }
+
     /// About the last clear ratio in one direction from a clear one, or a ratio far from it.
     fn edge(&self, radius_m: f64, ratio: f64, step: f64) -> Result<f64, Spent> {
         let clear = |exponent: f64| -> Result<bool, Spent> {
@@ -341,31 +405,55 @@ impl Search<'_> {
         let once_round = turn.between(0.0, round_m).expect("once round is ahead");
         // Faults are those of the first two links, for all others are like the second.
         let links = self.walked(meter, once_round, self.dimensions.benches().min(2));
-        if self.extent == Extent::Links || links.is_err() {
-            return links.map_or_else(NotWalked::obstacle, |_| Ok(None));
+        if let Err(not_walked) = links {
+            return not_walked.obstacle();
         }
-        if self.extent == Extent::OnceRound {
-            let dragon = match self.walked(meter, once_round, self.dimensions.benches()) {
-                Ok(dragon) => dragon,
-                Err(not_walked) => return not_walked.obstacle(),
-            };
-            // The way out first: where links stand steep, as in the S, a search takes longest.
-            let contact = match first_contact(&dragon, turn.turn_length_m(), round_m)? {
-                None => first_contact(&dragon, 0.0, turn.turn_length_m())?,
-                contact => contact,
-            };
-            return Ok(contact.map(Obstacle::Contact));
+        match self.extent {
+            Extent::Links if !self.staging.limits_speed() => Ok(None),
+            Extent::Links => match self.walked(meter, once_round, self.dimensions.benches().min(SPEED_BENCHES)) {
+                Ok(dragon) => self.too_fast(&dragon, &turn),
+                Err(not_walked) => not_walked.obstacle(),
+            },
+            Extent::OnceRound => match self.walked(meter, once_round, self.dimensions.benches()) {
+                // The way out first: where links stand steep, as in the S, a search takes longest.
+                Ok(dragon) => {
+                    self.out_of_limits(&dragon, &turn, &[turn.turn_length_m()..=round_m, 0.0..=turn.turn_length_m()])
+                }
+                Err(not_walked) => not_walked.obstacle(),
+            },
+            Extent::Whole => match passage_through(turn, self.dimensions, meter) {
+                Ok(dragon) => self.out_of_limits(&dragon, &turn, &[dragon.start_travel_m()..=dragon.end_travel_m()]),
+                Err(infeasible) => infeasible_turn(infeasible, &turn),
+            },
         }
-        match passage_through(turn, self.dimensions, meter) {
-            Ok(dragon) => {
-                let contact = first_contact(&dragon, dragon.start_travel_m(), dragon.end_travel_m())?;
-                Ok(contact.map(Obstacle::Contact))
+    }
+
+    /// The first limit that a dragon breaks: of speed on its run, or of clearance on some ways, in their order.
+    fn out_of_limits(
+        &self,
+        dragon: &Dragon,
+        turn: &Turnaround,
+        ways_m: &[RangeInclusive<f64>],
+    ) -> Result<Option<Obstacle>, Spent> {
+        if let Some(too_fast) = self.too_fast(dragon, turn)? {
+            return Ok(Some(too_fast));
+        }
+        for way_m in ways_m {
+            if let Some(contact) = first_within(dragon, self.staging.clearance_m, *way_m.start(), *way_m.end())? {
+                return Ok(Some(Obstacle::Contact(contact)));
             }
-            Err(Infeasible::Dragon(error)) => Ok(Some(Obstacle::Dragon(error))),
-            Err(Infeasible::Fault { travel_m, end }) => {
-                Ok(Some(Obstacle::Fault { travel_m, end, piece: turn.joints().len() }))
-            }
-            Err(Infeasible::TooMuchWork(spent)) => Err(spent),
+        }
+        Ok(None)
+    }
+
+    /// The fastest handle on a dragon's run, if it is too fast.
+    fn too_fast(&self, dragon: &Dragon, turn: &Turnaround) -> Result<Option<Obstacle>, Spent> {
+        if !self.staging.limits_speed() {
+            return Ok(None);
+        }
+        match largest_speed_ratio(dragon) {
+            Ok(largest) => Ok((largest.ratio > self.staging.speed_ratio).then_some(Obstacle::TooFast(largest))),
+            Err(infeasible) => infeasible_turn(infeasible, turn),
         }
     }
 
@@ -381,6 +469,15 @@ impl Search<'_> {
         let ahead = dragon.chain(travel_m).expect("the run's end is in it").nth(handle - 1).expect("the handle ahead");
         let piece = turn.joints().partition_point(|&joint| joint < ahead.place);
         Err(NotWalked::Obstacle(Obstacle::Fault { travel_m, end, piece }))
+    }
+}
+
+/// What makes a passage infeasible, if it is known.
+fn infeasible_turn(infeasible: Infeasible, turn: &Turnaround) -> Result<Option<Obstacle>, Spent> {
+    match infeasible {
+        Infeasible::Dragon(error) => Ok(Some(Obstacle::Dragon(error))),
+        Infeasible::Fault { travel_m, end } => Ok(Some(Obstacle::Fault { travel_m, end, piece: turn.joints().len() })),
+        Infeasible::TooMuchWork(spent) => Err(spent),
     }
 }
 

@@ -119,6 +119,130 @@ fn with_an_acceleration_the_fastest_moment_of_a_turn_is_that_of_the_ramps() {
     assert!((time_s(&ramped) - time_s(&plain) - 1.0).abs() < 1e-6, "{plain} {ramped}");
 }
 
+/// The clearance of the nearest pair at a time, as the profile has it.
+fn assert_clearance_at_the_end(contact: &Value, clearance_m: f64) {
+    let last = contact["profile"].as_array().expect("a profile").last().expect("a last point");
+    assert_eq!((&last["time_s"], &last["benches"]), (&contact["time_s"], &contact["benches"]));
+    let there_m = last["clearance_m"].as_f64().expect("a clearance");
+    assert!((there_m - clearance_m).abs() < 1e-9, "{there_m} m in {last}");
+}
+
+#[test]
+fn a_clearance_is_met_before_the_benches_touch() {
+    let near = answer(&["contact", "--clearance", "0.05", "--profile", "--step", "1000"]);
+    assert_eq!(near["clearance_m"], 0.05);
+    assert!(near["time_s"].as_f64().expect("a time") < 400.0, "{near}");
+    assert_clearance_at_the_end(&near, 0.05);
+    // The near miss leaves 0.865 mm: half a millimetre is met at the contact alone, where the guard rests.
+    let margin = answer(&["contact", "--clearance", "0.0005"]);
+    assert_six(&margin["time_s"], 412.454_970);
+    assert_eq!(margin["benches"], json!([0, 8]));
+    let text = solve(&["contact", "--clearance", "0.05"]).expect_clean().stdout;
+    assert!(text.starts_with("first clearance of 0.05 m at 383.867583 s, benches 0 and 14, at ("), "{text}");
+}
+
+#[test]
+fn a_pitch_that_keeps_a_clearance_keeps_it_to_the_circle() {
+    let stage = Stage::new();
+    let file = stage.path("roomy.toml").display().to_string();
+    let pitch = answer(&["pitch", "--turn-diameter", "9", "--clearance", "0.05", "--save-config", &file]);
+    assert!(pitch["pitch_m"].as_f64().expect("a pitch") > 0.48, "{pitch}");
+    assert_eq!((&pitch["clearance_m"], &pitch["limit"]["kind"]), (&json!(0.05), &json!("contact")));
+    let near = answer(&["contact", "--clearance", "0.0499999", "--config", &file]);
+    let poses = answer(&["poses", "--at", &near["time_s"].to_string(), "--config", &file]);
+    let head = &poses["poses"][0]["handles"][0];
+    let [x, y] = ["x_m", "y_m"].map(|key| head[key].as_f64().expect("a number"));
+    assert!(x.hypot(y) < 4.5, "the benches first come nearer inside the circle, with the head at ({x}, {y})");
+}
+
+/// A dragon shorter than one turn has nothing beside it: what binds is a rule.
+#[test]
+fn the_pitch_of_a_short_dragon_is_limited_by_the_rule_on_pitches() {
+    let stage = Stage::new();
+    let file = stage.path("short.toml").display().to_string();
+    fs::write(&file, "[dragon]\nbenches = 5\n").expect("a file");
+    let text = solve(&["pitch", "--config", &file]).expect_clean().stdout;
+    let rule = "any tighter, it would not be above width_m, 0.3: that rule binds, not a pair of benches\n";
+    assert!(text.starts_with("smallest pitch 0.300000 m") && text.ends_with(rule), "{text}");
+}
+
+#[test]
+fn a_turn_that_breaks_a_limit_says_where_and_is_not_saved() {
+    let stage = Stage::new();
+    let file = stage.path("turn.toml").display().to_string();
+    for (limit, reason) in [
+        (["--clearance", "0.3"], "benches 0 and 16 come within --clearance 0.3 m"),
+        (["--max-ratio", "1.5"], "handle 3 is 1.604793 times as fast as the head, over --max-ratio 1.5"),
+    ] {
+        let ended = solve(&[&["turn", "--format", "json", "--save-config", &file], &limit[..]].concat());
+        assert_eq!(ended.code(), Some(1));
+        assert_eq!(ended.stderr, format!("error: --save-config has nothing to save: {reason}\n"));
+    }
+    assert!(!stage.path("turn.toml").exists());
+    let near = answer(&["turn", "--clearance", "0.3"]);
+    assert_eq!((&near["contact"]["benches"], &near["least_clearance"]), (&json!([0, 16]), &Value::Null));
+    let fast = answer(&["turn", "--max-ratio", "1.5"]);
+    assert_eq!((&fast["too_fast"]["handle"], &fast["max_ratio"]), (&json!(3), &json!(1.5)));
+    let kept = answer(&["turn", "--clearance", "0.25", "--max-ratio", "1.7", "--save-config", &file]);
+    assert_eq!((&kept["contact"], kept.get("too_fast")), (&Value::Null, None));
+    assert!(stage.path("turn.toml").exists());
+}
+
+#[test]
+fn the_shortest_turn_leaves_room_and_plays_through_under_the_guard() {
+    let stage = Stage::new();
+    let (file, saved) = (stage.path("turn.toml").display().to_string(), stage.path("short.toml").display().to_string());
+    let route = "[route]\nkind = \"turnaround\"\nstart_s = -10.0\nend_s = 60.0\n";
+    fs::write(&file, format!("[dragon]\nbenches = 20\n{route}")).expect("a file");
+    let turn = answer(&["turn", "--shortest", "--config", &file, "--save-config", &saved]);
+    assert_eq!((&turn["clearance_m"], &turn["max_ratio"]), (&json!(0.05), &json!(2.0)));
+    let ratio = turn["largest_ratio"].as_f64().expect("a ratio");
+    assert!(ratio <= 2.0 && ratio > 1.99, "{ratio}");
+    assert!(turn["least_clearance"]["clearance_m"].as_f64().expect("a clearance") >= 0.05, "{turn}");
+
+    let pace = ["--time-scale", "20", "--rate", "100", "--out", "out", "--format", "json"];
+    let ended = stage.run(&[&["show", "--guard", "--config", "short.toml"], &pace[..]].concat());
+    assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
+    let summary = ended.last_json();
+    assert_eq!((&summary["contact"], &summary["guard"]), (&Value::Null, &Value::Null), "nothing stops the head");
+    let (frames, _) = crate::record::read(&stage.path("out/recording.mcap"));
+    let last = frames.last().expect("frames");
+    assert_eq!((last.sim_time_ns, last.head_travel_m), (60_000_000_000, 60.0));
+}
+
+#[test]
+fn a_spiral_and_flags_for_a_turn_make_a_turnaround() {
+    let stage = Stage::new();
+    let file = stage.path("spiral.toml").display().to_string();
+    fs::write(&file, "[route]\npitch_m = 1.7\n").expect("a file");
+    let flags = ["--turn-diameter", "9", "--radius-ratio", "2"];
+    let turn = answer(&[&["turn", "--config", &file], &flags[..]].concat());
+    assert_eq!(turn, answer(&["turn"]));
+    let wider = answer(&[&["turn", "--config", &file, "--pitch", "1.8"], &flags[..]].concat());
+    assert_ne!(wider["length_m"], turn["length_m"]);
+    let limit = answer(&[&["speed-limit", "--limit", "2", "--config", &file], &flags[..]].concat());
+    assert_six(&limit["head_speed_mps"], 1.246_266);
+    let text = solve(&["speed-limit", "--limit", "2", "--config", &file]).expect_clean().stdout;
+    assert!(text.starts_with("infeasible on all of the spiral's run (--turn-diameter asks"), "{text}");
+}
+
+/// What cannot be drawn or written takes the answer away from nobody.
+#[test]
+fn a_figure_never_takes_the_place_of_the_answer() {
+    for (question, begins) in [
+        (&["poses", "--at", "0"][..], "at 0 s\n"),
+        (&["contact"], "first contact at 412.473838 s"),
+        (&["turn"], "entry arc "),
+        (&["speed-limit", "--limit", "2"], "the head may walk at 1.246266 m/s"),
+    ] {
+        let ended = solve(&[question, &["--figure", "/nowhere/figure.svg"]].concat());
+        assert_eq!(ended.code(), Some(1), "{question:?}: {}", ended.stderr);
+        assert!(ended.stdout.starts_with(begins), "{question:?}: {}", ended.stdout);
+        let json = solve(&[question, &["--figure", "/nowhere/figure.svg", "--format", "json"]].concat());
+        assert!(json.stdout.starts_with('{') && json.stdout.ends_with("}\n"), "{question:?}: {}", json.stdout);
+    }
+}
+
 #[test]
 fn smallest_pitch_is_what_the_table_says() {
     let pitch = answer(&["pitch", "--turn-diameter", "9"]);
@@ -208,7 +332,8 @@ fn questions_that_cannot_be_are_refused_in_one_line() {
     let stage = Stage::new();
     let file = stage.path("spiral.toml").display().to_string();
     fs::write(&file, "").expect("a file");
-    let told = "[route] kind is \"spiral\", must be \"turnaround\" for a question about a turn";
+    let told = "[route] kind is \"spiral\", must be \"turnaround\" for a question about a turn; \
+                --turn-diameter, --radius-ratio or --pitch makes it one";
     assert_eq!(refusal(&["turn", "--config", &file]), format!("error: {file}: {told}"));
     for (args, start) in [
         (&["pitch", "--turn-diameter", "-1"][..], "error: turn_diameter_m is -1, must be above 0.0286"),
@@ -217,6 +342,18 @@ fn questions_that_cannot_be_are_refused_in_one_line() {
         (&["turn", "--pitch", "0.1"], "error: pitch_m is 0.1, must be above width_m 0.3"),
         (&["speed-limit", "--limit", "0"], "error: invalid value '0' for '--limit <MPS>': must be from 0.001 to 1000"),
         (&["contact", "--step", "1"], "error: "),
+        (
+            &["contact", "--clearance", "-0.1"],
+            "error: invalid value '-0.1' for '--clearance <METRES>': must be from 0 to 10",
+        ),
+        (
+            &["pitch", "--clearance", "nan"],
+            "error: invalid value 'nan' for '--clearance <METRES>': must be from 0 to 10",
+        ),
+        (
+            &["turn", "--max-ratio", "0.9"],
+            "error: invalid value '0.9' for '--max-ratio <RATIO>': must be from 1 to 1000",
+        ),
         (&["contact", "--profile", "--step", "1e-9"], "error: --step is 0.000000001"),
     ] {
         let told = refusal(args);

@@ -17,6 +17,9 @@ struct Answer {
     pitch_m: Option<f64>,
     /// What goes wrong at a pitch just under it.
     limit: Option<Limit>,
+    /// The clearance that was asked for, if one was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    clearance_m: Option<f64>,
     infeasible: Option<String>,
 }
 
@@ -36,15 +39,17 @@ pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
         RoutePlan::Turnaround(plan) => (SpiralPlan::default().start_turns, plan.turn_diameter_m),
     };
     let turn_diameter_m = args.turn_diameter.unwrap_or(planned_diameter_m);
-    let found = match smallest_pitch(config.dragon().dimensions(), start_turns, turn_diameter_m, &args.work.meter()) {
+    let (dimensions, clearance_m) = (config.dragon().dimensions(), args.clearance.unwrap_or(0.0));
+    let found = smallest_pitch(dimensions, start_turns, turn_diameter_m, clearance_m, &args.work.meter());
+    let found = match found {
         Err(error @ (PitchError::Route(_) | PitchError::TurnDiameter { .. })) => {
             return Err(BadInput(error.to_string()).into());
         }
         found => found.map_err(|error| error.to_string()),
     };
     match args.format.format {
-        Format::Json => print_json(&Answer::of(&found))?,
-        Format::Text => print_line(text(&found, turn_diameter_m))?,
+        Format::Json => print_json(&Answer::of(&found, args.clearance))?,
+        Format::Text => print_line(text(&found, turn_diameter_m, &config, clearance_m))?,
     }
     if args.save.save_config.is_none() && args.figure.figure.is_none() {
         return Ok(());
@@ -88,11 +93,12 @@ fn draw(
 }
 
 impl Answer {
-    fn of(found: &Result<SmallestPitch, String>) -> Self {
+    fn of(found: &Result<SmallestPitch, String>, clearance_m: Option<f64>) -> Self {
         let smallest = found.as_ref().ok();
         Self {
             pitch_m: smallest.map(|smallest| smallest.pitch_m),
             limit: smallest.map(|smallest| Limit::of(smallest.limit)),
+            clearance_m,
             infeasible: found.as_ref().err().cloned(),
         }
     }
@@ -114,7 +120,7 @@ impl Limit {
     }
 }
 
-fn text(found: &Result<SmallestPitch, String>, turn_diameter_m: f64) -> String {
+fn text(found: &Result<SmallestPitch, String>, turn_diameter_m: f64, config: &Config, clearance_m: f64) -> String {
     let SmallestPitch { pitch_m, limit } = match found {
         Ok(smallest) => *smallest,
         Err(reason) => return format!("infeasible: {reason}"),
@@ -122,11 +128,15 @@ fn text(found: &Result<SmallestPitch, String>, turn_diameter_m: f64) -> String {
     let limit = match limit {
         PitchLimit::Contact(contact) => {
             let ([first, second], point) = (contact.benches, contact.point);
-            format!("benches {first} and {second} would touch, at ({:.6}, {:.6}) m", point.x, point.y)
+            let how = if clearance_m == 0.0 { "touch".to_owned() } else { format!("come within {clearance_m} m") };
+            format!("benches {first} and {second} would {how}, at ({:.6}, {:.6}) m", point.x, point.y)
         }
         PitchLimit::Stop => "handle 1 would stop before the head is there".to_owned(),
         PitchLimit::Start => "the spiral would start inside the circle, or too near to its centre".to_owned(),
-        PitchLimit::Width => "boards would overlap from one turn to the next".to_owned(),
+        PitchLimit::Width => {
+            let width_m = config.dragon().dimensions().width_m();
+            format!("it would not be above width_m, {width_m}: that rule binds, not a pair of benches")
+        }
     };
     format!("smallest pitch {pitch_m:.6} m for a circle of diameter {turn_diameter_m} m\nany tighter, {limit}")
 }

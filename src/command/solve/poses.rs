@@ -44,6 +44,12 @@ pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
     let times_s = times_s(&args.times, &(config.start_s()..=config.end_s()), most)?;
     let figure_s = args.figure.figure.as_ref().map(|_| one_time(&times_s)).transpose()?;
     let answer = Answer::at(&times_s, &config);
+    match args.format {
+        TableFormat::Json => print_json(&answer)?,
+        TableFormat::Csv => print_bytes(Csv.export(&[answer.by_time()])?)?,
+        TableFormat::Text if args.xlsx.is_some() => (),
+        TableFormat::Text => print_bytes(Text.export(&answer.poses.iter().map(Pose::table).collect::<Vec<_>>())?)?,
+    }
     if let Some(path) = &args.xlsx {
         whole_file::write(path, &Xlsx.export(&answer.sheets())?)?;
     }
@@ -51,12 +57,7 @@ pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
         let view = figures::plan_view(&args.figure, &config, time_s, travel_m(time_s, &config));
         figures::save(view.draw(), &args.figure)?;
     }
-    match args.format {
-        TableFormat::Json => print_json(&answer),
-        TableFormat::Csv => print_bytes(Csv.export(&[answer.by_time()])?),
-        TableFormat::Text if args.xlsx.is_some() || args.figure.figure.is_some() => answer.print_files(args),
-        TableFormat::Text => print_bytes(Text.export(&answer.poses.iter().map(Pose::table).collect::<Vec<_>>())?),
-    }
+    if args.format == TableFormat::Text { answer.print_files(args) } else { Ok(()) }
 }
 
 /// The time of a figure, which shows one.
@@ -116,7 +117,7 @@ impl Answer {
         std::iter::once(Cell::from(label)).chain(values).collect()
     }
 
-    /// Tells which files were written, in place of what is in them.
+    /// Tells which files were written; a workbook is printed in no other way.
     fn print_files(&self, args: &PosesArgs) -> anyhow::Result<()> {
         if let Some(path) = &args.xlsx {
             let handles = self.poses.first().map_or(0, |pose| pose.handles.len());

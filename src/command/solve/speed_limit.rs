@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::figures;
 use super::save_config::save_config;
-use super::turn_plan::{passage_time_s, planned_turn};
+use super::turn_plan::{asks_for_turn, passage_time_s, planned_turn};
 use crate::cli::{ConfigArgs, Format, SpeedLimitArgs};
 use crate::command::load_config;
 use crate::command::output::{print_json, print_line};
@@ -31,13 +31,13 @@ pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
     let (config, passage) = passage(args)?;
     let largest = passage.as_ref().map_err(|infeasible| *infeasible).and_then(|dragon| largest_speed_ratio(dragon));
     let answer = Answer::of(&largest, args.limit, &config);
+    match args.format.format {
+        Format::Json => print_json(&answer)?,
+        Format::Text => print_line(text(&answer, args.limit, config.route()))?,
+    }
     if let (Some(_), Ok(dragon), Ok(largest)) = (&args.figure.figure, &passage, &largest) {
         let view = figures::speeds_over_time(&args.figure, &config, dragon, largest, args.limit);
         figures::save(view.draw(), &args.figure)?;
-    }
-    match args.format.format {
-        Format::Json => print_json(&answer)?,
-        Format::Text => print_line(text(&answer, args.limit))?,
     }
     if let Some(reason) = answer.infeasible.as_ref().or(answer.undecided.as_ref()) {
         figures::refuse(&args.figure, reason)?;
@@ -75,8 +75,7 @@ fn is_undecided(reason: &Infeasible) -> bool {
 /// The configuration and its dragon: on the whole passage through a turn, or on a spiral that the configuration names.
 fn passage(args: &SpeedLimitArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>, Infeasible>)> {
     let plan = &args.plan;
-    let asks_for_turn = plan.pitch.or(plan.turn_diameter).or(plan.radius_ratio).is_some();
-    if plan.config.is_some() && !asks_for_turn {
+    if plan.config.is_some() && !asks_for_turn(plan) {
         let config = load_config(&ConfigArgs { config: plan.config.clone() }, Overrides::default())?;
         if let RoutePlan::Spiral(_) = config.route() {
             let dragon = Arc::new(config.dragon().metered(&args.work.meter()));
@@ -89,7 +88,13 @@ fn passage(args: &SpeedLimitArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>,
     Ok((config, passage.map(Arc::new)))
 }
 
-fn text(answer: &Answer, limit_mps: f64) -> String {
+fn text(answer: &Answer, limit_mps: f64, route: RoutePlan) -> String {
+    let of_what = match route {
+        RoutePlan::Spiral(_) => {
+            "on all of the spiral's run (--turn-diameter asks for a passage through a turn instead)"
+        }
+        RoutePlan::Turnaround(_) => "on the passage through the turn",
+    };
     match answer {
         Answer {
             head_speed_mps: Some(head_speed_mps),
@@ -103,6 +108,8 @@ fn text(answer: &Answer, limit_mps: f64) -> String {
              configured speed"
         ),
         Answer { undecided: Some(reason), .. } => format!("{reason}, --work allows more"),
-        Answer { infeasible, .. } => format!("infeasible: {}", infeasible.as_deref().unwrap_or_default()),
+        Answer { infeasible, .. } => {
+            format!("infeasible {of_what}: {}", infeasible.as_deref().unwrap_or_default())
+        }
     }
 }

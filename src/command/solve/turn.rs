@@ -7,7 +7,8 @@ use bench_dragon::config::{Config, RoutePlan, TurnaroundPlan};
 use bench_dragon::dragon::Dimensions;
 use bench_dragon::number::Number;
 use bench_dragon::plan::{
-    ClosestApproach, ShortestTurn, TurnPassage, largest_speed_ratio, passage_through, shortest_turn, walk_through,
+    ClosestApproach, LargestRatio, ShortestTurn, Staging, TurnPassage, largest_speed_ratio, passage_through,
+    shortest_turn, walk_through,
 };
 use bench_dragon::route::{CircularArc, Turnaround};
 use serde::Serialize;
@@ -17,7 +18,7 @@ use super::figures;
 use super::save_config::save_config;
 use super::turn_plan::{passage_time_s, planned_turn};
 use crate::cli::{Format, TurnArgs};
-use crate::command::output::{print_json, print_line};
+use crate::command::output::{complain, print_json, print_line};
 use crate::command::progress::Progress;
 
 #[derive(Serialize)]
@@ -30,13 +31,21 @@ struct Answer {
     /// By how much either arc turns, in radians.
     angles: [f64; 2],
     least_clearance: Option<Nearness>,
+    /// Where two benches touch, or come within the clearance that is to remain.
     contact: Option<Touch>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    too_fast: Option<TooFast>,
     infeasible: Option<String>,
     /// Why it is not known, if the work for it was too much.
     #[serde(skip_serializing_if = "Option::is_none")]
     undecided: Option<String>,
     /// Largest speed of any handle ÷ the head's on the whole passage.
     largest_ratio: Option<f64>,
+    /// The limits that the turn is held to, where there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    clearance_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    max_ratio: Option<f64>,
     #[serde(flatten)]
     shortest: Option<Shortest>,
 }
@@ -68,30 +77,71 @@ struct Touch {
     point_m: [f64; 2],
 }
 
+/// A handle that is faster than it may be.
+#[derive(Serialize)]
+struct TooFast {
+    ratio: f64,
+    time_s: f64,
+    handle: usize,
+}
+
+/// Clearance that the shortest turn keeps where nothing else is asked for, in metres: what people need.
+const SHORTEST_CLEARANCE_M: f64 = 0.05;
+/// Largest speed of a handle ÷ the head's that it has.
+const SHORTEST_MAX_RATIO: f64 = 2.0;
+
+/// The limits that are asked for. The guard stops the head where less than its margin remains, so the shortest turn keeps that
+/// at least.
+fn limits(args: &TurnArgs, config: &Config) -> [Option<f64>; 2] {
+    let default = |limit: f64| args.shortest.then_some(limit);
+    let clearance_m = args.clearance.or(default(SHORTEST_CLEARANCE_M.max(config.margin_m())));
+    [clearance_m, args.max_ratio.or(default(SHORTEST_MAX_RATIO))]
+}
+
+/// Warns where what is asked for is less than what the guard keeps.
+fn warn_of_guard(clearance_m: Option<f64>, config: &Config) {
+    let margin_m = config.margin_m();
+    if let Some(clearance_m) = clearance_m
+        && clearance_m < margin_m
+    {
+        complain(&format!(
+            "warning: --clearance {clearance_m} is under margin_m {margin_m}: a guard may stop this turn"
+        ));
+    }
+}
+
 pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
     let (config, plan) = planned_turn(&args.plan)?;
     let speed_mps = config.head_speed_mps();
     let dimensions = *config.dragon().dimensions();
     let planned = plan.turnaround(speed_mps)?;
+    let [clearance_m, max_ratio] = limits(args, &config);
+    warn_of_guard(clearance_m, &config);
+    let staging = Staging {
+        clearance_m: clearance_m.unwrap_or(Staging::LIMITLESS.clearance_m),
+        speed_ratio: max_ratio.unwrap_or(Staging::LIMITLESS.speed_ratio),
+    };
     let (config, turnaround, passage, shortest) = if args.shortest {
-        let (plan, passage, shortest) = find_shortest(args, &planned, dimensions, plan)?;
+        let (plan, passage, shortest) = find_shortest(args, &planned, dimensions, staging, plan)?;
         (config.with_route(RoutePlan::Turnaround(plan))?, plan.turnaround(speed_mps)?, passage, Some(shortest))
     } else {
         let progress = Progress::new("passage", 1.0);
-        (config, planned, walk_through(planned, dimensions, &args.work.meter(), |share| progress.add(share)), None)
+        let passage = walk_through(planned, dimensions, staging, &args.work.meter(), |share| progress.add(share));
+        (config, planned, passage, None)
     };
     let largest_ratio = passage_through(turnaround, dimensions, &args.work.meter())
         .and_then(|dragon| largest_speed_ratio(&dragon))
         .ok()
         .map(|largest| largest.ratio);
-    let answer = Answer { largest_ratio, shortest, ..Answer::of(&turnaround, &passage, &config) };
+    let answer =
+        Answer { largest_ratio, clearance_m, max_ratio, shortest, ..Answer::of(&turnaround, &passage, &config) };
     match args.format.format {
         Format::Json => print_json(&answer)?,
         Format::Text => print_line(answer.text().trim_end())?,
     }
     draw(args, &config, &turnaround, &passage)?;
-    let reason = answer.infeasible.as_deref().or(answer.undecided.as_deref());
-    save_config(&args.save, reason.map_or(Ok(&config), Err))
+    let reason = answer.infeasible.clone().or(answer.undecided.clone()).or_else(|| answer.broken_limit());
+    save_config(&args.save, reason.as_deref().map_or(Ok(&config), Err))
 }
 
 /// The shortest S inside the planned circle, as a plan of its own.
@@ -99,12 +149,20 @@ fn find_shortest(
     args: &TurnArgs,
     planned: &Turnaround,
     dimensions: Dimensions,
+    staging: Staging,
     plan: TurnaroundPlan,
 ) -> anyhow::Result<(TurnaroundPlan, TurnPassage, Shortest)> {
     let progress = Progress::new("shortest turn", 1.0);
-    let found = shortest_turn(*planned, dimensions, &args.work.long_meter(), |share| progress.add(share));
+    let found = shortest_turn(*planned, dimensions, staging, &args.work.long_meter(), |share| progress.add(share));
     let Some(found) = found.context("the shortest S is not known, --work allows more")? else {
-        bail!("the dragon gets through no S inside a circle of diameter {} m", Number(plan.turn_diameter_m));
+        let Staging { clearance_m, speed_ratio } = staging;
+        bail!(
+            "the dragon gets through no S inside a circle of diameter {} m with {} m between boards and no handle over {} \
+             times as fast as the head",
+            Number(plan.turn_diameter_m),
+            Number(clearance_m),
+            Number(speed_ratio)
+        );
     };
     let ShortestTurn { turnaround, radius_ratio, closest, limits } = found;
     let shortest = Shortest {
@@ -122,12 +180,15 @@ fn draw(args: &TurnArgs, config: &Config, turnaround: &Turnaround, passage: &Tur
     if args.figure.figure.is_none() {
         return Ok(());
     }
+    let has_clearance = args.clearance.is_some_and(|clearance_m| clearance_m > 0.0);
+    let meeting = if has_clearance { "too near to itself" } else { "touching itself" };
     let (what, travel_m, benches) = match passage {
         TurnPassage::Clear { closest: Some(closest) } => {
             ("nearest to itself", closest.travel_m, Some(closest.pair.benches))
         }
         TurnPassage::Clear { closest: None } => ("on its way out", turnaround.turn_length_m(), None),
-        TurnPassage::Contact(contact) => ("touching itself", contact.travel_m, Some(contact.benches)),
+        TurnPassage::Contact(contact) => (meeting, contact.travel_m, Some(contact.benches)),
+        TurnPassage::TooFast(largest) => ("at its fastest", largest.travel_m, None),
         TurnPassage::TooMuchWork(spent) => bail!("--figure has nothing to show: {spent}"),
         TurnPassage::Infeasible(infeasible) => return figures::refuse(&args.figure, &infeasible.to_string()),
     };
@@ -181,9 +242,28 @@ impl Answer {
                 }
                 _ => None,
             },
+            too_fast: match passage {
+                TurnPassage::TooFast(LargestRatio { ratio, travel_m, handle }) => {
+                    Some(TooFast { ratio: *ratio, time_s: time_s(config, *travel_m), handle: *handle })
+                }
+                _ => None,
+            },
             largest_ratio: None,
+            clearance_m: None,
+            max_ratio: None,
             shortest: None,
         }
+    }
+
+    /// Which limit that was asked for the turn does not keep.
+    fn broken_limit(&self) -> Option<String> {
+        if let (Some(TooFast { ratio, handle, .. }), Some(max_ratio)) = (&self.too_fast, self.max_ratio) {
+            return Some(format!(
+                "handle {handle} is {ratio:.6} times as fast as the head, over --max-ratio {max_ratio}"
+            ));
+        }
+        let (Touch { benches: [first, second], .. }, clearance_m) = (self.contact.as_ref()?, self.clearance_m?);
+        Some(format!("benches {first} and {second} come within --clearance {clearance_m} m"))
     }
 
     fn text(&self) -> String {
@@ -209,11 +289,22 @@ impl Answer {
             let _ = writeln!(
                 text,
                 "{:<16} at {time_s:.6} s, benches {first} and {second}, at ({x:.6}, {y:.6}) m",
-                "first contact"
+                if self.clearance_m.is_some_and(|clearance_m| clearance_m > 0.0) {
+                    "first too near"
+                } else {
+                    "first contact"
+                }
             );
+        }
+        if let Some(TooFast { time_s, handle, .. }) = self.too_fast {
+            let _ = writeln!(text, "{:<16} handle {handle} at {time_s:.6} s", "too fast");
         }
         if let Some(ratio) = self.largest_ratio {
             let _ = writeln!(text, "{:<16} {ratio:.6} times as fast as the head, the fastest handle", "speed");
+        }
+        let limits = [(self.clearance_m, "m between boards"), (self.max_ratio, "times the head's speed")];
+        for (limit, unit) in limits.into_iter().filter_map(|(limit, unit)| Some((limit?, unit))) {
+            let _ = writeln!(text, "{:<16} {limit} {unit}", "held to");
         }
         if let Some(Shortest { entry_radius_m, radius_ratio, saving_m, limits }) = &self.shortest {
             let _ = writeln!(text, "{:<16} on the radius {entry_radius_m:.6} m, ratio {radius_ratio:.6}", "begins");

@@ -6,15 +6,25 @@ use bench_dragon::config::{Config, HeadTimetable, Overrides, RoutePlan, Turnarou
 use crate::cli::{ConfigArgs, TurnPlanArgs};
 use crate::command::{BadInput, load_config};
 
-/// The configuration with its turnaround, and the flags over it; the paper's turnaround where no file is named.
+/// Whether flags ask for a turn, whatever the file has.
+pub(super) fn asks_for_turn(args: &TurnPlanArgs) -> bool {
+    args.pitch.or(args.turn_diameter).or(args.radius_ratio).is_some()
+}
+
+/// The configuration with its turnaround, and the flags over it; the paper's turnaround where no file is named. A file with a
+/// spiral gives the turn its pitch, where flags ask for one.
 pub(super) fn planned_turn(args: &TurnPlanArgs) -> anyhow::Result<(Config, TurnaroundPlan)> {
     let config = load_config(&ConfigArgs { config: args.config.clone() }, Overrides::default())?;
     let plan = match (config.route(), &args.config) {
         (RoutePlan::Turnaround(plan), _) => plan,
         (RoutePlan::Spiral(_), None) => TurnaroundPlan::default(),
+        (RoutePlan::Spiral(spiral), Some(_)) if asks_for_turn(args) => {
+            TurnaroundPlan { pitch_m: spiral.pitch_m, ..TurnaroundPlan::default() }
+        }
         (RoutePlan::Spiral(_), Some(path)) => {
-            let told = "[route] kind is \"spiral\", must be \"turnaround\" for a question about a turn";
-            return Err(BadInput(told.to_owned())).with_context(|| path.display().to_string());
+            let error = "[route] kind is \"spiral\", must be \"turnaround\" for a question about a turn; \
+                         --turn-diameter, --radius-ratio or --pitch makes it one";
+            return Err(BadInput(error.to_owned())).with_context(|| path.display().to_string());
         }
     };
     let plan = TurnaroundPlan {

@@ -1,8 +1,8 @@
-//! The smallest pitch at which the head comes in to a circle with no contact on the way.
+//! The smallest pitch at which the head comes in to a circle with no contact on the way, or with a clearance kept.
 //!
 //! A pitch is *feasible* if the spiral starts outside the circle, with the head's link spanning less than half a turn,
 //! and the dragon walks from there to where the head is on the circle, every handle moving forward and no two boards
-//! touching. The feasible pitches need not be an interval: a tighter spiral shifts the benches of the next turn along
+//! touching. Where a clearance is asked for, boards *touch* or *overlap* here once they are within it. The feasible pitches need not be an interval: a tighter spiral shifts the benches of the next turn along
 //! the head's board, and may so bring a gap to where a wider one has a corner. So the threshold cannot be bisected.
 //!
 //! It is climbed to instead, from the lowest pitch that can be thought of, in steps over which every pitch is proved to
@@ -32,7 +32,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use crate::dragon::{Contact, Dimensions, Dragon, DragonError, Meter, Spent, first_contact};
+use crate::dragon::{Contact, Dimensions, Dragon, DragonError, Meter, Spent, first_within};
 use crate::number::Number;
 use crate::route::{Route, RouteError, Spiral};
 
@@ -111,18 +111,19 @@ pub struct SmallestPitch {
 /// What goes wrong at a pitch just under the smallest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PitchLimit {
-    /// Two boards touch.
+    /// Two boards touch, or come within the clearance.
     Contact(Contact),
     /// The head's link cannot follow: handle 1 stops, or jumps, before the head is at the circle.
     Stop,
     /// The spiral starts inside the circle, or so near to its centre that the head's link spans half a turn.
     Start,
-    /// Boards overlap from one turn to the next.
+    /// A route's pitch is above the width of the boards.
     Width,
 }
 
 /// The smallest pitch at which a dragon, led in from `start_turns` turns out, comes to where its head is on the circle of
-/// diameter `turn_diameter_m` around the centre with no two boards overlapping on the way.
+/// diameter `turn_diameter_m` around the centre with no two boards overlapping on the way, or with all of them further apart
+/// than `clearance_m`, which is not negative.
 ///
 /// It is the infimum of the feasible pitches, to some 10⁻¹³ of the start's radius and never under it. Works by proved
 /// steps from below, as the module tells, and ends with a contact search of the whole way at the pitch that it returns.
@@ -131,7 +132,7 @@ pub enum PitchLimit {
 /// use bench_dragon::{dragon::{Dimensions, Meter}, plan::smallest_pitch};
 ///
 /// let paper = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275)?;
-/// let smallest = smallest_pitch(&paper, 16.0, 9.0, &Meter::unlimited())?;
+/// let smallest = smallest_pitch(&paper, 16.0, 9.0, 0.0, &Meter::unlimited())?;
 /// assert!((smallest.pitch_m - 0.450337).abs() < 5e-7);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -144,6 +145,7 @@ pub fn smallest_pitch(
     dimensions: &Dimensions,
     start_turns: f64,
     turn_diameter_m: f64,
+    clearance_m: f64,
     meter: &Meter,
 ) -> Result<SmallestPitch, PitchError> {
     Spiral::new(MAX_PITCH_M, start_turns).map_err(PitchError::Route)?;
@@ -155,7 +157,7 @@ pub fn smallest_pitch(
     if !(turn_diameter_m > least_m && turn_diameter_m < 2.0 * start_turns * MAX_PITCH_M) {
         return Err(PitchError::TurnDiameter { turn_diameter_m, least_m, start_turns });
     }
-    climb(&Way { dimensions, start_turns, circle_radius_m: 0.5 * turn_diameter_m, meter })
+    climb(&Way { dimensions, start_turns, circle_radius_m: 0.5 * turn_diameter_m, clearance_m, meter })
 }
 
 fn climb(way: &Way<'_>) -> Result<SmallestPitch, PitchError> {
@@ -185,6 +187,7 @@ struct Way<'a> {
     dimensions: &'a Dimensions,
     start_turns: f64,
     circle_radius_m: f64,
+    clearance_m: f64,
     meter: &'a Meter,
 }
 
@@ -266,7 +269,7 @@ impl Verdict {
             Err(DragonError::TooMuchWork(spent)) => return Err(spent),
             Err(_) => return Ok(Self::Infeasible(None)),
         };
-        if let Some(contact) = first_contact(&dragon, 0.0, arrival_m)? {
+        if let Some(contact) = first_within(&dragon, way.clearance_m, 0.0, arrival_m)? {
             let radius_m = Way::radius_m(pitch_m, spiral.place(contact.travel_m));
             return Ok(Self::Infeasible(Some(Witness::Overlap(Overlap { benches: contact.benches, radius_m }))));
         }

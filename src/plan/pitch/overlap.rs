@@ -42,7 +42,7 @@ struct Stand {
     /// Radius and angle of the front and the rear handle of either bench.
     handles: [[(f64, f64); 2]; 2],
     boards: [Board; 2],
-    /// How deep the boards overlap, negative where they do not.
+    /// How far the boards are within the clearance, with a clearance of 0 how deep they overlap; negative where they are not.
     depth_m: f64,
     benches: [usize; 2],
 }
@@ -140,9 +140,14 @@ impl Overlap {
             handles: [ahead, behind].map(|handles| handles.each_ref().map(polar)),
             boards,
             benches: self.benches,
-            depth_m: -boards[0].separation(&boards[1]).0,
+            depth_m: depth_m(&boards, way.clearance_m),
         })
     }
+}
+
+/// How far two boards are within a clearance.
+fn depth_m([first, second]: &[Board; 2], clearance_m: f64) -> f64 {
+    if clearance_m == 0.0 { -first.separation(second).0 } else { clearance_m - first.clearance(second) }
 }
 
 /// The boards of a few turns, with the head at a radius.
