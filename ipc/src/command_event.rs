@@ -180,8 +180,8 @@ impl CommandEvent {
     /// # Errors
     /// The reason of the refusal; a number that this version does not know reads as [`Refusal::Unknown`].
     pub fn outcome(&self) -> Result<(), Refusal> {
-        let Self { refusal, lowest, highest, .. } = *self;
-        CommandReply { refusal, lowest, highest, ..CommandReply::default() }.outcome().map(|_tick| ())
+        let Self { lowest, highest, refusal, .. } = *self;
+        CommandReply { lowest, highest, refusal, ..CommandReply::default() }.outcome().map(|_tick| ())
     }
 
     /// The start of the run, where this is its event.
