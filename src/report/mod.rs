@@ -4,6 +4,7 @@
 
 mod bridge;
 mod command;
+mod command_line;
 mod export;
 mod latency;
 mod monitor;
@@ -16,6 +17,7 @@ mod times;
 
 pub use bridge::{BridgeLine, BridgeSummary};
 pub use command::{CommandWords, request_words};
+pub use command_line::{CommandLine, local_time};
 pub use export::ExportReport;
 pub use latency::{LatencyReport, ReadMode};
 pub use monitor::{

@@ -3,7 +3,7 @@
 use bench_dragon_ipc::Alert;
 use serde::{Deserialize, Serialize};
 
-use super::TimesReport;
+use super::{CommandLine, TimesReport};
 use crate::histogram::Percentiles;
 
 /// A line of `monitor`.
@@ -12,6 +12,8 @@ use crate::histogram::Percentiles;
 pub enum MonitorLine {
     /// Something happened.
     Alert(AlertLine),
+    /// A command to the source, or another event of the record of commands.
+    Command(CommandLine),
     /// How it stands.
     Progress(MonitorProgress),
     /// The guard holds the head where no further ground can ever be granted.

@@ -135,6 +135,8 @@ impl Account {
                 self.tally.see_latency(&progress.latency);
                 self.progress = progress;
             }
+            // The recording has them, and whoever sent one has had its answer.
+            MonitorLine::Command(_) => {}
             MonitorLine::Guard(report) => {
                 self.line.say(&format!("{:.6} s: held by the guard for good", report.held_at_s));
                 self.tally.guard = Some(report);
