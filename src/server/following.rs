@@ -5,7 +5,8 @@ use bench_dragon_ipc::{
 };
 use rtrb::{Consumer, Producer, RingBuffer};
 
-use super::simulation::Simulation;
+use super::schedule::Schedule;
+use super::simulation::{Simulation, Steering};
 use crate::timecode::{Event, Follower, FollowerSettings, Inbox};
 
 /// News that wait to be told; nobody need be quick.
@@ -68,20 +69,19 @@ impl Following {
         self.follower.leads()
     }
 
-    /// Steers the tick that is due now, one of so many a second, and hands what changes to `record`. Returns the time scale
-    /// from it on.
+    /// Takes the newest timecode at the tick that is due now, and hands what changes to `record`.
+    /// Returns what the show is to do from this tick on.
     pub(super) fn steer(
         &mut self,
         simulation: &mut Simulation,
-        due_ns: u64,
-        rate_hz: u32,
+        schedule: &Schedule,
         mut record: impl FnMut(CommandEvent),
-    ) -> f64 {
+    ) -> Steering {
         for sample in self.inbox.take() {
             self.follower.hear(sample);
         }
         let show = simulation.show();
-        let (order, event) = self.follower.steer(due_ns, show);
+        let (order, event) = self.follower.steer(schedule.due_ns(), show);
         if let Some(event) = event {
             // Where nobody has told the others yet, it goes untold.
             let _ = self.news.push(TimecodeNews { event, sim_time_s: show.sim_time_s, is_stopped: show.is_stopped });
@@ -100,9 +100,7 @@ impl Following {
         if self.recorded.replace(steered) != Some(steered) {
             record(steered.event(order.time_scale));
         }
-        simulation.set_stands(order.stands);
-        simulation.set_tick(order.time_scale / f64::from(rate_hz));
-        order.time_scale
+        Steering { stands: order.stands, time_scale: order.time_scale, rate_hz: schedule.rate_hz() }
     }
 }
 

@@ -20,7 +20,9 @@ use bench_dragon_ipc::{
 use crate::clock::{monotonic_ns, sleep_until, spin_until};
 use crate::config::Config;
 use crate::histogram::Percentiles;
-use crate::source::{CommandServer, FramePublisher, Moment, SourceReport, TimesOfAll, random_run_id, service_manager};
+use crate::source::{
+    CommandLog, CommandServer, FramePublisher, Moment, SourceReport, TimesOfAll, random_run_id, service_manager,
+};
 
 pub mod motion;
 pub mod schedule;
@@ -30,7 +32,7 @@ mod real_time;
 mod simulation;
 
 pub use following::{Following, TimecodeNews};
-pub use simulation::Simulation;
+pub use simulation::{Simulation, Steering};
 
 use motion::MotionPlan;
 use schedule::Schedule;
@@ -97,6 +99,8 @@ pub struct Server {
     _member: Member,
     _lock: SourceLock,
     following: Option<Following>,
+    /// Whether a signal has asked for the end.
+    is_ending: bool,
     /// Show seconds per wall-clock second at present.
     time_scale: f64,
     settings: ServerSettings,
@@ -132,6 +136,7 @@ impl Server {
             _member: member,
             _lock: lock,
             following: None,
+            is_ending: false,
             time_scale: settings.config.time_scale(),
             settings,
             run_id,
@@ -168,17 +173,13 @@ impl Server {
         self.record(self.settings.run_start_event(self.following.is_some()), 0);
         self.wait_for_readers(stop);
         let mut schedule = Schedule::new(monotonic_ns() + LEAD.as_nanos() as u64, self.settings.config.rate_hz());
-        let (mut tick, mut missed, mut has_signal) = (0, 0, false);
+        let (mut tick, mut missed) = (0, 0);
         let spin_ns = u64::from(self.settings.config.spin_us()) * 1000;
         loop {
             // A signal ends the sleep early; the loop looks at it when the tick is due.
             while !sleep_until(schedule.due_ns() - spin_ns) {}
             let begun_ns = spin_until(schedule.due_ns());
-            if stop.load(Ordering::Relaxed) && !has_signal {
-                has_signal = true;
-                self.end_by_signal(tick, schedule.overruns());
-            }
-            let state = self.tick(tick, missed, &schedule)?;
+            let state = self.tick(tick, missed, &schedule, stop.load(Ordering::Relaxed))?;
             let ended_ns = monotonic_ns();
             self.report.count(begun_ns - schedule.due_ns(), ended_ns - begun_ns);
             if state == ShowState::Ended {
@@ -191,67 +192,37 @@ impl Server {
     }
 
     /// One tick, after so many missed releases. Returns the state that its frame shows.
-    fn tick(&mut self, tick: u64, missed: u64, schedule: &Schedule) -> Result<ShowState, BusError> {
-        self.simulation.miss(missed);
-        if self.is_led() {
-            // The follower makes up what the timecode is ahead by.
-            self.simulation.forget_lag();
-        }
-        self.take_commands(tick, schedule.overruns());
-        self.follow_timecode(tick, schedule);
-        let Self { simulation, frames, time_scale, settings, run_id, .. } = self;
-        let config = &settings.config;
-        simulation.advance();
-        let bench_count = config.dragon().dimensions().benches() as u32;
-        let head = simulation.head();
-        let time_scale = *time_scale * simulation.catch_up().pace();
-        let header = head.header(*run_id, tick, schedule.due_ns(), time_scale, bench_count);
+    fn tick(&mut self, tick: u64, missed: u64, schedule: &Schedule, has_signal: bool) -> Result<ShowState, BusError> {
+        let is_led = self.is_led();
+        let Self { simulation, commands, report, following, settings, run_id, time_scale, is_ending, .. } = self;
+        simulation.tick(missed, is_led, |simulation| {
+            let overruns = schedule.overruns();
+            if has_signal && !std::mem::replace(is_ending, true) {
+                end_by_signal(simulation, report.commands(), tick, overruns);
+            }
+            take_commands(commands, simulation, report.commands(), Turn { run_id: *run_id, tick, overruns, is_led });
+            let following = following.as_mut()?;
+            let steering = follow_timecode(following, simulation, report, tick, schedule);
+            *time_scale = steering.time_scale;
+            Some(steering)
+        });
+        let header = simulation.header(*run_id, tick, schedule.due_ns(), *time_scale);
         let fill = |handles: &mut [_]| {
             simulation.write(handles);
             header
         };
-        frames.publish(fill, monotonic_ns)?;
-        self.report.tell(&header, schedule.overruns());
-        self.report.tell_behind(self.simulation.catch_up().behind_ns(self.settings.config.rate_hz()));
-        self.report.report_limits(self.simulation.limits());
-        self.report.report_stops(self.simulation.stops());
-        Ok(head.state)
-    }
-
-    /// Steers by the newest timecode, where the server follows one, and records what the timecode changes.
-    fn follow_timecode(&mut self, tick: u64, schedule: &Schedule) {
-        let Some(following) = &mut self.following else { return };
-        let moment = moment(&self.simulation, schedule.overruns());
-        let log = self.report.commands();
-        let record = |event: CommandEvent| log.record(CommandEvent { tick, ..event }, moment);
-        let rate_hz = self.settings.config.rate_hz();
-        self.time_scale = following.steer(&mut self.simulation, schedule.due_ns(), rate_hz, record);
-        self.report.report_timecode(following.kind(), following.state());
-    }
-
-    /// Has the head come to rest, because the process was asked to end.
-    fn end_by_signal(&mut self, tick: u64, overruns: u64) {
-        // A stop is never refused.
-        let _ = self.simulation.request(Request::Stop);
-        self.record(CommandEvent::plain(EventKind::Stop, Sender::Signal, tick), overruns);
+        self.frames.publish(fill, monotonic_ns)?;
+        let rate_hz = settings.config.rate_hz();
+        report.tell(&header, schedule.overruns());
+        report.tell_behind(simulation.catch_up().behind_ns(rate_hz));
+        report.report_limits(simulation.limits());
+        report.report_stops(simulation.stops());
+        Ok(simulation.head().state)
     }
 
     fn record(&mut self, event: CommandEvent, overruns: u64) {
         let moment = moment(&self.simulation, overruns);
         self.report.commands().record(event, moment);
-    }
-
-    /// Answers the commands that have come; they hold from this tick on.
-    fn take_commands(&mut self, tick: u64, overruns: u64) {
-        let is_led = self.is_led();
-        let Self { simulation, commands, report, run_id, .. } = self;
-        let (moment, log) = (moment(simulation, overruns), report.commands());
-        let decide = |request| match request {
-            // It would be undone at once.
-            Request::Seek { .. } if is_led => Err(Refusal::Followed),
-            _ => simulation.request(request),
-        };
-        commands.drain(*run_id, tick, decide, |event| log.record(event, moment));
     }
 
     /// Whether it is a timecode that says where the show is.
@@ -270,7 +241,9 @@ impl Server {
                 tracing::warn!("starting with {seen} of {expected} readers");
                 break;
             }
-            self.take_commands(0, 0);
+            let Self { simulation, commands, report, run_id, .. } = self;
+            let turn = Turn { run_id: *run_id, tick: 0, overruns: 0, is_led: false };
+            take_commands(commands, simulation, report.commands(), turn);
             self.report.beat();
             std::thread::sleep(POLL_PERIOD);
         }
@@ -286,6 +259,51 @@ impl Server {
         let TimesOfAll { lateness_us, tick_us } = self.report.finish();
         ServerSummary { run_id, frames, sim_time_s, overruns, behind_s, most_behind_s, lateness_us, tick_us }
     }
+}
+
+/// Which tick takes commands.
+#[derive(Clone, Copy, Debug)]
+struct Turn {
+    run_id: u64,
+    tick: u64,
+    /// Releases missed before it.
+    overruns: u64,
+    /// Whether it is a timecode that says where the show is.
+    is_led: bool,
+}
+
+/// Answers the commands that have come; they hold from this tick on.
+fn take_commands(commands: &CommandServer, simulation: &mut Simulation, log: &mut CommandLog, turn: Turn) {
+    let moment = moment(simulation, turn.overruns);
+    let decide = |request| match request {
+        // It would be undone at once.
+        Request::Seek { .. } if turn.is_led => Err(Refusal::Followed),
+        _ => simulation.request(request),
+    };
+    commands.drain(turn.run_id, turn.tick, decide, |event| log.record(event, moment));
+}
+
+/// Has the head come to rest, because the process was asked to end.
+fn end_by_signal(simulation: &mut Simulation, log: &mut CommandLog, tick: u64, overruns: u64) {
+    // A stop is never refused.
+    let _ = simulation.request(Request::Stop);
+    log.record(CommandEvent::plain(EventKind::Stop, Sender::Signal, tick), moment(simulation, overruns));
+}
+
+/// Takes the newest timecode, and records what it changes.
+fn follow_timecode(
+    following: &mut Following,
+    simulation: &mut Simulation,
+    report: &mut SourceReport,
+    tick: u64,
+    schedule: &Schedule,
+) -> Steering {
+    let moment = moment(simulation, schedule.overruns());
+    let log = report.commands();
+    let record = |event: CommandEvent| log.record(CommandEvent { tick, ..event }, moment);
+    let steering = following.steer(simulation, schedule, record);
+    report.report_timecode(following.kind(), following.state());
+    steering
 }
 
 fn moment(simulation: &Simulation, overruns: u64) -> Moment {

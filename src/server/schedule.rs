@@ -37,13 +37,25 @@ impl Schedule {
         missed
     }
 
+    /// Releases a second.
+    pub fn rate_hz(&self) -> u32 {
+        self.rate_hz
+    }
+
     /// Releases skipped so far.
     pub fn overruns(&self) -> u64 {
         self.overruns
     }
 
+    /// The number of the release that was due at an instant, of a schedule with this epoch; `None` where none was.
+    pub fn release_at(epoch_ns: u64, rate_hz: u32, due_ns: u64) -> Option<u64> {
+        let elapsed_ns = u128::from(due_ns.checked_sub(epoch_ns)?);
+        let release = Self::new(epoch_ns, rate_hz).first_release_from(due_ns);
+        (since_epoch_ns(release, rate_hz) == elapsed_ns).then_some(release)
+    }
+
     fn release_ns(&self, release: u64) -> u64 {
-        self.epoch_ns + (u128::from(release) * 1_000_000_000 / u128::from(self.rate_hz)) as u64
+        self.epoch_ns + since_epoch_ns(release, self.rate_hz) as u64
     }
 
     /// The first release that is due at `now_ns` or later.
@@ -52,6 +64,11 @@ impl Schedule {
         // Release r is due at the whole nanoseconds of r / rate, so r is the least one with r ≥ elapsed · rate.
         (elapsed * u128::from(self.rate_hz)).div_ceil(1_000_000_000) as u64
     }
+}
+
+/// From the epoch to a release, in whole nanoseconds.
+fn since_epoch_ns(release: u64, rate_hz: u32) -> u128 {
+    u128::from(release) * 1_000_000_000 / u128::from(rate_hz)
 }
 
 #[cfg(test)]
@@ -68,6 +85,18 @@ mod tests {
         let due: Vec<u64> = (0..6).map(|_| next_due_ns()).collect();
         assert_eq!(due, [333_333_338, 666_666_671, 1_000_000_005, 1_333_333_338, 1_666_666_671, 2_000_000_005]);
         assert_eq!(schedule.overruns(), 0);
+    }
+
+    #[test]
+    fn the_number_of_a_release_follows_from_its_instant() {
+        for rate_hz in [1, 3, 60, 1000, 99_991, 100_000] {
+            for release in [0, 1, 2, 59, 1_000_003, 8_640_000_000] {
+                let due_ns = Schedule::new(77, rate_hz).release_ns(release);
+                assert_eq!(Schedule::release_at(77, rate_hz, due_ns), Some(release), "{rate_hz} Hz");
+                assert_eq!(Schedule::release_at(77, rate_hz, due_ns + 1), None, "{rate_hz} Hz");
+            }
+        }
+        assert_eq!(Schedule::release_at(77, 1000, 76), None, "before the epoch");
     }
 
     #[test]

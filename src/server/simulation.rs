@@ -9,6 +9,17 @@ use crate::dragon::{ChainStepper, Dragon, HandleRecord};
 use crate::server::motion::{CatchUp, HeadState, Limits, Motion, MotionPlan};
 use crate::timecode::Show;
 
+/// What a timecode has a show do from a tick on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Steering {
+    /// Whether the show stands, beside what the operator wants.
+    pub stands: bool,
+    /// Show seconds per second of wall time.
+    pub time_scale: f64,
+    /// Ticks a second.
+    pub rate_hz: u32,
+}
+
 /// The state of a whole dragon as a function of ticks and requests.
 #[derive(Debug)]
 pub struct Simulation {
@@ -22,19 +33,28 @@ impl Simulation {
         Self { motion: Motion::new(plan), chain: ChainStepper::new(dragon) }
     }
 
-    /// Begins the next tick, after the requests that hold from it on.
-    pub fn advance(&mut self) {
+    /// One tick up to its frame, after so many missed releases. A server's run and the verification of its recording both
+    /// go through here, so that the order of the steps is the same: the show goes on through the missed releases; `act`
+    /// makes the requests that hold from this tick on and returns what the timecode has the show do; the show goes on by
+    /// one period.
+    ///
+    /// `is_led`: whether a timecode said where the show is at the tick before. Then the show is never behind the clock.
+    pub fn tick(&mut self, missed: u64, is_led: bool, act: impl FnOnce(&mut Self) -> Option<Steering>) {
+        self.motion.miss(missed);
+        if is_led {
+            // The follower makes up what the timecode is ahead by.
+            self.motion.forget_lag();
+        }
+        if let Some(Steering { stands, time_scale, rate_hz }) = act(self) {
+            self.motion.set_stands(stands);
+            self.motion.set_tick(time_scale / f64::from(rate_hz));
+        }
         self.motion.advance();
     }
 
-    /// Takes note of releases that were missed since the last tick, before the requests of the next one.
-    pub fn miss(&mut self, releases: u64) {
-        self.motion.miss(releases);
-    }
-
-    /// Forgets how far the show is behind: something else steers it to where it should be.
-    pub fn forget_lag(&mut self) {
-        self.motion.forget_lag();
+    /// Begins the next tick, after the requests that hold from it on.
+    pub fn advance(&mut self) {
+        self.motion.advance();
     }
 
     /// How the show keeps time.
@@ -50,19 +70,9 @@ impl Simulation {
         self.motion.request(request)
     }
 
-    /// Lets show time go on by so much with each running tick from the next one on.
-    pub fn set_tick(&mut self, tick_s: f64) {
-        self.motion.set_tick(tick_s);
-    }
-
     /// Lets the show follow timecode: it stands until the first one.
     pub fn follow(&mut self) {
         self.motion.follow();
-    }
-
-    /// Has the show stand, paused, or walk on, beside what the operator wants.
-    pub fn set_stands(&mut self, stands: bool) {
-        self.motion.set_stands(stands);
     }
 
     /// What a follower of timecode has to know.
@@ -73,6 +83,12 @@ impl Simulation {
     /// The head at this tick.
     pub fn head(&self) -> HeadState {
         self.motion.head()
+    }
+
+    /// The header of this tick's frame, at a time scale of the show. The publisher stamps when it is sent.
+    pub fn header(&self, run_id: u64, tick: u64, scheduled_ns: u64, time_scale: f64) -> FrameHeader {
+        let bench_count = self.chain.dragon().dimensions().benches() as u32;
+        self.head().header(run_id, tick, scheduled_ns, time_scale * self.catch_up().pace(), bench_count)
     }
 
     /// What a guard has to do with this head.

@@ -14,7 +14,7 @@ mod tick_times;
 
 pub(crate) mod service_manager;
 
-pub(crate) use command_log::Moment;
+pub(crate) use command_log::{CommandLog, Moment};
 #[cfg(feature = "zenoh")]
 pub(crate) use command_server::AskedCommand;
 pub(crate) use command_server::CommandServer;

@@ -142,19 +142,17 @@ impl Reporter {
                     return TimesOfAll::default();
                 }
             };
-            report.publish(&shared);
+            report.publish(&shared, 0);
             let _ = ready.send(Ok(()));
             let mut service_manager = ServiceManager::of_environment();
             let mut segments = SegmentWatch::new(&domain);
             while !shared.finished.load(Ordering::Acquire) {
                 let _ = woken.recv_timeout(REPORT_PERIOD);
-                report.publish(&shared);
-                report.publish_commands(COMMAND_EVENT_BUFFER / 2);
+                report.publish(&shared, COMMAND_EVENT_BUFFER / 2);
                 segments.look();
                 service_manager.look(shared.beats.load(Ordering::Relaxed), || shared.in_words());
             }
-            report.publish(&shared);
-            report.publish_commands(usize::MAX);
+            report.publish(&shared, usize::MAX);
             report.times_of_all()
         };
         let thread =
@@ -250,9 +248,12 @@ impl Report {
         }
     }
 
-    fn publish(&mut self, gauges: &LoopGauges) {
-        // The tick first, so that the histograms have counted every tick before it.
+    /// Publishes the status, and before it the events that wait, so many at most. Unless more wait, a reader of both that has
+    /// a status has the events of all ticks up to the status's.
+    fn publish(&mut self, gauges: &LoopGauges, most_commands: usize) {
+        // The tick first, so that the histograms have counted every tick before it, and its events wait.
         let tick = gauges.tick.load(Ordering::Acquire);
+        self.publish_commands(most_commands);
         let (lateness, tick_time) = (self.times.lateness.histogram(), self.times.duration.histogram());
         let status = Status {
             run_id: self.run_id,
