@@ -70,7 +70,7 @@ pub(crate) struct ReplayArgs {
 
 /// Arguments of `export`.
 #[derive(Clone, Debug, Args)]
-#[command(group(ArgGroup::new("subject").args(["handles", "benches", "frames", "alerts"])))]
+#[command(group(ArgGroup::new("subject").args(["handles", "benches", "frames", "alerts", "commands"])))]
 #[allow(clippy::struct_excessive_bools, reason = "flags of which one may be given")]
 pub(crate) struct ExportArgs {
     /// The recording.
@@ -91,6 +91,9 @@ pub(crate) struct ExportArgs {
     /// Alerts alone.
     #[arg(long)]
     alerts: bool,
+    /// The record of commands alone: who sent what and when, and what became of it.
+    #[arg(long)]
+    commands: bool,
     /// Seconds of show time from one row, or column, to the next; 0 for every frame.
     #[arg(long, value_name = "SECONDS", default_value = "1", allow_negative_numbers = true, value_parser = every)]
     pub(crate) every: i64,
@@ -107,6 +110,7 @@ impl ExportArgs {
             Self { benches: true, .. } => Subject::Benches,
             Self { frames: true, .. } => Subject::Frames,
             Self { alerts: true, .. } => Subject::Alerts,
+            Self { commands: true, .. } => Subject::Commands,
             _ => Subject::Handles,
         }
     }

@@ -7,7 +7,7 @@ use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 use std::process::ExitCode;
 
-use bench_dragon::export::{ExportError, ExportSettings, Selection, Workbook, write_csv};
+use bench_dragon::export::{ExportCounts, ExportError, ExportSettings, Selection, Subject, Workbook, write_csv};
 use bench_dragon::report::ExportReport;
 
 use super::progress::Progress;
@@ -22,7 +22,9 @@ const WRITE_BUFFER_BYTES: usize = 1 << 20;
 
 pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
     let (file, interval, every_ns) = (args.file.clone(), args.interval.interval()?, args.every);
-    let mut selection = Selection::open(ExportSettings { file, interval, every_ns, subject: args.subject() })?;
+    let with_events = matches!(args.out, TableFile::Xlsx(_));
+    let settings = ExportSettings { file, interval, every_ns, subject: args.subject(), with_events };
+    let mut selection = Selection::open(settings)?;
     require_another_file(&args.file, &args.out)?;
     let mut reading = Reading::of(&args.file);
     match &args.out {
@@ -98,8 +100,30 @@ fn tell(args: &ExportArgs, report: ExportReport) -> anyhow::Result<()> {
     if args.format.format == Format::Json {
         return print_json(&report);
     }
-    let ExportReport { file, counts, .. } = report;
-    let runs = if counts.runs > 1 { format!(" of {} runs", counts.runs) } else { String::new() };
-    let (frames, alerts, file) = (counts.frames, counts.alerts, Printable(&file));
-    Ok(print_line(format_args!("{frames} frames{runs} and {alerts} alerts written to {file}"))?)
+    let written = written_text(args.subject(), report.counts);
+    Ok(print_line(format_args!("{written} written to {}", Printable(&report.file)))?)
+}
+
+/// What was written: of comma-separated values the rows, of a workbook what its sheets hold.
+fn written_text(subject: Subject, counts: ExportCounts) -> String {
+    let ExportCounts { runs, frames, alerts, commands, rows } = counts;
+    let runs = if runs > 1 { format!(" of {runs} runs") } else { String::new() };
+    let frames = format!("{}{runs}", counted(frames, "frame"));
+    match (rows, subject) {
+        (Some(rows), Subject::Handles | Subject::Benches) => {
+            format!("{} of {}, from {frames},", counted(rows, "row"), subject.name())
+        }
+        (Some(_), Subject::Frames) => frames,
+        (Some(_), Subject::Alerts) => counted(alerts, "alert"),
+        (Some(_), Subject::Commands) => counted(commands, "command event"),
+        (None, _) if subject.has_frames() => {
+            format!("{frames}, {} and {}", counted(alerts, "alert"), counted(commands, "command event"))
+        }
+        (None, _) => format!("{} and {}", counted(alerts, "alert"), counted(commands, "command event")),
+    }
+}
+
+fn counted(count: u64, noun: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} {noun}{plural}")
 }

@@ -9,6 +9,7 @@ use crate::cli::{Cli, Command, ConfigArgs};
 use crate::output::wait_for_reader;
 
 mod bridge;
+mod command_trail;
 mod completions;
 mod ctl;
 mod description;

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
+use std::thread;
 use std::time::{Duration, Instant};
 
 use bench_dragon::clock::{monotonic_ns, unix_minus_monotonic_ns};
@@ -12,10 +13,11 @@ use bench_dragon::record::{
 };
 use bench_dragon::report::{RecordLine, RecordSummary};
 use bench_dragon::stop::StopFlag;
-use bench_dragon_ipc::{AlertSubscriber, BusError, Domain, Frame, FrameSubscriber, ReaderReport};
+use bench_dragon_ipc::{AlertSubscriber, BusError, Domain, Frame, FrameHeader, FrameSubscriber, ReaderReport};
 
 use crate::cli::{Format, RecordArgs};
 use crate::command::BadInput;
+use crate::command::command_trail::CommandTrail;
 use crate::command::description::Descriptions;
 use crate::command::follow::{Following, Next, open_when_there};
 use crate::command::output::{complain, print_json, print_line};
@@ -29,6 +31,9 @@ const PROGRESS_PERIOD: Duration = Duration::from_secs(1);
 const WARNING_PERIOD: Duration = Duration::from_mins(1);
 /// How long the end of a recording waits for repairs under way; a repair that is cut short is repeated by the next recorder.
 const REPAIR_PATIENCE: Duration = Duration::from_secs(2);
+/// How long the end of a recording waits for the events of its last frames' commands, which follow ten times a second.
+const COMMAND_PATIENCE: Duration = Duration::from_secs(2);
+const LOOK_PERIOD: Duration = Duration::from_millis(1);
 
 pub(crate) fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
     if args.repair {
@@ -59,6 +64,7 @@ fn record(args: &RecordArgs, recorder: Recorder, domain: &Domain, stop: &StopFla
     let mut ports = open_when_there(domain.instance(), stop, || Ports::open(domain, stop))?;
     if let Some(ports) = &mut ports {
         session.follow(ports, stop)?;
+        session.take_last_commands(ports)?;
     }
     let summary = session.finish()?;
     if let Some(Ports { mut frames, .. }) = ports {
@@ -135,6 +141,7 @@ struct Ports {
     frames: FrameSubscriber,
     descriptions: Descriptions,
     alerts: AlertSubscriber,
+    commands: CommandTrail,
 }
 
 impl Ports {
@@ -142,7 +149,8 @@ impl Ports {
     fn open(domain: &Domain, stop: &StopFlag) -> Result<Self, BusError> {
         let descriptions = Descriptions::open(domain, "record-description", stop)?;
         let alerts = AlertSubscriber::open(domain, "record-alerts")?;
-        Ok(Self { frames: FrameSubscriber::open(domain, "record")?, descriptions, alerts })
+        let commands = CommandTrail::open(domain, "record")?;
+        Ok(Self { frames: FrameSubscriber::open(domain, "record")?, descriptions, alerts, commands })
     }
 }
 
@@ -150,8 +158,10 @@ impl Ports {
 struct Session {
     format: Format,
     recorder: Recorder,
-    run_id: Option<u64>,
+    /// Run and tick of the newest frame.
+    newest: Option<(u64, u64)>,
     lost: u64,
+    commands_lost: u64,
     progress_due: Instant,
     warning_due: Instant,
 }
@@ -159,7 +169,7 @@ struct Session {
 impl Session {
     fn new(format: Format, recorder: Recorder) -> Self {
         let now = Instant::now();
-        Self { format, recorder, run_id: None, lost: 0, progress_due: now, warning_due: now }
+        Self { format, recorder, newest: None, lost: 0, commands_lost: 0, progress_due: now, warning_due: now }
     }
 
     /// Records frame after frame; after a signal, those that are there already.
@@ -170,6 +180,7 @@ impl Session {
             while let Some(alert) = ports.alerts.receive()? {
                 self.recorder.alert(&alert, monotonic_ns())?;
             }
+            self.take_commands(ports)?;
             match next {
                 Next::Frame(frame) => self.take(&frame, ports, stop)?,
                 Next::Nothing => {}
@@ -181,14 +192,43 @@ impl Session {
     }
 
     fn take(&mut self, frame: &Frame, ports: &mut Ports, stop: &StopFlag) -> anyhow::Result<()> {
-        let run_id = frame.header().run_id;
-        if self.run_id != Some(run_id) {
+        let FrameHeader { run_id, tick, .. } = *frame.header();
+        if self.newest.is_none_or(|(known, _)| known != run_id) {
             if let Some(description) = ports.descriptions.of(run_id, stop)? {
                 self.recorder.describe(run_id, &description.toml)?;
             }
-            self.run_id = Some(run_id);
         }
+        self.newest = Some((run_id, tick));
         Ok(self.recorder.frame(frame.header(), frame.handles())?)
+    }
+
+    fn take_commands(&mut self, ports: &mut Ports) -> anyhow::Result<()> {
+        while let Some(event) = ports.commands.receive()? {
+            self.recorder.command(&event, monotonic_ns())?;
+        }
+        self.commands_lost = ports.commands.lost();
+        Ok(())
+    }
+
+    /// Records the events up to the last frame, which come after it. Without them nobody could verify the last frames.
+    fn take_last_commands(&mut self, ports: &mut Ports) -> anyhow::Result<()> {
+        let Some((run_id, tick)) = self.newest else { return Ok(()) };
+        let deadline = Instant::now() + COMMAND_PATIENCE;
+        loop {
+            // Asked before they are received: by then they are all there.
+            let is_complete = ports.commands.is_complete(run_id, tick)?;
+            self.take_commands(ports)?;
+            if is_complete {
+                return Ok(());
+            }
+            if Instant::now() >= deadline {
+                tracing::warn!(
+                    "commands of the last frames may be missing: the server has reported none up to tick {tick}"
+                );
+                return Ok(());
+            }
+            thread::sleep(LOOK_PERIOD);
+        }
     }
 
     /// Tells the bus how much has been written, and people where the disk gets full.
@@ -226,6 +266,8 @@ impl Session {
             frames: summary.frames,
             lost: self.lost,
             alerts: summary.alerts,
+            commands: summary.commands,
+            commands_lost: self.commands_lost,
             bytes: summary.bytes,
             removed: begun.saturating_sub(summary.files.len() as u64),
             files: summary.files,
@@ -237,11 +279,11 @@ fn print_summary(format: Format, summary: RecordSummary) -> anyhow::Result<()> {
     if format == Format::Json {
         return print_json(&RecordLine::Summary(summary));
     }
-    let RecordSummary { frames, lost, alerts, bytes, removed, files } = summary;
+    let RecordSummary { frames, lost, alerts, commands, commands_lost, bytes, removed, files } = summary;
     let files: Vec<String> = files.iter().map(|file| Printable(file).to_string()).collect();
     let removed = if removed > 0 { format!(", {removed} older files removed") } else { String::new() };
     print_line(format_args!(
-        "{frames} frames, {alerts} alerts, {lost} lost, {} in {}{removed}",
+        "{frames} frames, {lost} lost; {alerts} alerts; {commands} command events, {commands_lost} lost; {} in {}{removed}",
         Size(bytes),
         files.join(", ")
     ))?;

@@ -5,7 +5,7 @@ use std::io::Write;
 use super::error::ExportError;
 use super::rows::{columns, for_each_row};
 use super::selection::Selection;
-use crate::table::CsvWriter;
+use crate::table::{Cell, CsvWriter};
 
 /// Writes a line of titles, and a row for each of what the selection's subject names. `look` is shown how far it has come,
 /// after each frame.
@@ -20,9 +20,16 @@ pub fn write_csv(
 ) -> Result<(), ExportError> {
     let subject = selection.settings().subject;
     let mut recorded = selection.next_recorded()?;
+    selection.count_rows(0);
     let mut csv = CsvWriter::begin(sink, &columns(subject)).map_err(ExportError::Write)?;
     while let Some(frame) = recorded {
-        for_each_row(subject, &frame, |row| csv.write(&row)).map_err(ExportError::Write)?;
+        let mut rows = 0;
+        let write = |row: Vec<Cell>| {
+            rows += 1;
+            csv.write(&row)
+        };
+        for_each_row(subject, &frame, write).map_err(ExportError::Write)?;
+        selection.count_rows(rows);
         look(selection);
         recorded = selection.next_recorded()?;
     }

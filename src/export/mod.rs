@@ -1,7 +1,7 @@
-//! Export: the frames and alerts of a recording as rows and columns, for spreadsheets and for people's own programs.
+//! Export: the frames, the alerts and the commands of a recording as rows and columns, for spreadsheets and for people's own programs.
 //!
 //! **Which frames.** Those whose show time lies in an interval, in the recorded order, and of these the ones with which
-//! show time enters another step ([`sampling`]): a frame a second, say. Alerts of the interval are all there.
+//! show time enters another step ([`sampling`]): a frame a second, say. Alerts and commands of the interval are all there.
 //!
 //! **As what.** Comma-separated values ([`write_csv`]) are written as the file is read: a row for each handle of each frame, numbers whole,
 //! in the shortest form that reads back the same. A [`Workbook`] has several sheets, among them positions and speeds with
@@ -37,6 +37,8 @@ pub struct ExportSettings {
     pub every_ns: i64,
     /// What the rows are about.
     pub subject: Subject,
+    /// Whether alerts and commands are exported beside the subject: a workbook has sheets for them.
+    pub with_events: bool,
 }
 
 /// What rows are about.
@@ -51,6 +53,8 @@ pub enum Subject {
     Frames,
     /// Alerts.
     Alerts,
+    /// The record of commands.
+    Commands,
 }
 
 impl Subject {
@@ -61,7 +65,13 @@ impl Subject {
             Self::Benches => "benches",
             Self::Frames => "frames",
             Self::Alerts => "alerts",
+            Self::Commands => "command events",
         }
+    }
+
+    /// Whether frames are part of it.
+    pub fn has_frames(self) -> bool {
+        !matches!(self, Self::Alerts | Self::Commands)
     }
 }
 
@@ -74,4 +84,8 @@ pub struct ExportCounts {
     pub frames: u64,
     /// Alerts.
     pub alerts: u64,
+    /// Events of the record of commands.
+    pub commands: u64,
+    /// Rows of comma-separated values, without the titles; null of a workbook.
+    pub rows: Option<u64>,
 }

@@ -1,9 +1,10 @@
-//! Rows of frames and alerts: what the columns are, and what stands in them.
+//! Rows of frames, alerts and commands: what the columns are, and what stands in them.
 
-use bench_dragon_ipc::{Alert, BenchState, FrameHeader};
+use bench_dragon_ipc::{Alert, BenchState, CommandEvent, FrameHeader};
 
 use super::Subject;
 use crate::record::{Recorded, RecordedFrame};
+use crate::report::CommandLine;
 use crate::table::{Cell, Column};
 
 /// Decimals that people see.
@@ -29,6 +30,13 @@ pub(super) fn columns(subject: Subject) -> Vec<Column> {
         Subject::Alerts => {
             let benches = vec![Column::text("kind"), Column::whole("bench_a"), Column::whole("bench_b")];
             [benches, numbers(&["clearance_m", "x_m", "y_m", "forecast_s"])].concat()
+        }
+        Subject::Commands => {
+            let sender = vec![Column::text("wall_time"), Column::text("sender"), Column::whole("pid")];
+            let command =
+                vec![Column::text("command"), Column::number("value_1", DECIMALS), Column::number("value_2", DECIMALS)];
+            let outcome = vec![Column::text("outcome"), Column::text("reason"), Column::text("text")];
+            [sender, command, outcome, vec![Column::whole("number"), Column::whole("overruns")]].concat()
         }
     };
     when.into_iter().chain(what).collect()
@@ -60,6 +68,7 @@ pub(super) fn for_each_row<E>(
         }
         (Subject::Frames, Recorded::Frame(RecordedFrame { header, .. })) => take(frame_row(header))?,
         (Subject::Alerts, Recorded::Alert(alert)) => take(alert_row(alert))?,
+        (Subject::Commands, Recorded::Command(event)) => take(command_row(event))?,
         _ => {}
     }
     Ok(())
@@ -93,6 +102,21 @@ pub(super) fn alert_row(alert: &Alert) -> Vec<Cell> {
     let what = [kind.into(), bench(0), bench(1), of_pair(alert.clearance_m), of_pair(x_m), of_pair(y_m)];
     let when = when(alert.run_id, alert.tick, alert.sim_time_ns).into_iter();
     when.chain(what).chain([forecast_s.into()]).collect()
+}
+
+/// The columns are those of [`CommandLine`]; an event that is no command has no outcome.
+pub(super) fn command_row(event: &CommandEvent) -> Vec<Cell> {
+    let CommandLine { command, text, reason, sender, pid, wall_time, values, .. } = CommandLine::from(event);
+    let value = |index: usize| Cell::from(values.get(index).copied().flatten());
+    let outcome = match (event.request(), &reason) {
+        (_, Some(_)) => "refused".into(),
+        (Some(_), None) => "accepted".into(),
+        (None, None) => Cell::Blank,
+    };
+    let sender = [wall_time.into(), sender.into(), pid.map_or(Cell::Blank, |pid| Cell::Whole(pid.into()))];
+    let command = [command.into(), value(0), value(1), outcome, reason.map_or(Cell::Blank, Cell::from), text.into()];
+    let when = when(event.run_id, event.tick, event.sim_time_ns).into_iter();
+    when.chain(sender).chain(command).chain([Cell::Whole(event.number), Cell::Whole(event.overruns)]).collect()
 }
 
 fn when(run_id: u64, tick: u64, sim_time_ns: i64) -> [Cell; 3] {

@@ -1,4 +1,4 @@
-//! The frames and alerts of a recording that are exported, as they are read.
+//! The frames, alerts and commands of a recording that are exported, as they are read.
 
 use bench_dragon_ipc::FrameHeader;
 
@@ -34,18 +34,21 @@ impl Selection {
         })
     }
 
-    /// The next frame or alert. Of alerts alone, frames are not among them.
+    /// The next frame, alert or event of a command that is to be written.
     ///
     /// # Errors
-    /// [`ExportError::Read`]; and at the end, where it was no alerts that were asked for and there was no frame,
+    /// [`ExportError::Read`]; and at the end, where frames were asked for and there was none,
     /// [`ExportError::Nothing`].
     pub fn next_recorded(&mut self) -> Result<Option<Recorded>, ExportError> {
         loop {
             let Some(recorded) = self.read()? else { return self.end().map(|()| None) };
+            let ExportSettings { interval, subject, with_events, .. } = self.settings;
+            let is_of = |events: Subject, time_ns| (with_events || subject == events) && interval.contains(time_ns);
             match &recorded {
                 Recorded::Frame(frame) => self.count_frame(&frame.header),
-                Recorded::Alert(alert) if !self.settings.interval.contains(alert.sim_time_ns) => continue,
-                Recorded::Alert(_) => self.counts.alerts += 1,
+                Recorded::Alert(alert) if is_of(Subject::Alerts, alert.sim_time_ns) => self.counts.alerts += 1,
+                Recorded::Command(event) if is_of(Subject::Commands, event.sim_time_ns) => self.counts.commands += 1,
+                Recorded::Alert(_) | Recorded::Command(_) => continue,
             }
             return Ok(Some(recorded));
         }
@@ -71,6 +74,11 @@ impl Selection {
         self.counts
     }
 
+    /// Counts rows that were written.
+    pub(super) fn count_rows(&mut self, rows: u64) {
+        *self.counts.rows.get_or_insert(0) += rows;
+    }
+
     /// What could not be read; known once all is read.
     pub fn flaws(&self) -> Flaws {
         self.reader.flaws()
@@ -81,7 +89,7 @@ impl Selection {
         let is_wanted = |header: &FrameHeader| {
             let time_ns = header.sim_time_ns;
             let is_taken = search.comes_by(time_ns) && sampling.takes(header.run_id, time_ns);
-            is_taken && *subject != Subject::Alerts
+            is_taken && subject.has_frames()
         };
         reader.next_wanted(is_wanted).map_err(ExportError::Read)
     }
@@ -94,7 +102,7 @@ impl Selection {
     }
 
     fn end(&self) -> Result<(), ExportError> {
-        if self.counts.frames > 0 || self.settings.subject == Subject::Alerts {
+        if self.counts.frames > 0 || !self.settings.subject.has_frames() {
             return Ok(());
         }
         Err(self.search.nothing_found(&self.settings.file, self.flaws()).into())

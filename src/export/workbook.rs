@@ -1,9 +1,9 @@
-//! A recording as a workbook: frames, what is in them with a column for each, alerts and configurations.
+//! A recording as a workbook: frames, what is in them with a column for each, alerts, commands and configurations.
 
 use bench_dragon_ipc::BenchState;
 
 use super::error::ExportError;
-use super::rows::{DECIMALS, alert_row, columns, frame_row, seconds};
+use super::rows::{DECIMALS, alert_row, columns, command_row, frame_row, seconds};
 use super::selection::Selection;
 use super::{ExportCounts, ExportSettings, Subject};
 use crate::record::{Configuration, Flaws, Recorded, RecordedFrame};
@@ -15,7 +15,7 @@ const MOST_PLACES: usize = 4_000_000;
 /// A workbook of a recording, in memory.
 ///
 /// Its sheets are *frames* (a row each); of handles *positions* and *speeds*, of benches *positions*, *headings* and
-/// *speeds*, with a column for each row of *frames*, in the same order; *alerts*; and *configuration*, the keys of each
+/// *speeds*, with a column for each row of *frames*, in the same order; *alerts*; *commands*; and *configuration*, the keys of each
 /// run.
 #[derive(Debug)]
 pub struct Workbook {
@@ -25,6 +25,7 @@ pub struct Workbook {
     /// Of each frame, a number of each handle or bench for each of the sheets' rows.
     places: Vec<Vec<Place>>,
     alerts: Vec<Vec<Cell>>,
+    commands: Vec<Vec<Cell>>,
     configurations: Vec<Configuration>,
     counts: ExportCounts,
     flaws: Flaws,
@@ -51,6 +52,7 @@ impl Workbook {
             titles: Vec::new(),
             places: Vec::new(),
             alerts: Vec::new(),
+            commands: Vec::new(),
             configurations: Vec::new(),
             counts: ExportCounts::default(),
             flaws: Flaws::default(),
@@ -62,6 +64,7 @@ impl Workbook {
                     place_count += workbook.take_frame(&frame, selection.counts().runs);
                 }
                 Recorded::Alert(alert) => workbook.alerts.push(alert_row(&alert)),
+                Recorded::Command(event) => workbook.commands.push(command_row(&event)),
             }
             workbook.take_configuration(selection.configuration());
             workbook.require_room(place_count)?;
@@ -88,7 +91,7 @@ impl Workbook {
     pub fn to_bytes(&self, mut look: impl FnMut(usize)) -> Result<Vec<u8>, ExportError> {
         let mut book = Book::new()?;
         let subject = self.settings.subject;
-        if subject != Subject::Alerts {
+        if subject.has_frames() {
             book.add_sheet("frames", &columns(Subject::Frames), self.frames.iter().cloned())?;
         }
         for sheet in sheets(subject) {
@@ -99,6 +102,7 @@ impl Workbook {
             book.add_sheet(sheet.name, &self.wide_columns(), rows.inspect(|_| look(row_count)))?;
         }
         book.add_sheet("alerts", &columns(Subject::Alerts), self.alerts.iter().cloned())?;
+        book.add_sheet("commands", &columns(Subject::Commands), self.commands.iter().cloned())?;
         let keys = [Column::whole("run_id"), Column::text("key"), Column::text("value")];
         book.add_sheet("configuration", &keys, self.configurations.iter().flat_map(configuration_rows))?;
         Ok(book.finish()?)
@@ -116,7 +120,7 @@ impl Workbook {
                 handles.iter().map(place).collect()
             }
             Subject::Benches => BenchState::all(handles).map(|bench| Place::of(&bench)).collect(),
-            Subject::Frames | Subject::Alerts => return 0,
+            Subject::Frames | Subject::Alerts | Subject::Commands => return 0,
         };
         let time_s = seconds(header.sim_time_ns);
         self.titles.push(if run == 1 { format!("{time_s} s") } else { format!("run {run}, {time_s} s") });
@@ -143,6 +147,7 @@ impl Workbook {
             (tallest, rows, format!("rows of {plural}")),
             (place_count, MOST_PLACES, format!("{plural} of all frames")),
             (self.alerts.len(), rows, "alerts".to_owned()),
+            (self.commands.len(), rows, "command events".to_owned()),
         ] {
             if count > most {
                 return Err(ExportError::TooMuch { what: format!("there are {count} {what} or more"), most });
@@ -196,7 +201,7 @@ fn sheets(subject: Subject) -> &'static [Sheet] {
     match subject {
         Subject::Handles => &[POSITIONS, SPEEDS],
         Subject::Benches => &[POSITIONS, HEADINGS, SPEEDS],
-        Subject::Frames | Subject::Alerts => &[],
+        Subject::Frames | Subject::Alerts | Subject::Commands => &[],
     }
 }
 

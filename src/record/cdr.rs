@@ -3,7 +3,7 @@
 //! A message is four bytes that name the encoding, then the fields in the order of [`schema`](super::schema), each
 //! aligned to its size counted from behind those four. Every value keeps its bits.
 
-use bench_dragon_ipc::{Alert, FrameHeader, HandleState};
+use bench_dragon_ipc::{Alert, CommandEvent, FrameHeader, HandleState};
 use byteorder::LittleEndian;
 use serde::{Deserialize, Serialize, Serializer};
 
@@ -20,6 +20,11 @@ pub fn encode_frame(message: &mut Vec<u8>, header: &FrameHeader, handles: &[Hand
 /// Replaces the contents of `message` by an alert.
 pub fn encode_alert(message: &mut Vec<u8>, alert: &Alert) {
     encode(message, &AlertMessage(*alert));
+}
+
+/// Replaces the contents of `message` by an event of the record of commands.
+pub fn encode_command(message: &mut Vec<u8>, event: &CommandEvent) {
+    encode(message, &CommandMessage(*event));
 }
 
 /// Replaces the contents of `message` by the poses of all benches at a Unix time, in the frame `stage`.
@@ -47,6 +52,13 @@ pub fn decode_alert(message: &[u8]) -> Option<Alert> {
     let body = message.strip_prefix(&ENCAPSULATION)?;
     let (AlertMessage(alert), _) = cdr_encoding::from_bytes::<AlertMessage, LittleEndian>(body).ok()?;
     Some(alert)
+}
+
+/// Reads an event of the record of commands back, bit for bit; `None` where the message is not one.
+pub fn decode_command(message: &[u8]) -> Option<CommandEvent> {
+    let body = message.strip_prefix(&ENCAPSULATION)?;
+    let (CommandMessage(event), _) = cdr_encoding::from_bytes::<CommandMessage, LittleEndian>(body).ok()?;
+    Some(event)
 }
 
 fn encode(message: &mut Vec<u8>, value: &impl Serialize) {
@@ -114,6 +126,29 @@ struct AlertFields {
     kind: u32,
     bench_a: u32,
     bench_b: u32,
+    reserved: u32,
+}
+
+#[derive(Serialize, Deserialize)]
+struct CommandMessage(#[serde(with = "CommandFields")] CommandEvent);
+
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "CommandEvent")]
+struct CommandFields {
+    run_id: u64,
+    number: u64,
+    tick: u64,
+    sim_time_ns: i64,
+    wall_ns: i64,
+    overruns: u64,
+    values: [f64; 4],
+    lowest: f64,
+    highest: f64,
+    kind: u32,
+    sender: u32,
+    pid: u32,
+    refusal: u32,
+    flags: u32,
     reserved: u32,
 }
 

@@ -4,7 +4,7 @@ use std::io::{Seek, Write};
 
 use mcap::{McapResult, Writer};
 
-use super::schema::{ALERT_TOPIC, FRAME_TOPIC, POSE_TOPIC};
+use super::schema::{ALERT_TOPIC, COMMAND_TOPIC, FRAME_TOPIC, POSE_TOPIC};
 
 /// What a message is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,6 +12,7 @@ pub(super) enum Kind {
     Frame,
     Poses,
     Alert,
+    Command,
 }
 
 /// The numbers that a file has given to the kinds.
@@ -20,6 +21,7 @@ pub(super) struct Channels {
     frames: u16,
     poses: u16,
     alerts: u16,
+    commands: u16,
 }
 
 impl Channels {
@@ -29,6 +31,8 @@ impl Channels {
             frames: FRAME_TOPIC.declare(writer)?,
             poses: POSE_TOPIC.declare(writer)?,
             alerts: ALERT_TOPIC.declare(writer)?,
+            // Behind those of earlier versions, whose numbers stay.
+            commands: COMMAND_TOPIC.declare(writer)?,
         })
     }
 
@@ -38,6 +42,7 @@ impl Channels {
             Kind::Frame => self.frames,
             Kind::Poses => self.poses,
             Kind::Alert => self.alerts,
+            Kind::Command => self.commands,
         }
     }
 }

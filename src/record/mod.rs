@@ -1,7 +1,7 @@
 //! Recording: every frame, without loss, into MCAP files that any ROS 2 viewer or reader opens.
 //!
 //! **What is recorded.** `/dragon/frames`, every frame bit for bit; `/dragon/poses`, one pose a bench at 30 Hz;
-//! `/dragon/alerts`; the configuration as a metadata record in each file. Messages are ROS 2 CDR, their definitions are
+//! `/dragon/alerts`; `/dragon/commands`, the record of commands; the configuration as a metadata record in each file. Messages are ROS 2 CDR, their definitions are
 //! in the file. A message's log time is the Unix time at which its frame was sent, its publish time the one at which it
 //! was due, its sequence the low 32 bits of the tick; both times come from the monotonic stamps by one offset that is
 //! fixed at the start.
@@ -54,7 +54,7 @@ use std::{
     thread::{self, JoinHandle},
 };
 
-use bench_dragon_ipc::{Alert, FrameHeader, HandleState};
+use bench_dragon_ipc::{Alert, CommandEvent, FrameHeader, HandleState};
 use crossbeam::channel::{Receiver, Sender, TryRecvError, bounded};
 
 pub use self::{
@@ -160,6 +160,14 @@ impl Recorder {
     /// What ended the writing thread.
     pub fn alert(&mut self, alert: &Alert, monotonic_ns: u64) -> Result<(), RecordError> {
         self.send(Job::Alert { alert: *alert, monotonic_ns })
+    }
+
+    /// Records an event of the record of commands that arrived at a monotonic instant.
+    ///
+    /// # Errors
+    /// What ended the writing thread.
+    pub fn command(&mut self, event: &CommandEvent, monotonic_ns: u64) -> Result<(), RecordError> {
+        self.send(Job::Command { event: *event, monotonic_ns })
     }
 
     /// How far the recording is. Takes a few loads and no lock.

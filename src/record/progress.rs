@@ -37,6 +37,8 @@ pub struct Summary {
     pub frames: u64,
     /// Alerts recorded, those in removed files included.
     pub alerts: u64,
+    /// Events of commands recorded, those in removed files included.
+    pub commands: u64,
     /// Bytes written, those of removed files included.
     pub bytes: u64,
     /// The files that are there, the oldest first.

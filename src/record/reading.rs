@@ -8,7 +8,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use bench_dragon_ipc::{Alert, FrameHeader, HandleState};
+use bench_dragon_ipc::{Alert, CommandEvent, FrameHeader, HandleState};
 use mcap::records::{Channel, Metadata, Record};
 
 use super::{
@@ -65,6 +65,7 @@ struct State {
     /// The channels that carry frames: one in a file of ours, more where recordings were joined by another tool.
     frame_channels: BTreeSet<u16>,
     alert_channels: BTreeSet<u16>,
+    command_channels: BTreeSet<u16>,
     configuration: Option<Configuration>,
 }
 
@@ -73,6 +74,7 @@ impl State {
         match channel.topic.as_str() {
             schema::FRAMES => self.frame_channels.insert(channel.id),
             schema::ALERTS => self.alert_channels.insert(channel.id),
+            schema::COMMANDS => self.command_channels.insert(channel.id),
             _ => false,
         };
     }
@@ -92,13 +94,15 @@ impl Bookmark {
     }
 }
 
-/// What a recording holds: frames, and the alerts between them.
+/// What a recording holds: frames, and the alerts and events of commands between them.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Recorded {
     /// A frame.
     Frame(RecordedFrame),
     /// An alert.
     Alert(Alert),
+    /// An event of the record of commands. It may come after the frame of its tick.
+    Command(CommandEvent),
 }
 
 /// A frame as it was on the bus, bit for bit.
@@ -223,7 +227,7 @@ impl FrameReader {
         Flaws { cut: self.was_cut(), skipped_bytes: self.skipped_bytes() }
     }
 
-    /// The next alert, or the next frame that is wanted, as its header tells. The handles of the others are not decoded,
+    /// The next alert or event of a command, or the next frame that is wanted, as its header tells. The handles of the others are not decoded,
     /// so that passing them over is quick.
     ///
     /// # Errors
@@ -256,13 +260,19 @@ impl FrameReader {
                         return Ok(Some(Recorded::Alert(alert)));
                     }
                 }
+                Record::Message { header, data } if self.state.command_channels.contains(&header.channel_id) => {
+                    // One of another version tells nothing that this one could: a hole in the numbers shows it.
+                    if let Some(event) = cdr::decode_command(&data) {
+                        return Ok(Some(Recorded::Command(event)));
+                    }
+                }
                 _ => {}
             }
         }
         Ok(None)
     }
 
-    /// The next frame that is wanted, as [`FrameReader::next_wanted`]; alerts are passed over.
+    /// The next frame that is wanted, as [`FrameReader::next_wanted`]; alerts and events of commands are passed over.
     ///
     /// # Errors
     /// [`ReadError::Io`] and [`ReadError::NotAFrame`].
@@ -273,7 +283,7 @@ impl FrameReader {
         loop {
             match self.next_wanted(&mut is_wanted)? {
                 Some(Recorded::Frame(frame)) => return Ok(Some(frame)),
-                Some(Recorded::Alert(_)) => {}
+                Some(Recorded::Alert(_) | Recorded::Command(_)) => {}
                 None => return Ok(None),
             }
         }

@@ -63,17 +63,19 @@ pub(super) struct Stamp {
     pub(super) publish_time_ns: u64,
 }
 
-/// Frames and alerts, counted.
+/// Frames, alerts and events of commands, counted.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Counts {
     pub(super) frames: u64,
     pub(super) alerts: u64,
+    pub(super) commands: u64,
 }
 
 impl Counts {
     pub(super) fn add(&mut self, other: Self) {
         self.frames += other.frames;
         self.alerts += other.alerts;
+        self.commands += other.commands;
     }
 }
 
@@ -157,7 +159,7 @@ impl Recording {
         self.written_bytes
     }
 
-    /// Frames and alerts that have been handed to the operating system.
+    /// Frames, alerts and events of commands that have been handed to the operating system.
     pub(super) fn counts(&self) -> Counts {
         self.counts
     }
@@ -202,7 +204,8 @@ impl Recording {
     /// Whether a message fits into the open chunk; into an empty one any does. The first chunk holds one message: it declares the
     /// channels by which all that follows is read, and the less of it there is, the less can be damaged.
     pub(super) fn fits(&self, message: &[u8]) -> bool {
-        let is_first_chunk = self.counts.frames + self.counts.alerts == 0;
+        let Counts { frames, alerts, commands } = self.counts;
+        let is_first_chunk = frames + alerts + commands == 0;
         let room = if is_first_chunk { 0 } else { self.chunk_limit_bytes };
         self.chunk.bytes == 0 || self.chunk.bytes + recorded_bytes(message) <= room
     }
@@ -222,6 +225,7 @@ impl Recording {
         self.chunk.bytes += recorded_bytes(message);
         self.chunk.counts.frames += u64::from(kind == Kind::Frame);
         self.chunk.counts.alerts += u64::from(kind == Kind::Alert);
+        self.chunk.counts.commands += u64::from(kind == Kind::Command);
         Ok(())
     }
 

@@ -13,6 +13,8 @@ pub const FRAMES: &str = "/dragon/frames";
 pub const POSES: &str = "/dragon/poses";
 /// Topic of the alerts.
 pub const ALERTS: &str = "/dragon/alerts";
+/// Topic of the record of commands.
+pub const COMMANDS: &str = "/dragon/commands";
 
 /// Name of the metadata record that carries the configuration: `run_id` and `toml`.
 pub const CONFIGURATION: &str = "bench_dragon.configuration";
@@ -40,6 +42,9 @@ pub const FRAME_TOPIC: Topic = Topic { name: FRAMES, message: "bench_dragon_msgs
 pub const POSE_TOPIC: Topic = Topic { name: POSES, message: "geometry_msgs/msg/PoseArray", definition: POSE_ARRAY };
 /// The alert topic.
 pub const ALERT_TOPIC: Topic = Topic { name: ALERTS, message: "bench_dragon_msgs/msg/Alert", definition: ALERT };
+/// The topic of the commands.
+pub const COMMAND_TOPIC: Topic =
+    Topic { name: COMMANDS, message: "bench_dragon_msgs/msg/CommandEvent", definition: COMMAND_EVENT };
 
 impl Topic {
     /// Declares the topic in a file and returns its channel's number.
@@ -80,6 +85,33 @@ float64[2] point_m
 uint32 kind
 uint32 bench_a
 uint32 bench_b
+uint32 reserved
+";
+
+const COMMAND_EVENT: &str = "\
+# A command to the source with its outcome, or the start or the end of a run. A run's events are numbered from 0 without a hole.
+# tick: from which an accepted command holds, or at which it was refused. sim_time_ns: show time at which it was taken.
+# wall_ns: nanoseconds since 1970-01-01 00:00 UTC. overruns: releases missed in the run before that tick.
+# values, by kind: 2 speed m/s; 3 seek s; 7 grant from m, to m; 8 and 9 whether timecode leads, time scale;
+# 10 start s, travel m, speed m/s, end s (NaN: none).
+# kind: 0 pause, 1 resume, 2 speed, 3 seek, 4 hold, 5 release, 6 stop, 7 grant, 8 stand, 9 follow, 10 start, 11 end.
+# sender: 0 client, 1 ctl, 2 page, 3 watch, 4 zenoh, 5 timecode, 6 guard, 7 signal, 8 server. pid: 0 where not known.
+# refusal: 0 where accepted, else the number of the reason; lowest and highest: the range of a refused value.
+# flags: of a grant bit 0 final; of a start bit 0 held, 1 paused, 2 guarded, 3 follows timecode.
+uint64 run_id
+uint64 number
+uint64 tick
+int64 sim_time_ns
+int64 wall_ns
+uint64 overruns
+float64[4] values
+float64 lowest
+float64 highest
+uint32 kind
+uint32 sender
+uint32 pid
+uint32 refusal
+uint32 flags
 uint32 reserved
 ";
 

@@ -6,7 +6,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use bench_dragon_ipc::{Alert, FrameHeader, HandleState};
+use bench_dragon_ipc::{Alert, CommandEvent, FrameHeader, HandleState};
 use crossbeam::channel::{Receiver, RecvTimeoutError, Sender};
 use mcap::{McapError, McapResult};
 
@@ -48,6 +48,7 @@ impl FrameBuffer {
 pub(super) enum Job {
     Frame(FrameBuffer),
     Alert { alert: Alert, monotonic_ns: u64 },
+    Command { event: CommandEvent, monotonic_ns: u64 },
     Describe(Description),
 }
 
@@ -159,6 +160,7 @@ impl RecordingWriter {
                     let _ = empty.send(buffer);
                 }
                 Ok(Job::Alert { alert, monotonic_ns }) => self.record_alert(&alert, monotonic_ns)?,
+                Ok(Job::Command { event, monotonic_ns }) => self.record_command(&event, monotonic_ns)?,
                 Ok(Job::Describe(description)) => self.describe(description)?,
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),
@@ -189,6 +191,16 @@ impl RecordingWriter {
         let stamp = Stamp { sequence: alert.tick as u32, log_time_ns: unix_ns, publish_time_ns: unix_ns };
         cdr::encode_alert(&mut self.message, alert);
         self.write(Kind::Alert, stamp)
+    }
+
+    fn record_command(&mut self, event: &CommandEvent, monotonic_ns: u64) -> Result<(), Fault> {
+        let stamp = Stamp {
+            sequence: event.number as u32,
+            log_time_ns: self.timeline.unix_ns(monotonic_ns),
+            publish_time_ns: u64::try_from(event.wall_ns).unwrap_or(0),
+        };
+        cdr::encode_command(&mut self.message, event);
+        self.write(Kind::Command, stamp)
     }
 
     fn write(&mut self, kind: Kind, stamp: Stamp) -> Result<(), Fault> {
@@ -291,6 +303,7 @@ impl RecordingWriter {
             return Err(self.recording.give_up(error.into()));
         }
         self.finished.push(self.recording.path().into(), self.recording.written_bytes());
-        Ok(Summary { frames: counts.frames, alerts: counts.alerts, bytes, files: self.finished.into_paths() })
+        let Counts { frames, alerts, commands } = counts;
+        Ok(Summary { frames, alerts, commands, bytes, files: self.finished.into_paths() })
     }
 }

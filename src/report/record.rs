@@ -31,6 +31,12 @@ pub struct RecordSummary {
     pub lost: u64,
     /// Alerts written.
     pub alerts: u64,
+    /// Events of commands written.
+    #[serde(default)]
+    pub commands: u64,
+    /// Events of commands lost, those from long before the recording began included.
+    #[serde(default)]
+    pub commands_lost: u64,
     /// Bytes written.
     pub bytes: u64,
     /// Files that were removed to stay under the allowed total.

@@ -73,9 +73,9 @@ fn rows_go_to_stdout_and_what_was_written_is_told() {
     let rows = ["7,0,0.0", "7,1000,1.0", "7,2000,2.0"].map(|when| format!("{when},running,0.0,0.0,0.0,1\n"));
     assert_eq!(printed, format!("{titles}{}", rows.concat()));
     let told = export(&stage, &["a.mcap", "a.csv"]).expect_clean().stdout;
-    assert_eq!(told, "3 frames and 0 alerts written to a.csv\n");
+    assert_eq!(told, "6 rows of handles, from 3 frames, written to a.csv\n");
     let told = export(&stage, &["a.mcap", "a.xlsx", "--format", "json"]).expect_clean().last_json();
-    let expected = json!({ "file": "a.xlsx", "runs": 1, "frames": 3, "alerts": 0, "cut": false, "skipped_bytes": 0 });
+    let expected = json!({ "file": "a.xlsx", "runs": 1, "frames": 3, "alerts": 0, "commands": 0, "rows": null, "cut": false, "skipped_bytes": 0 });
     assert_eq!(told, expected);
     assert_eq!(files(&stage), ["a.csv", "a.mcap", "a.xlsx"]);
 }
@@ -89,7 +89,10 @@ fn a_cut_recording_is_exported_as_far_as_it_is_whole() {
     fs::write(stage.path("a.mcap"), &bytes[..summary_start - 5]).expect("a cut recording");
     let ended = export(&stage, &["a.mcap", "a.csv", "--every", "0"]);
     assert_eq!(ended.stderr, "a.mcap stops in the middle: what is whole of it was exported\n");
-    assert_eq!((ended.code(), ended.stdout.as_str()), (Some(0), "10 frames and 0 alerts written to a.csv\n"));
+    assert_eq!(
+        (ended.code(), ended.stdout.as_str()),
+        (Some(0), "20 rows of handles, from 10 frames, written to a.csv\n")
+    );
 }
 
 #[test]

@@ -48,6 +48,7 @@ fn stock_readers_find_every_frame_the_contact_and_the_configuration() {
     assert_whole(&shots, run_id);
     assert_eq!((&summary["frames"], &summary["lost"]), (&json!(shots.len()), &json!(0)));
     assert_eq!((&summary["alerts"], &summary["files"]), (&json!(alerts), &json!(["show.mcap"])));
+    assert_eq!((&summary["commands"], &summary["commands_lost"]), (&json!(2), &json!(0)), "the start and the end");
     assert_eq!(summary["bytes"], fs::metadata(stage.path("show.mcap")).expect("the recording").len());
 
     let received: Vec<u8> = shots.iter().flat_map(Shot::wire_bytes).collect();
@@ -217,7 +218,7 @@ fn in_text_a_recorder_says_what_it_wrote_in_one_line() {
     let recorder = stage.start(&["record", "a.mcap"]);
     let frames = &server.summary()["frames"];
     let text = recorder.terminate().expect_clean().stdout;
-    let begins = text.starts_with(&format!("{frames} frames, 0 alerts, 0 lost, "));
+    let begins = text.starts_with(&format!("{frames} frames, 0 lost; 0 alerts; 2 command events, 0 lost; "));
     assert!(begins && text.ends_with(" in a.mcap\n"), "{text}");
     let repair = stage.run(&["record", "--repair", "a.mcap"]).expect_clean().stdout;
     assert_eq!(repair, format!("a.mcap was finished already: {frames} frames\n"));
