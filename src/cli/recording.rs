@@ -41,9 +41,13 @@ pub(crate) struct RecordArgs {
 /// Arguments of `replay`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct ReplayArgs {
-    /// The recording.
-    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
-    pub(crate) file: PathBuf,
+    /// The recording; with --verify all of its files, oldest first.
+    #[arg(value_name = "FILE", required = true, num_args = 1.., value_hint = ValueHint::FilePath)]
+    pub(crate) files: Vec<PathBuf>,
+    /// Play nothing: simulate the recorded runs again, compare every frame bit for bit, and report the first difference.
+    /// Needs no server. Exit status 0: all is as simulated; 1: a frame differs; 2: something cannot be verified.
+    #[arg(long, conflicts_with_all = ["from", "to", "rate", "repeat", "readers", "instance"])]
+    pub(crate) verify: bool,
     #[command(flatten)]
     pub(crate) interval: IntervalArgs,
     /// Recorded seconds to play per second, 0.01 to 100.

@@ -35,6 +35,7 @@ mod serve;
 mod show;
 mod solve;
 mod timecode;
+mod verify;
 mod view;
 mod watch;
 

@@ -17,9 +17,12 @@
 //!
 //! **What clients may ask.** To stop; whatever else is refused with [`Refusal::Replayed`](bench_dragon_ipc::Refusal).
 //!
+//! **Verification** ([`verify`](mod@verify)) plays nothing: it simulates a recorded run again and compares it with its frames.
+//!
 //! **A damaged file** is played without what is damaged, one without its end as far as it goes; [`Replay::finish`] tells.
 
 pub mod pace;
+pub mod verify;
 
 mod error;
 mod excerpt;

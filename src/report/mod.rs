@@ -24,7 +24,7 @@ pub use monitor::{
     AlertLine, ClearanceReport, ContactReport, GuardReport, MonitorLine, MonitorProgress, MonitorSummary,
 };
 pub use record::{RecordLine, RecordSummary};
-pub use replay::ReplayLine;
+pub use replay::{ReplayLine, VerificationSummary};
 pub use serve::ServeLine;
 pub use show::{FrameCounts, RestartReport, Restarts, ShowSummary};
 pub use timecode::{TimecodeEvent, TimecodeLine};

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::replay::verify::{FlawedFile, RunVerification};
 use crate::replay::{PassSummary, ReplaySummary};
 
 /// A line of `replay`.
@@ -19,4 +20,25 @@ pub enum ReplayLine {
     Pass(PassSummary),
     /// The replay has ended.
     Summary(ReplaySummary),
+    /// A run has been verified, or not.
+    Run(RunVerification),
+    /// The verification has ended.
+    Verification(VerificationSummary),
+}
+
+/// What the verification of a recording came to.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct VerificationSummary {
+    /// Whether every frame of the recording is as simulated.
+    pub verified: bool,
+    /// Runs in the recording.
+    pub runs: u64,
+    /// Their frames.
+    pub frames: u64,
+    /// Frames that are as simulated.
+    pub frames_verified: u64,
+    /// Whether it was broken off.
+    pub interrupted: bool,
+    /// The files that could not be read whole.
+    pub flawed: Vec<FlawedFile>,
 }

@@ -47,11 +47,20 @@ impl Schedule {
         self.overruns
     }
 
-    /// The number of the release that was due at an instant, of a schedule with this epoch; `None` where none was.
-    pub fn release_at(epoch_ns: u64, rate_hz: u32, due_ns: u64) -> Option<u64> {
-        let elapsed_ns = u128::from(due_ns.checked_sub(epoch_ns)?);
-        let release = Self::new(epoch_ns, rate_hz).first_release_from(due_ns);
-        (since_epoch_ns(release, rate_hz) == elapsed_ns).then_some(release)
+    /// The release of a schedule with this epoch that is nearest to an instant, and how many nanoseconds it is away; `None`
+    /// for an instant before the epoch.
+    pub fn nearest_release(epoch_ns: u64, rate_hz: u32, instant_ns: u64) -> Option<(u64, u64)> {
+        let elapsed_ns = u128::from(instant_ns.checked_sub(epoch_ns)?);
+        let first_ahead = Self::new(epoch_ns, rate_hz).first_release_from(instant_ns);
+        let away_ns = |release: u64| since_epoch_ns(release, rate_hz).abs_diff(elapsed_ns) as u64;
+        let nearest =
+            [first_ahead, first_ahead.saturating_sub(1)].into_iter().min_by_key(|&release| away_ns(release))?;
+        Some((nearest, away_ns(nearest)))
+    }
+
+    /// From the epoch to a release, in whole nanoseconds; `None` where that is longer than a clock counts.
+    pub fn from_epoch_ns(release: u64, rate_hz: u32) -> Option<u64> {
+        since_epoch_ns(release, rate_hz).try_into().ok()
     }
 
     fn release_ns(&self, release: u64) -> u64 {
@@ -92,11 +101,14 @@ mod tests {
         for rate_hz in [1, 3, 60, 1000, 99_991, 100_000] {
             for release in [0, 1, 2, 59, 1_000_003, 8_640_000_000] {
                 let due_ns = Schedule::new(77, rate_hz).release_ns(release);
-                assert_eq!(Schedule::release_at(77, rate_hz, due_ns), Some(release), "{rate_hz} Hz");
-                assert_eq!(Schedule::release_at(77, rate_hz, due_ns + 1), None, "{rate_hz} Hz");
+                assert_eq!(Schedule::nearest_release(77, rate_hz, due_ns), Some((release, 0)), "{rate_hz} Hz");
+                assert_eq!(Schedule::nearest_release(77, rate_hz, due_ns + 1), Some((release, 1)), "{rate_hz} Hz");
+                assert_eq!(Schedule::from_epoch_ns(release, rate_hz), Some(due_ns - 77), "{rate_hz} Hz");
             }
         }
-        assert_eq!(Schedule::release_at(77, 1000, 76), None, "before the epoch");
+        assert_eq!(Schedule::nearest_release(77, 1000, 76), None, "before the epoch");
+        assert_eq!(Schedule::nearest_release(0, 1, u64::MAX), Some((18_446_744_074, 290_448_385)));
+        assert_eq!(Schedule::from_epoch_ns(u64::MAX, 1), None);
     }
 
     #[test]

@@ -56,6 +56,7 @@ fn python_finds_the_recording_in_its_tables() {
         ("benches.csv", &["--every", "0.5", "--benches"]),
         ("frames.csv", &["--every", "0.5", "--frames"]),
         ("alerts.csv", &["--alerts"]),
+        ("commands.csv", &["--commands"]),
         ("handles.xlsx", &["--every", "0.5"]),
         ("benches.xlsx", &["--every", "0.5", "--benches"]),
     ] {

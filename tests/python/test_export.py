@@ -6,6 +6,7 @@ Run by the Rust test `export::python_finds_the_recording_in_its_tables`, which r
 import csv
 import math
 import os
+from datetime import datetime
 from pathlib import Path
 
 import openpyxl
@@ -98,6 +99,19 @@ def test_frames_and_alerts_have_a_row_each():
             assert numbers(row, ["clearance_m", "x_m", "y_m"]) == [alert.clearance_m, *alert.point_m]
 
 
+def test_the_record_of_commands_is_there_with_wall_times():
+    events = messages("/dragon/commands")
+    assert [event.kind for event in events] == [10, 11, 10, 11], "each run starts and ends"
+    rows = table("commands.csv")
+    for row, event in zip(rows, events, strict=True):
+        assert when(row) == expected_when(event)
+        assert row["wall_time"].endswith("Z")
+        wall = datetime.fromisoformat(row["wall_time"])
+        assert abs(wall.timestamp() - event.wall_ns / 1e9) < 1e-5
+        assert (row["sender"], int(row["number"]), int(row["overruns"])) == ("server", event.number, event.overruns)
+        assert (row["command"], row["outcome"]) == ({10: "start", 11: "end"}[event.kind], "")
+
+
 def sheet(book, name):
     titles, *rows = [[cell.value for cell in row] for row in book[name].iter_rows()]
     return titles, rows
@@ -111,7 +125,7 @@ def columns(book, name):
 
 def test_a_workbook_has_a_column_for_each_frame():
     book = openpyxl.load_workbook(FOLDER / "handles.xlsx")
-    assert book.sheetnames == ["frames", "positions", "speeds", "alerts", "configuration"]
+    assert book.sheetnames == ["frames", "positions", "speeds", "alerts", "commands", "configuration"]
     _, frames = sheet(book, "frames")
     assert [tuple(row[:3]) for row in frames] == [expected_when(frame) for frame in sampled()]
     titles, positions = columns(book, "positions")
@@ -128,6 +142,8 @@ def test_a_workbook_has_a_column_for_each_frame():
     assert book["positions"]["B2"].number_format == "0.000000"
     _, alerts = sheet(book, "alerts")
     assert len(alerts) == len(messages("/dragon/alerts"))
+    titles, commands = sheet(book, "commands")
+    assert titles == list(table("commands.csv")[0]) and len(commands) == 4
     _, keys = sheet(book, "configuration")
     benches = [(run_id, value) for run_id, key, value in keys if key == "dragon.benches"]
     assert benches == [(runs[0], "223"), (runs[1], "5")]
@@ -135,7 +151,7 @@ def test_a_workbook_has_a_column_for_each_frame():
 
 def test_a_workbook_of_benches_has_their_headings():
     book = openpyxl.load_workbook(FOLDER / "benches.xlsx")
-    assert book.sheetnames == ["frames", "positions", "headings", "speeds", "alerts", "configuration"]
+    assert book.sheetnames == ["frames", "positions", "headings", "speeds", "alerts", "commands", "configuration"]
     rows = iter(table("benches.csv"))
     _, headings = columns(book, "headings")
     for column in headings:
