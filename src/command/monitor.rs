@@ -13,16 +13,18 @@ use bench_dragon::guard::ClearanceCheck;
 use bench_dragon::monitor::forecast::{Forecast, Forecaster};
 use bench_dragon::monitor::{ALERTS_PER_S, AlertPublisher, Monitor, fault_alert, run_alert};
 use bench_dragon::report::{
-    AlertLine, ClearanceReport, ContactReport, GuardReport, MonitorLine, MonitorProgress, MonitorSummary, TimesReport,
+    AlertLine, ClearanceReport, CommandCounts, CommandLine, ContactReport, GuardReport, MonitorLine, MonitorProgress,
+    MonitorSummary, TimesReport, local_time,
 };
 use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{
-    Alert, AlertKind, BusError, Continuity, Domain, Frame, FrameHeader, FrameSubscriber, GuardLock, ShowState,
-    TimeHistogram,
+    Alert, AlertKind, BusError, CommandEvent, Continuity, Domain, EventKind, Frame, FrameHeader, FrameSubscriber,
+    GuardLock, Sender, ShowState, TimeHistogram,
 };
 
 use crate::cli::{Format, MonitorArgs};
 use crate::command::CONTACT;
+use crate::command::command_trail::CommandTrail;
 use crate::command::description::Descriptions;
 use crate::command::follow::{Following, Next, open_when_there};
 use crate::command::guarding::{Guarding, News};
@@ -35,6 +37,7 @@ pub(crate) fn run(args: &MonitorArgs) -> anyhow::Result<ExitCode> {
     let mut session = Session::new(args, &domain, &stop);
     if let Some(mut ports) = opened {
         session.follow(&mut ports)?;
+        session.take_commands(&mut ports)?;
     }
     session.print_summary()?;
     let failed = args.fail_on_contact && session.summary.contact.is_some();
@@ -46,6 +49,7 @@ struct Ports {
     frames: FrameSubscriber,
     descriptions: Descriptions,
     alerts: AlertPublisher,
+    commands: CommandTrail,
     // Given up last.
     _lock: Option<GuardLock>,
 }
@@ -56,7 +60,8 @@ impl Ports {
         let descriptions = Descriptions::open(domain, "monitor-description", stop)?;
         let lock = guard.then(|| GuardLock::take(domain)).transpose()?;
         let alerts = AlertPublisher::open(domain)?;
-        Ok(Self { frames: FrameSubscriber::open(domain, "monitor")?, descriptions, alerts, _lock: lock })
+        let commands = CommandTrail::open(domain, "monitor")?;
+        Ok(Self { frames: FrameSubscriber::open(domain, "monitor")?, descriptions, alerts, commands, _lock: lock })
     }
 }
 
@@ -119,6 +124,7 @@ impl<'a> Session<'a> {
             if self.args.fail_on_contact && self.summary.contact.is_some() {
                 return Ok(());
             }
+            self.take_commands(ports)?;
             self.take_news()?;
             self.print_progress()?;
         }
@@ -182,6 +188,36 @@ impl<'a> Session<'a> {
         let is_kept = self.args.guard && config.is_guarded();
         let keeper = is_kept.then(|| Keeper::start(self.domain, config, header.run_id)).transpose()?;
         Ok(Some(Watch { run_id: header.run_id, monitor, forecaster, asked_from_m: from_m, state: None, keeper }))
+    }
+
+    /// Reports what has become of commands: first of up to the last 128 from before it was there.
+    fn take_commands(&mut self, ports: &mut Ports) -> anyhow::Result<()> {
+        while let Some(event) = ports.commands.receive()? {
+            self.summary.commands.count(&event);
+            // Its own grants are no news.
+            if event.sent_by() != Some(Sender::Guard) || event.pid != std::process::id() {
+                self.tell_command(&event)?;
+            }
+        }
+        self.summary.commands.lost = ports.commands.lost();
+        Ok(())
+    }
+
+    fn tell_command(&self, event: &CommandEvent) -> anyhow::Result<()> {
+        let line = CommandLine::from(event);
+        let is_grant = event.event_kind() == Some(EventKind::Grant) && line.accepted;
+        match self.args.format.format {
+            Format::Json => print_json(&MonitorLine::Command(line)),
+            // Some ten a second.
+            Format::Text if is_grant => {
+                tracing::debug!("{}", line.text);
+                Ok(())
+            }
+            Format::Text => {
+                let (time_s, text) = (line.time_s, line.text);
+                Ok(print_line(format_args!("{time_s:>12.6} s  command    {}  {text}", local_time(event)))?)
+            }
+        }
     }
 
     /// Takes what the guard has to tell.
@@ -273,8 +309,10 @@ impl<'a> Session<'a> {
         if self.args.format.format == Format::Json {
             return print_json(&MonitorLine::Summary(self.summary.clone()));
         }
-        let MonitorSummary { frames, lost, contact, least_clearance, .. } = &self.summary;
+        let MonitorSummary { frames, lost, contact, least_clearance, commands, .. } = &self.summary;
         print_line(format_args!("{frames} frames, {lost} lost"))?;
+        let CommandCounts { accepted, refused, grants, lost } = commands;
+        print_line(format_args!("commands: {accepted} accepted, {refused} refused, {grants} grants, {lost} lost"))?;
         if let Some(ClearanceReport { time_s, benches: [a, b], clearance_m }) = least_clearance {
             print_line(format_args!("least clearance {clearance_m:.6} m at {time_s:.6} s, benches {a} and {b}"))?;
         }

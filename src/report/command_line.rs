@@ -97,8 +97,13 @@ mod tests {
 
     #[test]
     fn an_unknown_command_and_a_time_before_1970_make_a_line_too() {
-        let event =
-            CommandEvent { kind: CommandEvent::UNKNOWN_KIND, sender: 99, refusal: 1, wall_ns: i64::MIN, ..Default::default() };
+        let event = CommandEvent {
+            kind: CommandEvent::UNKNOWN_KIND,
+            sender: 99,
+            refusal: 1,
+            wall_ns: i64::MIN,
+            ..Default::default()
+        };
         let line = CommandLine::from(&event);
         assert_eq!((line.command.as_str(), line.sender.as_str(), line.pid), ("unknown", "sender 99", None));
         assert!(line.wall_time.starts_with("1677-09-21T") && !line.accepted && line.values.is_empty(), "{line:?}");

@@ -21,7 +21,7 @@ pub use command_line::{CommandLine, local_time};
 pub use export::ExportReport;
 pub use latency::{LatencyReport, ReadMode};
 pub use monitor::{
-    AlertLine, ClearanceReport, ContactReport, GuardReport, MonitorLine, MonitorProgress, MonitorSummary,
+    AlertLine, ClearanceReport, CommandCounts, ContactReport, GuardReport, MonitorLine, MonitorProgress, MonitorSummary,
 };
 pub use record::{RecordLine, RecordSummary};
 pub use replay::{ReplayLine, VerificationSummary};

@@ -1,6 +1,6 @@
 //! What a monitor says.
 
-use bench_dragon_ipc::Alert;
+use bench_dragon_ipc::{Alert, CommandEvent, Request};
 use serde::{Deserialize, Serialize};
 
 use super::{CommandLine, TimesReport};
@@ -95,10 +95,38 @@ pub struct MonitorSummary {
     /// Frames up to which the way was not swept whole, for that took too much work.
     #[serde(default)]
     pub unswept_frames: u64,
+    /// The commands to the source that it heard of.
+    #[serde(default)]
+    pub commands: CommandCounts,
     /// From the instant a frame was due to the instant it was read, in microseconds.
     pub latency_us: Percentiles,
     /// The same, whole.
     pub latency: TimesReport,
+}
+
+/// Commands to a source, counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CommandCounts {
+    /// Accepted ones, grants excepted.
+    pub accepted: u64,
+    /// Refused ones, refused grants included.
+    pub refused: u64,
+    /// Accepted grants.
+    pub grants: u64,
+    /// Events of commands that were lost on the way.
+    pub lost: u64,
+}
+
+impl CommandCounts {
+    /// Counts an event.
+    pub fn count(&mut self, event: &CommandEvent) {
+        match (event.request(), event.outcome()) {
+            (_, Err(_)) => self.refused += 1,
+            (Some(Request::Grant { .. }), Ok(())) => self.grants += 1,
+            (Some(_), Ok(())) => self.accepted += 1,
+            (None, Ok(())) => {}
+        }
+    }
 }
 
 /// Where a guard held the head for good.

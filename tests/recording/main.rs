@@ -20,3 +20,4 @@ mod rotation;
 #[path = "../processes/skip.rs"]
 #[allow(dead_code, reason = "these tests use a part of it")]
 mod skip;
+mod verify;

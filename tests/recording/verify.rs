@@ -1,0 +1,293 @@
+//! Verification: a recording that is as simulated is found to be, and one changed bit is found, wherever it is.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use bench_dragon::config::Config;
+use bench_dragon::record::{Recorder, RecorderSettings};
+use bench_dragon::replay::verify::{RunVerification, Value, Verdict, Verification, verify};
+use bench_dragon::server::Simulation;
+use bench_dragon::server::motion::MotionPlan;
+use bench_dragon::server::schedule::Schedule;
+use bench_dragon_ipc::{
+    Command, CommandEvent, CommandReply, EventKind, FrameHeader, HandleState, Request, RunStart, Sender,
+};
+use tempfile::{TempDir, tempdir};
+
+const RUN_ID: u64 = 7;
+const RATE_HZ: u32 = 300;
+const EPOCH_NS: u64 = 1_000_000_007;
+const TOML: &str = "[dragon]\nbenches = 20\n[head]\naccel_mps2 = 0.5\n[serve]\nrate_hz = 300\n";
+
+/// What a recorder had to record of a run, to be changed.
+#[derive(Clone)]
+struct Tape {
+    frames: Vec<(FrameHeader, Vec<HandleState>)>,
+    events: Vec<CommandEvent>,
+}
+
+impl Tape {
+    /// A run of so many ticks, with requests at ticks and releases missed before ticks, as a server makes it.
+    fn of(ticks: u64, requests: &[(u64, Request)], missed: &[(u64, u64)]) -> Self {
+        let config = Config::from_toml(TOML).expect("a valid text");
+        let start = start();
+        let plan = MotionPlan::of_run(&config, &start, RUN_ID);
+        let mut simulation = Simulation::new(config.dragon().clone(), plan);
+        let mut schedule = Schedule::new(EPOCH_NS, RATE_HZ);
+        let mut tape = Self { frames: Vec::new(), events: Vec::new() };
+        tape.record(start.event(), 0);
+        for tick in 0..ticks {
+            let missed = missed.iter().find(|(at, _)| *at == tick).map_or(0, |(_, missed)| *missed);
+            if tick > 0 {
+                let next_ns = schedule.due_ns() + 1;
+                let until_ns = next_ns + Schedule::from_epoch_ns(missed, RATE_HZ).expect("a short time");
+                assert_eq!(schedule.advance(until_ns), missed, "the test misses as many as it wants");
+            }
+            simulation.tick(missed, false, |simulation| {
+                for (_, request) in requests.iter().filter(|(at, _)| *at == tick) {
+                    let reply = match simulation.request(*request) {
+                        Ok(()) => CommandReply::accepted(RUN_ID, tick),
+                        Err(refusal) => CommandReply::refused(RUN_ID, tick, refusal),
+                    };
+                    let command = Command { sender: Sender::Ctl.to_wire(), ..request.to_wire() };
+                    tape.record(CommandEvent::answered(&command, &reply), schedule.overruns());
+                }
+                None
+            });
+            let header = simulation.header(RUN_ID, tick, schedule.due_ns(), config.time_scale());
+            let mut handles = vec![HandleState::default(); config.dragon().dimensions().handles()];
+            simulation.write(&mut handles);
+            tape.frames.push((header, handles));
+        }
+        tape.record(CommandEvent::plain(EventKind::End, Sender::Server, ticks - 1), schedule.overruns());
+        tape
+    }
+
+    fn record(&mut self, event: CommandEvent, overruns: u64) {
+        let number = self.events.len() as u64;
+        self.events.push(CommandEvent { run_id: RUN_ID, number, overruns, ..event });
+    }
+
+    /// Writes a recording, whose events come behind its frames.
+    fn write(&self, path: &Path) {
+        let mut recorder = Recorder::start(RecorderSettings::new(path, 0)).expect("a recorder");
+        recorder.describe(RUN_ID, TOML).expect("the configuration");
+        for (header, handles) in &self.frames {
+            recorder.frame(header, handles).expect("a frame");
+        }
+        for event in &self.events {
+            recorder.command(event, EPOCH_NS).expect("an event");
+        }
+        recorder.finish().expect("a finished recording");
+    }
+
+    fn verify(&self) -> RunVerification {
+        let folder = tempdir().expect("a folder");
+        let path = folder.path().join("a.mcap");
+        self.write(&path);
+        let Verification { mut runs, flawed, is_interrupted } = verified(&[path]);
+        assert!(flawed.is_empty() && !is_interrupted);
+        assert_eq!(runs.len(), 1);
+        runs.remove(0)
+    }
+}
+
+fn start() -> RunStart {
+    RunStart {
+        start_s: 0.0,
+        travel_m: 0.0,
+        speed_mps: 1.0,
+        until_s: None,
+        is_held: false,
+        is_paused: false,
+        is_guarded: false,
+        follows_timecode: false,
+    }
+}
+
+fn verified(files: &[PathBuf]) -> Verification {
+    verify(files, &AtomicBool::new(false), |_| ()).expect("a recording")
+}
+
+/// A run with all that a person can ask for, and with short and long standstills.
+fn eventful() -> Tape {
+    let requests = [
+        (10, Request::Speed { speed_mps: 2.0 }),
+        (200, Request::Pause),
+        (400, Request::Resume),
+        (450, Request::Seek { sim_time_s: 60.0 }),
+        (451, Request::Seek { sim_time_s: 1e9 }),
+        (600, Request::Hold),
+        (600, Request::Resume),
+        (900, Request::Release),
+    ];
+    Tape::of(1200, &requests, &[(5, 3), (100, 75), (101, 1), (300, 9), (700, 76), (701, 2), (950, 200), (960, 7)])
+}
+
+fn reason(run: &RunVerification) -> (u64, &str) {
+    let Verdict::Unverifiable { from_tick, reason } = &run.verdict else { panic!("{run:?}") };
+    (*from_tick, reason)
+}
+
+#[test]
+fn a_run_with_commands_and_missed_releases_is_as_simulated() {
+    let run = eventful().verify();
+    assert_eq!(run.verdict, Verdict::Verified);
+    assert_eq!((run.frames, run.verified, run.missing, run.overruns), (1200, 1200, 0, 373));
+    assert_eq!((run.first_tick, run.last_tick, run.commands, run.grants, run.timecode), (0, 1199, 6, 0, 0));
+}
+
+#[test]
+fn one_changed_bit_is_found_in_every_field_that_is_compared() {
+    let whole = Tape::of(60, &[(20, Request::Speed { speed_mps: 2.0 })], &[(30, 2)]);
+    let flip = |value: &mut f64| *value = f64::from_bits(value.to_bits() ^ 1);
+    type Change<'a> = (&'a str, Option<u64>, Box<dyn Fn(&mut FrameHeader, &mut [HandleState]) + 'a>);
+    let changes: [Change<'_>; 10] = [
+        ("position_m[0]", Some(17), Box::new(|_, handles| flip(&mut handles[17].position_m[0]))),
+        ("position_m[1]", Some(0), Box::new(|_, handles| flip(&mut handles[0].position_m[1]))),
+        ("position_m[2]", Some(20), Box::new(|_, handles| flip(&mut handles[20].position_m[2]))),
+        ("velocity_mps[1]", Some(20), Box::new(|_, handles| flip(&mut handles[20].velocity_mps[1]))),
+        ("head_travel_m", None, Box::new(|header, _| flip(&mut header.head_travel_m))),
+        ("head_speed_mps", None, Box::new(|header, _| flip(&mut header.head_speed_mps))),
+        ("time_scale", None, Box::new(|header, _| flip(&mut header.time_scale))),
+        ("sim_time_ns", None, Box::new(|header, _| header.sim_time_ns ^= 1)),
+        ("scheduled_ns", None, Box::new(|header, _| header.scheduled_ns ^= 1)),
+        ("state", None, Box::new(|header, _| header.state ^= 1)),
+    ];
+    for (field, handle, change) in changes {
+        let mut tape = whole.clone();
+        let (header, handles) = &mut tape.frames[41];
+        change(header, handles);
+        let run = tape.verify();
+        let Verdict::Differs { difference } = &run.verdict else { panic!("{field}: {run:?}") };
+        assert_eq!((difference.tick, difference.field.as_str(), difference.handle), (41, field, handle));
+        assert_ne!(difference.recorded, difference.simulated, "{field}");
+        assert_eq!((run.frames, run.verified), (60, 41), "{field}");
+    }
+}
+
+#[test]
+fn a_changed_command_is_found_where_it_first_shows() {
+    let whole = Tape::of(60, &[(20, Request::Speed { speed_mps: 0.5 }), (25, Request::Release)], &[(30, 2)]);
+    let mut later = whole.clone();
+    later.events[1].tick = 22;
+    let Verdict::Differs { difference } = later.verify().verdict else { panic!("the speed changed two ticks before") };
+    assert_eq!((difference.tick, difference.field.as_str()), (20, "head_travel_m"));
+
+    let mut accepted = whole.clone();
+    accepted.events[2].refusal = 0;
+    let Verdict::Differs { difference } = accepted.verify().verdict else { panic!("there was no hold to release") };
+    assert_eq!((difference.tick, difference.field.as_str()), (25, "command event 2"));
+    assert_eq!(difference.recorded, Value::Text("accepted".to_owned()));
+
+    let mut overruns = whole;
+    overruns.events[3].overruns = 1;
+    let Verdict::Differs { difference } = overruns.verify().verdict else { panic!("the frames show two") };
+    assert_eq!((difference.tick, difference.field.as_str()), (59, "overruns of command event 3"));
+}
+
+#[test]
+fn frames_that_the_recorder_lost_are_simulated_unless_releases_were_missed_meanwhile() {
+    let whole = eventful();
+    let mut tape = whole.clone();
+    tape.frames.retain(|(header, _)| !(500..620).contains(&header.tick) && header.tick != 40);
+    let run = tape.verify();
+    assert_eq!((&run.verdict, run.frames, run.verified, run.missing), (&Verdict::Verified, 1079, 1079, 121));
+
+    let mut tape = whole;
+    tape.frames.retain(|(header, _)| !(690..710).contains(&header.tick));
+    let run = tape.verify();
+    let (from_tick, reason) = reason(&run);
+    assert_eq!((from_tick, run.verified, run.frames), (690, 690, 1180));
+    assert_eq!(
+        reason,
+        "20 frames are missing there, and the server missed 78 releases meanwhile: between which is not known"
+    );
+}
+
+#[test]
+fn a_recording_that_begins_late_is_verified_where_no_release_was_missed_before() {
+    let requests = [(10, Request::Speed { speed_mps: 2.0 }), (150, Request::Pause)];
+    let mut tape = Tape::of(200, &requests, &[(120, 5)]);
+    tape.frames.retain(|(header, _)| header.tick >= 100);
+    let run = tape.verify();
+    assert_eq!((&run.verdict, run.first_tick, run.frames, run.missing), (&Verdict::Verified, 100, 100, 100));
+    assert_eq!((run.commands, run.overruns), (2, 5));
+
+    let mut tape = Tape::of(200, &requests, &[(50, 5)]);
+    tape.frames.retain(|(header, _)| header.tick >= 100);
+    let run = tape.verify();
+    let (from_tick, reason) = reason(&run);
+    assert_eq!((from_tick, run.verified), (100, 0));
+    assert!(
+        reason.starts_with("the recording begins at tick 100, and its first frame is not as simulated"),
+        "{reason}"
+    );
+}
+
+#[test]
+fn events_that_are_missing_end_what_can_be_verified() {
+    let whole = Tape::of(60, &[(20, Request::Pause), (40, Request::Resume)], &[]);
+    let mut tape = whole.clone();
+    tape.events.remove(2);
+    let run = tape.verify();
+    assert_eq!(reason(&run), (20, "1 events of its commands are missing there"));
+    assert_eq!(run.verified, 20);
+
+    let mut tape = whole.clone();
+    tape.events.remove(0);
+    let run = tape.verify();
+    assert_eq!(reason(&run), (0, "the first 1 events of its commands are missing: the recording began too late"));
+
+    let mut tape = whole;
+    tape.events.clear();
+    let run = tape.verify();
+    assert!(reason(&run).1.starts_with("it has no record of commands"), "{run:?}");
+}
+
+#[test]
+fn nothing_that_a_recording_claims_breaks_a_verification() {
+    let whole = Tape::of(5, &[], &[]);
+    let starts = [
+        RunStart { travel_m: f64::NAN, ..start() },
+        RunStart { travel_m: 1e300, ..start() },
+        RunStart { start_s: f64::INFINITY, ..start() },
+        RunStart { speed_mps: -1.0, ..start() },
+    ];
+    for start in starts {
+        let mut tape = whole.clone();
+        tape.events[0] = CommandEvent { run_id: RUN_ID, ..start.event() };
+        assert_eq!(reason(&tape.verify()), (0, "its start is not one of this dragon"));
+    }
+    let mut tape = whole.clone();
+    tape.frames[4].0.tick = u64::MAX;
+    assert!(matches!(tape.verify().verdict, Verdict::Differs { .. }), "no clock goes on for so long");
+    let mut tape = whole.clone();
+    tape.frames[4].0.tick = 200_000_000;
+    tape.frames[4].0.scheduled_ns = EPOCH_NS + 200_000_000 * 1_000_000_000 / u64::from(RATE_HZ);
+    assert!(reason(&tape.verify()).1.ends_with("at most 86400000 in a row are simulated"));
+    let mut tape = whole;
+    tape.frames.swap(2, 3);
+    assert_eq!(reason(&tape.verify()).0, 2);
+}
+
+#[test]
+fn the_files_of_a_rotated_recording_are_verified_as_one() {
+    let folder: TempDir = tempdir().expect("a folder");
+    let whole = eventful();
+    let parts = [0..400, 400..800, 800..1200].map(|ticks: std::ops::Range<u64>| {
+        let path = folder.path().join(format!("{}.mcap", ticks.start));
+        let frames = whole.frames.iter().filter(|(header, _)| ticks.contains(&header.tick)).cloned().collect();
+        let events = whole.events.iter().filter(|event| ticks.contains(&event.tick)).copied().collect();
+        Tape { frames, events }.write(&path);
+        path
+    });
+    let Verification { runs, .. } = verified(&parts);
+    assert_eq!((&runs[0].verdict, runs[0].frames), (&Verdict::Verified, 1200));
+    let Verification { runs, .. } = verified(&parts[1..]);
+    assert!(reason(&runs[0]).1.contains("events of its commands are missing"), "{runs:?}");
+    let [first, second, third] = parts;
+    let Verification { runs, .. } = verified(&[first, third, second]);
+    let (from_tick, reason) = reason(&runs[0]);
+    assert!(from_tick == 400 && reason.contains("frames are missing there"), "{runs:?}");
+}
