@@ -76,6 +76,7 @@ mod terminal;
 mod timecode;
 mod tmux;
 mod turnaround;
+mod verify;
 mod view;
 mod view_page;
 mod wall_clock;

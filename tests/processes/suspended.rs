@@ -15,7 +15,7 @@ const RATE_HZ: u64 = 100;
 const PERIOD_NS: u64 = 1_000_000_000 / RATE_HZ;
 
 /// Stops a process for a time, or longer.
-fn suspend(process: &Process, suspended_ns: u64) {
+pub(crate) fn suspend(process: &Process, suspended_ns: u64) {
     process.signal(Signal::STOP);
     let until_ns = monotonic_ns() + suspended_ns;
     eventually("the server has been suspended for long enough", || (monotonic_ns() >= until_ns).then_some(()));

@@ -19,20 +19,20 @@ const FRAME_S: f64 = 0.04;
 const RATE_HZ: f64 = 50.0;
 
 /// A desk that sends timecode; it ends with the test.
-struct Desk {
+pub(crate) struct Desk {
     process: Process,
     orders: ChildStdin,
 }
 
 /// Where the desk's clock was when.
 #[derive(Clone, Copy, Debug)]
-struct Clock {
+pub(crate) struct Clock {
     position_s: f64,
     epoch_ns: u64,
 }
 
 impl Desk {
-    fn start(args: &[&str]) -> Self {
+    pub(crate) fn start(args: &[&str]) -> Self {
         let mut command = python();
         command.arg("tests/python/timecode.py").args(args);
         let (process, orders) = Process::start_with_stdin(command);
@@ -40,7 +40,7 @@ impl Desk {
     }
 
     /// Gives an order, and waits until it is carried out.
-    fn order(&mut self, order: &str) -> Clock {
+    pub(crate) fn order(&mut self, order: &str) -> Clock {
         writeln!(self.orders, "{order}").expect("the desk listens");
         let answer = self.process.json();
         Clock {
@@ -59,7 +59,7 @@ impl Clock {
 }
 
 /// A server that follows timecode, and where it listens.
-fn serve(stage: &Stage, source: &str, args: &[&str]) -> (Server, String) {
+pub(crate) fn serve(stage: &Stage, source: &str, args: &[&str]) -> (Server, String) {
     let mut server = stage.serve(&[&["--rate", "50", "--timecode", source], args].concat());
     let listen = listens(&mut server.process);
     (server, listen)
@@ -73,13 +73,13 @@ fn listens(process: &mut Process) -> String {
 }
 
 /// The next line of a kind.
-fn event(process: &mut Process, event: &str) -> Value {
+pub(crate) fn event(process: &mut Process, event: &str) -> Value {
     let is_wanted = |line: &Value| line["type"] == "timecode" && line["event"] == event;
     process.json_until(&format!("timecode event {event:?}"), is_wanted).pop().expect("the wanted line comes last")
 }
 
 /// Reads until so many frames have shown what the clock showed: far more than half of those after it has settled.
-fn read_following(reader: &mut Reader, clock: Clock, offset_s: f64) -> Vec<Shot> {
+pub(crate) fn read_following(reader: &mut Reader, clock: Clock, offset_s: f64) -> Vec<Shot> {
     const WANTED: usize = 50;
     let (mut shots, mut agreed) = (Vec::new(), 0);
     while agreed < WANTED {

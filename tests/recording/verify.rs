@@ -39,9 +39,9 @@ impl Tape {
         for tick in 0..ticks {
             let missed = missed.iter().find(|(at, _)| *at == tick).map_or(0, |(_, missed)| *missed);
             if tick > 0 {
-                let next_ns = schedule.due_ns() + 1;
-                let until_ns = next_ns + Schedule::from_epoch_ns(missed, RATE_HZ).expect("a short time");
-                assert_eq!(schedule.advance(until_ns), missed, "the test misses as many as it wants");
+                // Just behind the last missed release, whatever the rounding.
+                let ended_ns = schedule.due_ns() + Schedule::from_epoch_ns(missed, RATE_HZ).expect("a short time") + 2;
+                assert_eq!(schedule.advance(ended_ns), missed, "the test misses as many as it wants");
             }
             simulation.tick(missed, false, |simulation| {
                 for (_, request) in requests.iter().filter(|(at, _)| *at == tick) {
@@ -184,6 +184,26 @@ fn a_changed_command_is_found_where_it_first_shows() {
     overruns.events[3].overruns = 1;
     let Verdict::Differs { difference } = overruns.verify().verdict else { panic!("the frames show two") };
     assert_eq!((difference.tick, difference.field.as_str()), (59, "overruns of command event 3"));
+}
+
+#[test]
+fn the_last_moments_before_a_crash_are_not_said_to_differ() {
+    let requests = [(20, Request::Speed { speed_mps: 2.0 }), (400, Request::Speed { speed_mps: 0.1 })];
+    let whole = Tape::of(500, &requests, &[]);
+    let mut killed = whole.clone();
+    killed.events.truncate(2);
+    let run = killed.verify();
+    let (from_tick, reason) = reason(&run);
+    assert_eq!((from_tick, run.verified), (400, 400));
+    assert!(reason.starts_with("the record of commands has no end, as after a crash"), "{reason}");
+
+    let mut long_before = whole.clone();
+    long_before.events.truncate(1);
+    assert!(matches!(long_before.verify().verdict, Verdict::Differs { .. }), "1.6 s before the end");
+    let mut ended = whole;
+    ended.events.remove(2);
+    ended.events[2].number = 2;
+    assert!(matches!(ended.verify().verdict, Verdict::Differs { .. }), "the record of commands is whole");
 }
 
 #[test]

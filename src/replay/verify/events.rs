@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use bench_dragon_ipc::{CommandEvent, RunStart};
+use bench_dragon_ipc::{CommandEvent, EventKind, RunStart};
 
 use super::VerifyError;
 use super::recordings::Recordings;
@@ -64,6 +64,8 @@ pub(super) struct RunEvents {
     pub(super) events: std::iter::Peekable<std::vec::IntoIter<CommandEvent>>,
     /// Tick from which on events may be missing, and how many are.
     pub(super) gap: Option<Gap>,
+    /// Tick of the last event, where that is not the end of the run.
+    pub(super) open_end_tick: Option<u64>,
 }
 
 /// Events that are missing in a recording.
@@ -105,7 +107,9 @@ impl RunEvents {
         if !events.is_sorted_by_key(|event| event.tick) {
             return Err("the ticks of its commands are not in order".to_owned());
         }
+        let open_end_tick =
+            events.last().filter(|last| last.event_kind() != Some(EventKind::End)).map(|last| last.tick);
         events.remove(0);
-        Ok(Self { start, events: events.into_iter().peekable(), gap })
+        Ok(Self { start, events: events.into_iter().peekable(), gap, open_end_tick })
     }
 }

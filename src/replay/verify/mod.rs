@@ -163,6 +163,26 @@ struct RunInProgress {
     found: RunVerification,
     /// `None` from where it cannot go on.
     check: Option<RunCheck>,
+    /// Where its record of commands has no end.
+    open_end: Option<OpenEnd>,
+}
+
+/// The end of a record of commands that is not said to be one.
+#[derive(Clone, Copy, Debug)]
+struct OpenEnd {
+    /// Tick of the last event.
+    last_tick: u64,
+    rate_hz: u32,
+}
+
+impl OpenEnd {
+    /// A server publishes its events ten times a second; on a busy machine later. In parts of a second.
+    const LAST_MOMENTS: u64 = 2;
+
+    /// Whether a tick lies in the last moments of the run, behind the last event.
+    fn contains(self, tick: u64, last_tick: u64) -> bool {
+        tick >= self.last_tick && last_tick.saturating_sub(tick) <= u64::from(self.rate_hz) / Self::LAST_MOMENTS
+    }
 }
 
 impl Runs {
@@ -214,7 +234,8 @@ impl RunInProgress {
             timecode: 0,
             verdict,
         };
-        Self { found, check }
+        let open_end = check.as_ref().and_then(RunCheck::open_end);
+        Self { found, check, open_end }
     }
 
     fn take(&mut self, frame: &RecordedFrame, stop: &AtomicBool) {
@@ -237,7 +258,19 @@ impl RunInProgress {
         self.check = None;
     }
 
-    fn finish(self) -> RunVerification {
+    /// A server or a recorder that is killed leaves the commands of its last moments unrecorded. Where a frame differs only
+    /// there, nothing is known of why.
+    fn finish(mut self) -> RunVerification {
+        let Some(open_end) = self.open_end else { return self.found };
+        if let Verdict::Differs { difference } = &self.found.verdict
+            && open_end.contains(difference.tick, self.found.last_tick)
+        {
+            let reason = format!(
+                "the record of commands has no end, as after a crash: some of its last moments may be missing; as recorded, \
+                 the run differs {difference}"
+            );
+            self.found.verdict = Verdict::Unverifiable { from_tick: difference.tick, reason };
+        }
         self.found
     }
 }

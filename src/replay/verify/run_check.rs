@@ -4,9 +4,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use bench_dragon_ipc::{CommandEvent, EventKind, FrameHeader, HandleState, Refusal, Request, RunStart};
 
-use super::RunVerification;
 use super::difference::{Difference, difference};
 use super::events::RunEvents;
+use super::{OpenEnd, RunVerification};
 use crate::config::Config;
 use crate::record::{Configuration, RecordedFrame};
 use crate::server::motion::MotionPlan;
@@ -121,6 +121,12 @@ impl RunCheck {
             next_tick: 0,
             counts: Counts::default(),
         })
+    }
+
+    /// The end of the record of commands, where no event says that the run has ended there.
+    pub(super) fn open_end(&self) -> Option<OpenEnd> {
+        let last_tick = self.events.open_end_tick?;
+        Some(OpenEnd { last_tick, rate_hz: self.config.rate_hz() })
     }
 
     pub(super) fn counts(&self) -> Counts {
