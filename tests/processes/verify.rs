@@ -295,8 +295,7 @@ fn a_recording_of_a_replay_has_nothing_to_be_verified_by() {
     server.summary();
     end(recorder);
     let recorder = stage.start(&["record", "b.mcap", "--format", "json"]);
-    let replayed = stage.run(&["replay", "a.mcap", "--readers", "1"]);
-    replayed.expect_clean();
+    assert_eq!(stage.run(&["replay", "a.mcap", "--readers", "1"]).code(), Some(0));
     await_frames(&stage.path("b.mcap"));
     end(recorder);
     let ended = verify(&stage, &["b.mcap"], &[]);
