@@ -24,13 +24,17 @@ const STYLE: &str = "text/css; charset=utf-8";
 /// All of them.
 pub(super) const ASSETS: &[Asset] = &assets! {
     "/", "index.html", HTML;
+    "/alert_filter.js", "alert_filter.js", SCRIPT;
     "/alerts.js", "alerts.js", SCRIPT;
     "/announcer.js", "announcer.js", SCRIPT;
     "/boards.js", "boards.js", SCRIPT;
     "/camera.js", "camera.js", SCRIPT;
     "/canvas.js", "canvas.js", SCRIPT;
     "/command.js", "command.js", SCRIPT;
+    "/commands.js", "commands.js", SCRIPT;
     "/connection.js", "connection.js", SCRIPT;
+    "/contact_notice.js", "contact_notice.js", SCRIPT;
+    "/contacts.js", "contacts.js", SCRIPT;
     "/controls.js", "controls.js", SCRIPT;
     "/details.js", "details.js", SCRIPT;
     "/dragon_paths.js", "dragon_paths.js", SCRIPT;
@@ -42,9 +46,11 @@ pub(super) const ASSETS: &[Asset] = &assets! {
     "/gap.js", "gap.js", SCRIPT;
     "/icon.svg", "icon.svg", PICTURE;
     "/keys.js", "keys.js", SCRIPT;
+    "/lamps.js", "lamps.js", SCRIPT;
     "/levels.js", "levels.js", SCRIPT;
     "/main.js", "main.js", SCRIPT;
     "/nearest_mark.js", "nearest_mark.js", SCRIPT;
+    "/outlook_words.js", "outlook_words.js", SCRIPT;
     "/overlap.js", "overlap.js", SCRIPT;
     "/pace.js", "pace.js", SCRIPT;
     "/palette.js", "palette.js", SCRIPT;
@@ -58,6 +64,7 @@ pub(super) const ASSETS: &[Asset] = &assets! {
     "/storage.js", "storage.js", SCRIPT;
     "/strip.js", "strip.js", SCRIPT;
     "/style.css", "style.css", STYLE;
+    "/tabs.js", "tabs.js", SCRIPT;
     "/theme.js", "theme.js", SCRIPT;
     "/timeline.js", "timeline.js", SCRIPT;
     "/timeline_axis.js", "timeline_axis.js", SCRIPT;

@@ -12,7 +12,7 @@ use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
 use super::seats::Seat;
 use super::shown::Shown;
-use super::wire::{AlertMessage, PlanMessage, RunMessage, StatusMessage, read_ack};
+use super::wire::{AlertMessage, CommandMessage, PlanMessage, RunMessage, StatusMessage, read_ack};
 use crate::clock::monotonic_ns;
 use crate::observe::{PlannedClearance, Run, Still};
 use crate::web::closed;
@@ -48,6 +48,7 @@ struct Told {
     chart_revision: u64,
     plan: Option<Arc<PlannedClearance>>,
     next_alert: u64,
+    next_command: u64,
 }
 
 /// What a stream waits for.
@@ -156,7 +157,8 @@ impl PageStream {
         self.unacknowledged.push_back(shown.sequence);
         self.send(Message::Binary(bytes)).await?;
         self.send_plan(&shown).await?;
-        self.send_alerts(&shown).await
+        self.send_alerts(&shown).await?;
+        self.send_commands(&shown).await
     }
 
     /// Sends the planned clearance, unless the page has it already: once a run, and a few times before it is complete.
@@ -187,6 +189,15 @@ impl PageStream {
             self.send_json(&AlertMessage::from(alert)).await?;
         }
         self.told.next_alert = shown.scene.alerts.total();
+        Ok(())
+    }
+
+    /// Sends the commands that are new.
+    async fn send_commands(&mut self, shown: &Shown) -> Result<(), End> {
+        for command in shown.scene.commands.since(self.told.next_command) {
+            self.send_json(&CommandMessage::from(command)).await?;
+        }
+        self.told.next_command = shown.scene.commands.total();
         Ok(())
     }
 

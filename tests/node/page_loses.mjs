@@ -31,7 +31,7 @@ await withBrowser(async (browser) => {
   expect(refused.length === 0, refused.join('\n'));
 
   say({ type: 'end the view' });
-  await stands(page, 'ended');
+  await stands(page, 'view-ended');
   say({ type: 'seen' });
 });
 

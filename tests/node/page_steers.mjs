@@ -128,7 +128,13 @@ async function seek(page) {
   const stepped = Number(await field.inputValue());
   expect(stepped === Math.round(proposed) + 1, `${stepped} s does not follow ${proposed} s`);
   say({ type: 'proposed', time_s: stepped });
-  await page.click('#seek-form button');
+  await page.click('#seek-set');
+  await reads(page, '#seek-set', /^Sure\?$/);
+  await reads(page, '#reply', /^Press again to seek: the dragon jumps to \d+\.\d s/);
+  await field.fill(String(stepped));
+  await reads(page, '#seek-set', /^Set$/);
+  await page.click('#seek-set');
+  await page.click('#seek-set');
   await reads(page, '#reply', /^put there from tick \d+$/);
   say({ type: 'sought', time_s: stepped });
 }

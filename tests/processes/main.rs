@@ -10,6 +10,7 @@ mod bad_input;
 mod bridge_osc;
 mod bridge_psn;
 mod bridge_troubles;
+mod browser;
 mod c_compiler;
 mod c_library;
 mod children;
@@ -79,6 +80,7 @@ mod turnaround;
 mod verify;
 mod view;
 mod view_page;
+mod view_states;
 mod wall_clock;
 mod watch;
 #[cfg(feature = "zenoh")]

@@ -1,10 +1,8 @@
 //! The view's page in Chromium, against the bus. The scenarios are in `tests/node`.
 
-use std::env;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use bench_dragon::config::Config;
 use bench_dragon::dragon::{ClearanceSearch, PairClearance};
@@ -13,76 +11,14 @@ use glam::DVec2;
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
+use crate::browser::{Browser, View};
 use crate::process::Process;
 use crate::reader::{Reader, Shot};
-use crate::skip::{has_programs, is_possible, skip};
+use crate::skip::{has_programs, is_possible};
 use crate::stage::Stage;
 
 /// Before the middle of the show, so that the page has a forecast and nothing touches.
 const SHOW: [&str; 4] = ["--rate", "100", "--start-at", "200"];
-
-/// What the scenarios need of this machine. One at a time: a browser is many processes.
-#[derive(Debug)]
-struct Browser {
-    node: PathBuf,
-    chromium: PathBuf,
-    _alone: MutexGuard<'static, ()>,
-}
-
-/// A view and its page's address.
-#[derive(Debug)]
-struct View {
-    process: Process,
-    url: String,
-    address: String,
-}
-
-impl Browser {
-    /// Says why where there is none.
-    fn find() -> Option<Self> {
-        static ALONE: Mutex<()> = Mutex::new(());
-        let node = env::var_os("BENCH_DRAGON_NODE").map(PathBuf::from);
-        let Some(node) = node.filter(|folder| folder.join("node_modules/playwright-core").exists()) else {
-            skip("tests/run has not installed the packages of tests/node");
-            return None;
-        };
-        let programs = ["chromium", "chromium-browser", "google-chrome"];
-        let folders: Vec<PathBuf> =
-            env::var_os("PATH").map(|path| env::split_paths(&path).collect()).unwrap_or_default();
-        let mut found = programs.iter().flat_map(|program| folders.iter().map(move |folder| folder.join(program)));
-        let Some(chromium) = found.find(|path| path.exists()) else {
-            skip("there is no Chromium");
-            return None;
-        };
-        Some(Self { node, chromium, _alone: ALONE.lock().unwrap_or_else(PoisonError::into_inner) })
-    }
-
-    /// Starts a scenario.
-    fn play(&self, scenario: &str, args: &[&str]) -> Process {
-        let mut node = Command::new("node");
-        self.give(&mut node, scenario, args);
-        Process::start(node)
-    }
-
-    /// Gives a scenario to a command that runs node.
-    fn give(&self, command: &mut Command, scenario: &str, args: &[&str]) {
-        command.arg(format!("tests/node/{scenario}")).args(args).current_dir(env!("CARGO_MANIFEST_DIR"));
-        command.env("BENCH_DRAGON_NODE", &self.node).env("BENCH_DRAGON_CHROMIUM", &self.chromium);
-    }
-}
-
-impl View {
-    fn start(stage: &Stage, args: &[&str]) -> Self {
-        let mut process = stage.start(&[&["view", "--format", "json"], args].concat());
-        let listening = process.json();
-        let text = |key: &str| listening[key].as_str().unwrap_or_else(|| panic!("{listening}")).to_owned();
-        Self { url: text("url"), address: text("address"), process }
-    }
-
-    fn of(stage: &Stage) -> Self {
-        Self::start(stage, &["--listen", "127.0.0.1:0"])
-    }
-}
 
 #[test]
 fn the_page_draws_the_dragon_where_it_is_and_shows_the_buss_clearance() {

@@ -64,4 +64,4 @@ def test_a_page_is_told_when_the_server_comes_hangs_dies_and_comes_again():
         assert frame.benches == 223
         server.terminate()
         assert server.wait(PATIENCE_S) == 0
-        until(stream, link("gone"))
+        until(stream, link("ended"))

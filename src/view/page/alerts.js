@@ -1,24 +1,68 @@
 // @ts-check
+import { AlertFilter, countKinds } from './alert_filter.js';
 import { element, write } from './element.js';
 import * as format from './format.js';
 
 /** @typedef {import('./show.js').Alert} Alert */
 
 const list = element('alerts', HTMLOListElement);
+const kinds = element('alert-kinds', HTMLElement);
+const none = element('no-alerts', HTMLElement);
+const filter = new AlertFilter();
+/** Why nobody looks for contacts; `null` where a monitor does. @type {string | null} */
+let unwatched = null;
+/** @type {readonly Alert[]} */
+let alerts = [];
+/** @type {number | undefined} */
+let run_id;
 
 /**
  * Lists the alerts, newest first; what is listed already stays as it is. Those of earlier runs step back.
- * @param {readonly Alert[]} alerts oldest first
- * @param {number | undefined} run_id of the run that is shown
+ * @param {readonly Alert[]} newest oldest first
+ * @param {number | undefined} shown_run_id of the run that is shown
+ * @param {string | null} reason why nobody looks for contacts
  */
-export function listAlerts(alerts, run_id) {
+export function listAlerts(newest, shown_run_id, reason) {
+  [alerts, run_id, unwatched] = [newest, shown_run_id, reason];
+  offerKinds();
+  const shown = filter.listed(alerts);
   const listed = new Map([...list.children].map((row) => [row instanceof HTMLElement ? row.dataset.key : '', row]));
-  const rows = alerts.map((alert) => listed.get(alertKey(alert)) ?? row(alert)).reverse();
-  rows.forEach((item, at) => item.classList.toggle('is-earlier', alerts[alerts.length - 1 - at].run_id !== run_id));
+  const rows = shown.map((alert) => listed.get(alertKey(alert)) ?? row(alert)).reverse();
+  rows.forEach((item, at) => item.classList.toggle('is-earlier', shown[shown.length - 1 - at].run_id !== run_id));
   if (rows.length !== list.children.length || rows[0] !== list.firstChild) list.replaceChildren(...rows);
-  element('no-alerts', HTMLElement).hidden = alerts.length > 0;
-  list.hidden = alerts.length === 0;
+  const hidden = alerts.length - shown.length;
+  write(none, unwatched ?? (hidden > 0 ? `${hidden} not listed.` : 'None so far.'));
+  none.dataset.warns = String(unwatched !== null);
+  none.hidden = alerts.length > 0 && unwatched === null && hidden === 0;
+  list.hidden = shown.length === 0;
   write(element('alerts-count', HTMLElement), alerts.length === 0 ? '' : String(alerts.length));
+}
+
+/** A button for each kind that there is, as long as there are several alerts. */
+function offerKinds() {
+  const counts = alerts.length > 1 ? countKinds(alerts) : [];
+  const text = JSON.stringify(counts.map(([kind, count]) => [kind, count, filter.isShown(kind)]));
+  if (kinds.dataset.counts === text) return;
+  kinds.dataset.counts = text;
+  const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset.kind : undefined;
+  kinds.hidden = counts.length === 0;
+  kinds.replaceChildren(...counts.map(([kind, count]) => kindButton(kind, count)));
+  for (const one of kinds.children) if (one instanceof HTMLElement && one.dataset.kind === focused) one.focus();
+}
+
+/** @param {string} kind @param {number} count */
+function kindButton(kind, count) {
+  const made = document.createElement('button');
+  made.type = 'button';
+  made.className = 'kind';
+  made.dataset.kind = kind;
+  made.setAttribute('aria-pressed', String(filter.isShown(kind)));
+  made.textContent = `${kind} ${count}`;
+  made.addEventListener('click', () => {
+    filter.toggle(kind);
+    listAlerts(alerts, run_id, unwatched);
+  });
+  return made;
 }
 
 /** Tells alerts of different views and runs apart. @param {Alert} alert */

@@ -3,13 +3,10 @@
 
 import { element, write } from './element.js';
 import * as format from './format.js';
+import { outlookInWords } from './outlook_words.js';
 
 /** @typedef {import('./show.js').Show} Show */
 /** @typedef {import('./show.js').Status} Status */
-
-/** A contact that is nearer than this is one to get ready for, and one to act upon. */
-const SOON_S = 60;
-const NOW_S = 15;
 
 const html = (/** @type {string} */ id) => element(id, HTMLElement);
 const clearanceFigure = html('clearance-figure');
@@ -33,7 +30,7 @@ function writeClearance(show) {
   const least = lowest(status?.least ?? null, nearest, frame?.time_s ?? 0);
   write(
     html('least'),
-    least === null ? '' : `least ${format.millimetres(least.clearance_m)} at ${format.showTime(least.time_s)} s`,
+    least === null ? '' : `least ${format.millimetres(least.clearance_m)} mm at ${format.fixed(least.time_s, 1)} s`,
   );
   clearanceFigure.dataset.level = level(nearest?.clearance_m, run?.near_m);
   clearanceFigure.dataset.clearanceM = String(nearest?.clearance_m ?? '');
@@ -54,22 +51,12 @@ function lowest(told, nearest, time_s) {
 
 /** @param {Show} show */
 function writeOutlook({ frame, status }) {
-  const outlook = status?.outlook ?? { kind: 'unknown' };
+  const outlook = status?.outlook ?? /** @type {const} */ ({ kind: 'unknown' });
+  const { large, small, level } = outlookInWords(outlook, frame?.state ?? null);
   outlookFigure.dataset.kind = outlook.kind;
-  outlookFigure.dataset.level = 'far';
-  const [large, small] = [html('outlook'), html('outlook-more')];
-  if (outlook.kind === 'contact') {
-    const left_s = Math.max(outlook.time_s - (frame?.time_s ?? outlook.time_s), 0);
-    outlookFigure.dataset.level = urgency(left_s / (frame?.time_scale ?? 1));
-    write(large, `Contact in ${format.fixed(left_s, 1)} s`);
-    write(small, `${format.pair(outlook.benches)}, at ${format.fixed(outlook.time_s, 3)} s`);
-  } else if (outlook.kind === 'free') {
-    write(large, outlook.is_end ? 'Free to the end' : `Free to ${format.fixed(outlook.time_s, 1)} s`);
-    write(small, outlook.is_end ? `no contact up to ${format.showTime(outlook.time_s)} s` : 'still looking ahead');
-  } else {
-    write(large, '–');
-    write(small, frame?.state === 'finished' ? 'the show is over' : 'nothing is known of the ground ahead');
-  }
+  outlookFigure.dataset.level = level;
+  write(html('outlook'), large);
+  write(html('outlook-more'), small);
 }
 
 /** @param {Show} show */
@@ -107,12 +94,6 @@ function percentiles(times) {
   return times === null || times === undefined
     ? '–'
     : `${format.shortTime(times.p50)} · ${format.shortTime(times.p99)}`;
-}
-
-/** @param {number} left_s until a contact, on the clock on the wall */
-function urgency(left_s) {
-  if (left_s > SOON_S) return 'far';
-  return left_s > NOW_S ? 'soon' : 'now';
 }
 
 /** @param {number | undefined} clearance_m @param {number | undefined} near_m */

@@ -5,7 +5,7 @@ const KIND = 1;
 const HEADER_LENGTH = 96;
 const VALUES_PER_HANDLE = 3;
 const NO_BENCH = 0xffffffff;
-const STATES = /** @type {const} */ (['running', 'paused', 'held', 'finished']);
+const STATES = /** @type {const} */ (['running', 'paused', 'held', 'finished', 'stopping', 'ended']);
 
 /** @typedef {typeof STATES[number]} ShowState */
 /**

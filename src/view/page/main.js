@@ -7,19 +7,23 @@ import { Announcer } from './announcer.js';
 import { benchAt } from './boards.js';
 import { Camera } from './camera.js';
 import { Connection } from './connection.js';
+import { listCommands } from './commands.js';
+import { noticeContact } from './contact_notice.js';
 import { Controls } from './controls.js';
 import { Details } from './details.js';
 import { element, write } from './element.js';
 import { writeFigures } from './figures.js';
 import * as format from './format.js';
 import { listenToKeys } from './keys.js';
+import { lightLamps } from './lamps.js';
 import { Pace } from './pace.js';
 import { readPalette } from './palette.js';
 import { Plan } from './plan.js';
 import { listenToPointers } from './pointer.js';
 import { Show } from './show.js';
-import { standing } from './standing.js';
+import { obstacle, operatorsStops, standing } from './standing.js';
 import { writeStrip } from './strip.js';
+import { offerTabs } from './tabs.js';
 import { offerThemes } from './theme.js';
 import { Timeline } from './timeline.js';
 import { keepToken, listenToAddress, takeToken, tokenIn } from './token.js';
@@ -64,7 +68,7 @@ const connection = new Connection(token, {
   },
   message,
   line() {
-    if (connection.line.state === 'open') show.forgetAlerts();
+    if (connection.line.state === 'open') show.forgetEvents();
     renew();
   },
 });
@@ -79,10 +83,13 @@ function message(news) {
     show.takePlan(value);
   } else if (news.type === 'status') {
     show.takeStatus(value);
+  } else if (news.type === 'command') {
+    show.takeCommand(value);
   } else if (news.type === 'alert' && show.takeAlert(value) && !heard.has(alertKey(value))) {
     if (heard.size >= MOST_HEARD) heard.clear();
     heard.add(alertKey(value));
     announcer.alert(value);
+    if (value.kind === 'contact') noticeContact(value);
   }
 }
 
@@ -119,17 +126,37 @@ function renew() {
   isRenewalDue = false;
   const now_ms = performance.now();
   const stands = standing(connection.line, show, now_ms);
-  writeStrip(stands, instance, show.frame_ms);
+  writeStrip(stands, instance, show);
   announcer.standing(stands);
   writeFigures(show);
   if (plan.read(show)) drawSoon();
-  if (show.frame !== null) controls.takeState(show.frame.state);
-  listAlerts(show.alerts, show.frame?.run_id);
+  const { status } = show;
+  const lacks = obstacle(connection.line, show);
+  controls.takeSituation(status?.refusals ?? null, operatorsStops(show), lacks);
+  lightLamps(status?.lamps ?? [], connection.line.state === 'open');
+  const unwatched = unwatchedReason();
+  listAlerts(show.alerts, show.frame?.run_id, unwatched);
+  if (unwatched !== null) noticeOverlap();
+  listCommands(show.commands);
   details.write(show);
   timeline.draw(show);
   const perSecond = pace.perSecond(now_ms);
   write(element('pace', HTMLElement), String(perSecond));
   canvas.dataset.fps = String(perSecond);
+}
+
+/** Why nobody looks for contacts, where that is so. */
+function unwatchedReason() {
+  const monitor = show.status?.lamps.find(({ name }) => name === 'monitor');
+  if (monitor === undefined || monitor.level === 'good' || monitor.level === 'off') return null;
+  return `Contacts may go unreported. Monitor: ${monitor.text}.`;
+}
+
+/** Without a monitor an overlap that the view has measured is noticed all the same. */
+function noticeOverlap() {
+  const least = show.status?.least ?? null;
+  if (show.frame === null || least === null || least.clearance_m > 0) return;
+  noticeContact({ run_id: show.frame.run_id, benches: null, ...least });
 }
 
 /** The plan in words, for who cannot see it. */
@@ -205,6 +232,7 @@ listenToKeys(() => controls.hold(), {
   B: () => details.focus(),
   T: () => timeline.focus(),
 });
+offerTabs(['alerts', 'commands']);
 offerThemes(() => {
   const colours = readPalette();
   plan.recolour(colours);

@@ -2,6 +2,7 @@
 // All that the page knows of the show: the newest of everything that has come.
 
 /** @typedef {import('./frame.js').Frame} Frame */
+/** @typedef {import('./commands.js').CommandEvent} CommandEvent */
 /**
  * @typedef {object} Run what stays the same through a run
  * @property {number} run_id
@@ -20,20 +21,38 @@
  * @property {number[]} route x, y, x, y, …
  */
 /** @typedef {{p50: number, p99: number, p999: number, max: number}} Percentiles */
-/**
- * @typedef {{travel_m: number, time_s: number, wall_s: number}} Arrival wall_s: seconds on the clock on the wall from now on
- */
+/** @typedef {{travel_m: number, time_s: number, wall_s: number}} Arrival show time there, and seconds of wall time until then */
 /**
  * @typedef {{kind: 'unknown'} | ({kind: 'free', is_end: boolean} & Arrival)
  *   | ({kind: 'contact', benches: [number, number]} & Arrival)
  *   | ({kind: 'guard_stop', benches: [number, number] | null} & Arrival) | ({kind: 'rest'} & Arrival)} Outlook
  */
 /**
+ * @typedef {object} Server its account of itself
+ * @property {number} tick that the rest is of
+ * @property {number} rate_hz
+ * @property {number} overruns
+ * @property {number} behind_s
+ * @property {Percentiles} lateness_us
+ * @property {Percentiles} tick_us
+ * @property {'server' | 'replay' | 'remote' | 'unknown'} source
+ * @property {string} timecode
+ * @property {string[]} stops
+ */
+/** @typedef {{kind: 'none' | 'waiting' | 'working' | 'missing'} | {kind: 'at_end', for_good: boolean}} Guard */
+/** @typedef {{name: string, level: 'off' | 'good' | 'warning' | 'danger', text: string}} Lamp */
+/**
+ * @typedef {Record<'pause' | 'resume' | 'hold' | 'release' | 'speed' | 'seek', string | null>} Refusals why each command would be
+ *   refused; null where it would not
+ */
+/**
  * @typedef {object} Status how things are, five times a second
- * @property {{state: 'waiting' | 'live' | 'silent' | 'ended' | 'gone' | 'failed', age_s: number | null, reason: string | null}} link
+ * @property {{state: 'waiting' | 'live' | 'silent' | 'gone' | 'ended' | 'failed', age_s: number | null, reason: string | null}} link
  * @property {{rate_hz: number, frames: number, lost: number, restarts: number, latency_us: Percentiles | null}} traffic
- * @property {{rate_hz: number, overruns: number, behind_s: number, lateness_us: Percentiles,
- *   tick_us: Percentiles, is_at_grants_end: boolean} | null} server
+ * @property {Server | null} server
+ * @property {Guard} guard what the guard does
+ * @property {Lamp[]} lamps
+ * @property {Refusals} refusals
  * @property {Outlook} outlook
  * @property {Clock | null} clock
  * @property {{clearance_m: number, time_s: number} | null} least
@@ -68,11 +87,14 @@
 /** @typedef {{start_s: number, step_s: number, least_m: Float64Array}} Chart not a number where nothing has been seen */
 
 const KEPT_ALERTS = 200;
+const KEPT_COMMANDS = 100;
 
 export class Show {
   /** @type {Frame | null} */ frame = null;
   /** When it came, on the page's clock. */
   frame_ms = 0;
+  /** Tick of the first frame that had its state. */
+  state_tick = 0;
   /** @type {Run | null} */ run = null;
   /** @type {Status | null} */ status = null;
   /** When it came, on the page's clock. */
@@ -80,9 +102,11 @@ export class Show {
   /** @type {Chart | null} */ chart = null;
   /** @type {PlannedClearance | null} */ plan = null;
   /** @type {Alert[]} oldest first */ alerts = [];
+  /** @type {CommandEvent[]} oldest first */ commands = [];
 
   /** @param {Frame} frame */
   takeFrame(frame) {
+    if (frame.state !== this.frame?.state || frame.run_id !== this.frame.run_id) this.state_tick = frame.tick;
     this.frame = frame;
     this.frame_ms = performance.now();
   }
@@ -127,9 +151,18 @@ export class Show {
     return true;
   }
 
-  /** A view that has been started anew counts its alerts from 0, and has heard others. */
-  forgetAlerts() {
+  /** @param {CommandEvent} command */
+  takeCommand(command) {
+    const last = this.commands.at(-1);
+    if (last !== undefined && command.number <= last.number) return;
+    this.commands.push(command);
+    if (this.commands.length > KEPT_COMMANDS) this.commands.shift();
+  }
+
+  /** A view that has been started anew counts its alerts and commands from 0, and has heard others. */
+  forgetEvents() {
     this.alerts = [];
+    this.commands = [];
   }
 
   /** The frame's run, where it is known. */

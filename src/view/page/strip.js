@@ -10,19 +10,21 @@ const html = (/** @type {string} */ id) => element(id, HTMLElement);
 /**
  * @param {Standing} standing
  * @param {string} instance
- * @param {number} picture_ms when the last frame came, on the page's clock
+ * @param {import('./show.js').Show} show
  */
-export function writeStrip({ status, word, shape, explanation, isLive }, instance, picture_ms) {
+export function writeStrip({ status, word, shape, explanation, isLive }, instance, show) {
   const { dataset } = document.body;
   if (dataset.status !== status) {
     dataset.status = status;
     dataset.live = String(isLive);
     // How long the page went on as if the last picture were live.
-    dataset.shownAfterMs = String(Math.round(performance.now() - picture_ms));
+    dataset.shownAfterMs = String(Math.round(performance.now() - show.frame_ms));
     for (const id of ['shape', 'banner-shape']) element(id, SVGUseElement).setAttribute('href', `#shape-${shape}`);
     html('banner').hidden = isLive;
     document.title = `${word} – ${instance || 'bench-dragon'}`;
   }
+  const isReplay = show.status?.server?.source === 'replay';
+  html('source').hidden = !isReplay;
   write(html('word'), word);
   write(html('explanation'), explanation);
   write(html('banner-word'), word);

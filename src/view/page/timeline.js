@@ -150,12 +150,19 @@ export class Timeline {
     const flags = [];
     if (frame !== null) {
       const text = `now ${format.fixed(frame.time_s, 1)}`;
-      flags.push({ time_s: frame.time_s, text, ground: this.#palette.ink, dash: [], isNeeded: true });
+      flags.push({ time_s: Math.min(frame.time_s, this.#axis.end_s), text, ground: this.#palette.ink, dash: [], isNeeded: true });
     }
-    const contact_s = this.#times.contact?.time_s ?? (status?.outlook.kind === 'contact' ? status.outlook.time_s : null);
+    const outlook = status?.outlook ?? /** @type {const} */ ({ kind: 'unknown' });
+    // Where the head will stand comes before a contact that it does not reach.
+    const willStand = outlook.kind === 'guard_stop' || outlook.kind === 'rest';
+    if (willStand) {
+      const text = `${outlook.kind === 'rest' ? 'stands' : 'guard stop'} ${format.fixed(outlook.time_s, 1)}`;
+      flags.push({ time_s: outlook.time_s, text, ground: this.#palette.pair, dash: [6, 2], isNeeded: true });
+    }
+    const contact_s = this.#times.contact?.time_s ?? (outlook.kind === 'contact' ? outlook.time_s : null);
     if (contact_s !== null) {
       const text = `contact ${format.fixed(contact_s, 1)}`;
-      flags.push({ time_s: contact_s, text, ground: ink, dash: [4, 3], isNeeded: true });
+      flags.push({ time_s: contact_s, text, ground: ink, dash: [4, 3], isNeeded: !willStand });
     }
     for (const { time_s, clearance_m } of this.#times.nearMisses.toSorted((a, b) => a.clearance_m - b.clearance_m)) {
       flags.push({ time_s, text: `${format.millimetres(clearance_m)} mm`, ground: near, dash: [1, 3], isNeeded: false });

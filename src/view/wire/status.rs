@@ -1,10 +1,15 @@
 //! How it goes, as a page shows it in numbers.
 
-use bench_dragon_ipc::{Status, TimeHistogram};
+use bench_dragon_ipc::{Status, Stops, TimeHistogram};
 use serde::Serialize;
 
 use crate::histogram::Percentiles;
-use crate::observe::{ClearanceChart, Link, Outlook, Scene, Still, Traffic, TravelClock};
+use crate::observe::{
+    ClearanceChart, Controls, GuardSituation, Lamp, Link, Outlook, Scene, Traffic, TravelClock, lamps,
+};
+
+/// The name of a number that only a newer server knows.
+const UNKNOWN: &str = "unknown";
 
 /// The state of everything but the dragon.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -18,6 +23,12 @@ pub struct StatusMessage {
     server: Option<ServerReport>,
     /// What lies ahead.
     outlook: Outlook,
+    /// What the guard does.
+    guard: GuardSituation,
+    /// How each part of the show does.
+    lamps: Vec<Lamp>,
+    /// Why each command would be refused.
+    refusals: Controls,
     /// When the head comes to a travel.
     clock: Option<ClockReport>,
     /// The least clearance so far.
@@ -44,14 +55,20 @@ struct TrafficReport {
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct ServerReport {
+    /// The tick that the rest is of.
+    tick: u64,
     rate_hz: u32,
     overruns: u64,
     /// How far the show is behind the clock, in seconds of wall time.
     behind_s: f64,
     lateness_us: Percentiles,
     tick_us: Percentiles,
-    /// Whether the head is where its guard lets it go no further.
-    is_at_grants_end: bool,
+    /// `server`, `replay` or `remote`.
+    source: &'static str,
+    /// `none`, `waiting`, `locked`, `standing` or `lost`.
+    timecode: &'static str,
+    /// What keeps the head from walking, or has it brake.
+    stops: Vec<&'static str>,
 }
 
 /// The head is at this travel at this show time, and walks on at this speed.
@@ -83,8 +100,11 @@ impl StatusMessage {
         Self {
             link: LinkReport::of(scene.link_at(now_ns)),
             traffic: TrafficReport::of(&scene.traffic),
-            server: scene.status.as_deref().map(|status| ServerReport::of(status, scene.frame.as_deref())),
+            server: scene.status.as_deref().map(ServerReport::of),
             outlook: scene.outlook,
+            guard: scene.guard,
+            lamps: lamps(scene, now_ns),
+            refusals: Controls::of(scene),
             clock: scene.clock.map(|TravelClock { travel_m, time_s, speed_mps }| ClockReport {
                 travel_m,
                 time_s,
@@ -112,18 +132,34 @@ impl TrafficReport {
 }
 
 impl ServerReport {
-    fn of(status: &Status, frame: Option<&Still>) -> Self {
+    fn of(status: &Status) -> Self {
         let percentiles = |histogram: &TimeHistogram| Percentiles::from(histogram);
         Self {
+            tick: status.tick,
             rate_hz: status.rate_hz,
             overruns: status.overruns,
             behind_s: status.behind_ns as f64 * 1e-9,
             lateness_us: percentiles(&status.lateness),
             tick_us: percentiles(&status.tick_time),
-            // Of a server that is not guarded it is not a number.
-            is_at_grants_end: frame.is_some_and(|frame| frame.header.head_travel_m >= status.granted_to_m),
+            source: status.source_kind().map_or(UNKNOWN, |kind| kind.name()),
+            timecode: status.timecode_state().map_or(UNKNOWN, |state| state.name()),
+            stops: names(status.stops()),
         }
     }
+}
+
+/// The stops that hold, by their names.
+fn names(stops: Stops) -> Vec<&'static str> {
+    let Stops { paused, held, guard_limit, timecode, ending, run_end } = stops;
+    let named = [
+        (paused, "paused"),
+        (held, "held"),
+        (guard_limit, "guard_limit"),
+        (timecode, "timecode"),
+        (ending, "ending"),
+        (run_end, "run_end"),
+    ];
+    named.into_iter().filter_map(|(holds, name)| holds.then_some(name)).collect()
 }
 
 impl ChartReport {

@@ -1,0 +1,39 @@
+// @ts-check
+// Which kinds of alerts are listed.
+
+/** @typedef {import('./show.js').Alert} Alert */
+
+/** In the order of their weight. */
+const KINDS = ['contact', 'held', 'fault', 'restarted', 'parted', 'near'];
+
+export class AlertFilter {
+  /** @type {Set<string>} */ #hidden = new Set();
+
+  /** Hides a kind, or shows it again. @param {string} kind */
+  toggle(kind) {
+    if (!this.#hidden.delete(kind)) this.#hidden.add(kind);
+  }
+
+  /** @param {string} kind */
+  isShown(kind) {
+    return !this.#hidden.has(kind);
+  }
+
+  /** @param {readonly Alert[]} alerts */
+  listed(alerts) {
+    return alerts.filter(({ kind }) => this.isShown(kind));
+  }
+}
+
+/**
+ * The kinds that there are, the grave ones first, and how many of each.
+ * @param {readonly Alert[]} alerts
+ * @returns {[string, number][]}
+ */
+export function countKinds(alerts) {
+  /** @type {Map<string, number>} */
+  const counts = new Map();
+  for (const { kind } of alerts) counts.set(kind, (counts.get(kind) ?? 0) + 1);
+  const weight = (/** @type {string} */ kind) => (KINDS.includes(kind) ? KINDS.indexOf(kind) : KINDS.length);
+  return [...counts].sort(([one], [other]) => weight(one) - weight(other));
+}

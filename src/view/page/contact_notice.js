@@ -1,0 +1,37 @@
+// @ts-check
+// The notice of contacts that nobody has acknowledged yet. What was acknowledged is kept in the tab.
+
+import { Contacts } from './contacts.js';
+import { element, write } from './element.js';
+import * as format from './format.js';
+import { ofTab } from './storage.js';
+
+/** @typedef {import('./contacts.js').Contact} Contact */
+
+const kept = ofTab('bench-dragon.acknowledged');
+const contacts = new Contacts(kept.read() ?? '');
+const notice = element('contacts', HTMLElement);
+
+element('acknowledge', HTMLButtonElement).addEventListener('click', () => {
+  kept.write(contacts.acknowledge());
+  writeNotice();
+});
+
+/** @param {Contact} contact */
+export function noticeContact(contact) {
+  contacts.take(contact);
+  writeNotice();
+}
+
+function writeNotice() {
+  const { contacts: waiting, left_out } = contacts.waiting();
+  notice.hidden = waiting.length === 0;
+  if (waiting.length === 0) return;
+  const [first] = waiting;
+  const who = first.benches === null ? 'boards' : format.pair(first.benches);
+  const more = waiting.length + left_out - 1;
+  write(
+    element('contacts-text', HTMLElement),
+    `Contact: ${who} at ${format.showTime(first.time_s)} s${more === 0 ? '' : `, and ${more} more`}`,
+  );
+}

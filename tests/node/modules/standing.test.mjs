@@ -1,0 +1,86 @@
+// How things stand, in words.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { obstacle, operatorsStops, standing } from '../../../src/view/page/standing.js';
+
+const OPEN = { state: 'open', heard_ms: 0, reason: null };
+const LIVE = { state: 'live', age_s: null, reason: null };
+const GONE = { state: 'gone', age_s: 2, reason: null };
+
+function show(state, { link = LIVE, guard = { kind: 'none' }, outlook = { kind: 'unknown' }, stops = [], timecode = 'none' } = {}) {
+  const server = { tick: 9, stops, timecode, source: 'server' };
+  return {
+    frame: { state, benches: 223, time_scale: 1 },
+    status: { link, guard, outlook, server },
+    status_ms: 0,
+    state_tick: 9,
+  };
+}
+
+const stands = (state, situation) => standing(OPEN, show(state, situation), 0);
+
+test('an orderly end is no alarm, whether its process is still there or not', () => {
+  for (const link of [LIVE, GONE]) {
+    const { status, word, isLive } = stands('ended', { link });
+    assert.deepEqual([status, word, isLive], ['ended', 'ENDED', true]);
+  }
+  assert.equal(stands('running', { link: GONE }).word, 'SERVER LOST');
+  assert.equal(standing({ ...OPEN, state: 'ended' }, show('running'), 0).word, 'VIEW ENDED');
+});
+
+test('a stopping head says why, and where it will stand', () => {
+  const outlook = { kind: 'rest', travel_m: 201.5, time_s: 203, wall_s: 1.5 };
+  const { word, explanation } = stands('stopping', { stops: ['held'], outlook });
+  assert.equal(word, 'STOPPING');
+  assert.equal(explanation, 'A hold. The head stands in 1.5 s, after 201.50 m.');
+  assert.match(stands('stopping', { stops: ['ending'] }).explanation, /asked to end/);
+});
+
+test("the guard's three situations are told apart", () => {
+  const at = (guard, more = {}) => stands('held', { guard, stops: ['guard_limit'], ...more }).explanation;
+  const said = [
+    at({ kind: 'waiting' }),
+    at({ kind: 'at_end', for_good: true }),
+    at({ kind: 'at_end', for_good: false }, { timecode: 'locked' }),
+    at({ kind: 'missing' }),
+  ];
+  assert.equal(new Set(said).size, 4);
+  assert.match(said[0], /proving the way ahead/);
+  assert.match(said[1], /for good/);
+  assert.doesNotMatch(said[2], /for good/);
+  assert.match(said[3], /^NO GUARD/);
+});
+
+test('a hold at the end of the grants says both', () => {
+  const { explanation } = stands('held', { guard: { kind: 'missing' }, stops: ['held', 'guard_limit'] });
+  assert.match(explanation, /release lifts it.*NO GUARD/);
+  assert.equal(stands('held', { stops: ['held'] }).explanation, 'Safety stop: only a release lifts it.');
+});
+
+test('a show that stands with its timecode is not the operator’s pause', () => {
+  const paused = (stops, timecode) => stands('paused', { stops, timecode }).explanation;
+  assert.match(paused(['paused'], 'none'), /operator/);
+  assert.match(paused(['timecode'], 'standing'), /timecode stands/);
+  assert.match(paused(['timecode'], 'waiting'), /first timecode/);
+});
+
+test('no command gets through where there is no server, and a hold may where it is silent', () => {
+  assert.equal(obstacle(OPEN, show('running')), null);
+  assert.equal(obstacle(OPEN, show('running', { link: { ...LIVE, state: 'silent' } })), null);
+  assert.equal(obstacle(OPEN, show('running', { link: GONE })), 'There is no server.');
+  assert.equal(obstacle(OPEN, show('ended')), 'The server has ended.');
+  assert.equal(obstacle({ ...OPEN, state: 'lost' }, show('running')), 'There is no connection to the view.');
+});
+
+test('a button offers what undoes the newest frame’s state, before the status says so', () => {
+  assert.deepEqual(operatorsStops(show('paused')), { isPaused: true, isHeld: false });
+  assert.deepEqual(operatorsStops(show('paused', { stops: ['timecode'] })), { isPaused: false, isHeld: false });
+  assert.deepEqual(operatorsStops(show('held')), { isPaused: false, isHeld: true });
+  assert.deepEqual(operatorsStops(show('running', { stops: ['held'] })), { isPaused: false, isHeld: false });
+  assert.deepEqual(operatorsStops(show('stopping', { stops: ['held'] })), { isPaused: false, isHeld: true });
+  const later = { ...show('held', { stops: ['paused'] }), state_tick: 10 };
+  assert.deepEqual(operatorsStops(later), { isPaused: false, isHeld: true });
+  const guarded = show('held', { guard: { kind: 'at_end', for_good: true }, stops: ['guard_limit'] });
+  assert.deepEqual(operatorsStops(guarded), { isPaused: false, isHeld: false });
+});

@@ -1,0 +1,25 @@
+// A guarded show: the guard's stop is announced instead of a contact; the guard's situations are told apart.
+//
+//     node page_is_guarded.mjs URL
+
+import { examine } from './accessible.mjs';
+import { expect, openPage, reads, say, stands, withBrowser } from './browser.mjs';
+
+await withBrowser(async (browser) => {
+  const { page, complaints } = await openPage(browser, process.argv[2]);
+  await stands(page, 'running');
+  await reads(page, '#outlook', /^Guard stops the head in \d+\.\d s$/);
+  await reads(page, '#outlook-more', /^before benches \d+ and \d+ come too near, at show time \d+\.\d{3} s$/);
+  await page.waitForSelector('.lamp[data-name="guard"][data-level="good"]');
+  await stands(page, 'held');
+  await reads(page, '#explanation', /^The guard holds for good: further on, benches come nearer than its margin/);
+  expect(await page.isHidden('#release'), 'a release is offered that would be refused');
+  await examine(page, 'at the end of the proven travel');
+  say({ type: 'kill the guard' });
+  await reads(page, '#explanation', /^NO GUARD/);
+  await page.waitForSelector('.lamp[data-name="guard"][data-level="danger"]');
+  await page.waitForSelector('#seek-set:disabled');
+  expect(/no guard/.test(await page.getAttribute('#seek-set', 'title')), 'a seek without a guard is offered');
+  expect(complaints.length === 0, complaints.join('\n'));
+  say({ type: 'passed' });
+});

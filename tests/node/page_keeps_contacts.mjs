@@ -1,0 +1,32 @@
+// A contact stays until it is acknowledged; alerts are listed by their kinds.
+//
+//     node page_keeps_contacts.mjs URL
+
+import { examine } from './accessible.mjs';
+import { expect, openPage, reads, say, withBrowser } from './browser.mjs';
+
+await withBrowser(async (browser) => {
+  const { page, complaints } = await openPage(browser, process.argv[2]);
+  await page.waitForSelector('#contacts:visible');
+  const text = await reads(page, '#contacts-text', /^Contact: benches 0 and 8 at 412\.47 s/);
+  await page.waitForSelector('.kind[data-kind="contact"]');
+  await page.waitForSelector('.kind[data-kind="near"]');
+  await examine(page, 'a contact');
+  await page.click('.kind[data-kind="near"]');
+  await page.waitForFunction(() => document.querySelectorAll('#alerts .alert[data-kind="near"]').length === 0);
+  await reads(page, '#no-alerts', /^\d+ not listed\.$/);
+  expect((await page.$$('#alerts .alert[data-kind="contact"]')).length > 0, 'the contact is not listed');
+  await page.click('.kind[data-kind="near"]');
+  await page.waitForSelector('#alerts .alert[data-kind="near"]');
+
+  say({ type: 'seek', text });
+  await page.waitForFunction(() => Number(document.querySelector('#show-time').textContent) < 300);
+  expect(await page.isVisible('#contacts'), 'the contact is forgotten with its show time');
+  await page.click('#acknowledge');
+  await page.waitForSelector('#contacts', { state: 'hidden' });
+  await page.reload();
+  await page.waitForSelector('.kind[data-kind="contact"]');
+  expect(await page.isHidden('#contacts'), 'what was acknowledged comes back with the page');
+  expect(complaints.length === 0, complaints.join('\n'));
+  say({ type: 'passed' });
+});

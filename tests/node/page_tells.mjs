@@ -1,0 +1,67 @@
+// What the page tells of a show on its night: where a stopping head will stand, who did what, what lacks, and that the end was
+// an orderly one. The test gives the commands when it reads of them here.
+//
+//     node page_tells.mjs URL
+
+import { examine } from './accessible.mjs';
+import { expect, openPage, reads, say, stands, withBrowser } from './browser.mjs';
+
+await withBrowser(async (browser) => {
+  const { page, complaints } = await openPage(browser, process.argv[2]);
+  await stands(page, 'running');
+  // Five times as fast as the clock: 350 s of show time are 70 s on the wall.
+  await reads(page, '#outlook', /^Contact in \d+\.\d s$/);
+  await reads(page, '#outlook-more', /^benches \d+ and \d+, at show time \d+\.\d{3} s$/);
+  const [left_s, time_s, now_s] = await page.evaluate(() => {
+    const number = (id, pattern) => Number(pattern.exec(document.querySelector(id).textContent)[1]);
+    return [
+      number('#outlook', /in ([\d.]+) s/),
+      number('#outlook-more', /time ([\d.]+) s/),
+      number('#show-time', /([\d.]+)/),
+    ];
+  });
+  say({ type: 'forecast', left_s, time_s, now_s });
+
+  await lamp(page, 'monitor', 'danger|warning');
+  await reads(page, '#no-alerts', /^Contacts may go unreported\. Monitor: /);
+  expect(await page.isHidden('#release'), 'there is nothing to release');
+
+  say({ type: 'hold' });
+  await stands(page, 'stopping');
+  await reads(page, '#explanation', /^A hold\. The head stands in \d+\.\d s, after \d+\.\d\d m\.$/);
+  await reads(page, '#outlook', /^Stands in \d+\.\d s$/);
+  expect((await page.getAttribute('#outlook-figure', 'data-level')) === 'far', 'a stop is shown as a contact');
+  await stands(page, 'held');
+  await page.click('#commands-tab');
+  await reads(page, '#commands li', /ctlholdfrom tick \d/);
+  await examine(page, 'commands');
+
+  say({ type: 'resume' });
+  await reads(page, '#commands li', /ctlresumerefused at tick [^:]+: the show is held/);
+  say({ type: 'stop' });
+  await stands(page, 'ended');
+  await reads(page, '#word', /^ENDED$/);
+  expect(await page.isHidden('#banner'), 'an orderly end has no alarm over the picture');
+  await page.waitForSelector('#hold:disabled');
+  expect(/ended/.test(await page.getAttribute('#hold', 'title')), 'a control that is off does not say why');
+  await page.waitForSelector('#pause:disabled');
+  await examine(page, 'ended');
+  say({ type: 'ended' });
+
+  await stands(page, 'running');
+  await reads(page, '#source', /^REPLAY$/);
+  await page.waitForSelector('#source:visible');
+  await page.waitForSelector('#hold:disabled');
+  expect(/recording is replayed/.test(await page.getAttribute('#hold', 'title')), 'a replay takes no hold');
+  await examine(page, 'replay');
+  expect(complaints.length === 0, complaints.join('\n'));
+  say({ type: 'passed' });
+});
+
+function lamp(page, name, levels) {
+  return page.waitForFunction(
+    ([wanted, pattern]) =>
+      new RegExp(`^(${pattern})$`).test(document.querySelector(`.lamp[data-name="${wanted}"]`)?.dataset.level ?? ''),
+    [name, levels],
+  );
+}

@@ -1,0 +1,84 @@
+//! What the view's page tells of a show in each of its states, in Chromium. The scenarios are in `tests/node`.
+
+use std::fs;
+
+use rustix::process::Signal;
+
+use crate::browser::{Browser, View};
+use crate::process::Process;
+use crate::record::await_frames;
+use crate::replay::replay;
+use crate::stage::Stage;
+
+/// A head that needs twenty show seconds to come to rest, so that it is seen to brake.
+const SLOW_TO_STOP: &str = "[head]\naccel_mps2 = 0.05\n";
+
+fn expect_next(page: &mut Process, wanted: &str) {
+    let line = page.json();
+    assert_eq!(line["type"], wanted, "{line}");
+}
+
+#[test]
+fn the_page_tells_where_a_stopping_head_stands_who_did_what_and_an_orderly_end() {
+    let Some(browser) = Browser::find() else { return };
+    let stage = Stage::new();
+    fs::write(stage.path("show.toml"), SLOW_TO_STOP).expect("a file");
+    let show = ["--config", "show.toml", "--rate", "100", "--start-at", "50", "--time-scale", "5"];
+    let server = stage.serve(&show);
+    let recorder = stage.start(&["record", "show.mcap"]);
+    await_frames(&stage.path("show.mcap"));
+    let view = View::of(&stage);
+    let mut page = browser.play("page_tells.mjs", &[&view.url]);
+    let forecast = page.json();
+    let number = |key: &str| forecast[key].as_f64().unwrap_or_else(|| panic!("{forecast}"));
+    let wall_s = (number("time_s") - number("now_s")) / 5.0;
+    // The forecast is up to a fifth of a second older than the clock beside it.
+    assert!((number("left_s") - wall_s).abs() < 2.0, "{forecast}");
+    expect_next(&mut page, "hold");
+    assert_eq!(stage.run(&["ctl", "hold"]).code(), Some(0));
+    expect_next(&mut page, "resume");
+    assert_eq!(stage.run(&["ctl", "resume"]).code(), Some(1));
+    expect_next(&mut page, "stop");
+    assert_eq!(stage.run(&["ctl", "stop"]).code(), Some(0));
+    server.summary();
+    expect_next(&mut page, "ended");
+    recorder.terminate().expect_clean();
+    let (replayed, _) = replay(&stage, &["show.mcap", "--loop"]);
+    expect_next(&mut page, "passed");
+    page.end().expect_clean();
+    view.process.terminate().expect_clean();
+    replayed.terminate();
+}
+
+#[test]
+fn the_page_announces_the_guards_stop_and_tells_its_situations_apart() {
+    let Some(browser) = Browser::find() else { return };
+    let stage = Stage::new();
+    let server = stage.serve(&["--guarded", "--rate", "100", "--start-at", "395"]);
+    let guard = stage.start(&["monitor", "--guard"]);
+    let view = View::of(&stage);
+    let mut page = browser.play("page_is_guarded.mjs", &[&view.url]);
+    expect_next(&mut page, "kill the guard");
+    guard.signal(Signal::KILL);
+    expect_next(&mut page, "passed");
+    page.end().expect_clean();
+    view.process.terminate().expect_clean();
+    server.stop();
+}
+
+#[test]
+fn a_contact_stays_on_the_page_until_it_is_acknowledged_and_alerts_are_filtered() {
+    let Some(browser) = Browser::find() else { return };
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100", "--start-at", "411"]);
+    let monitor = stage.start(&["monitor"]);
+    let view = View::of(&stage);
+    let mut page = browser.play("page_keeps_contacts.mjs", &[&view.url]);
+    expect_next(&mut page, "seek");
+    assert_eq!(stage.run(&["ctl", "seek", "100"]).code(), Some(0));
+    expect_next(&mut page, "passed");
+    page.end().expect_clean();
+    view.process.terminate().expect_clean();
+    monitor.terminate();
+    server.stop();
+}
