@@ -162,9 +162,12 @@ pub fn shortest_turn(
     progress: impl Fn(f64) + Sync,
 ) -> Result<Option<ShortestTurn>, Spent> {
     let mut tried = Vec::new();
+    // Where the links alone do not get through, nothing else does.
+    let mut from_m = 0.0;
     for extent in [Extent::Links, Extent::OnceRound, Extent::Whole] {
         let search = Search { turnaround, dimensions, staging, extent, meter };
-        let Some(tightest) = search.tightest(&progress)? else { continue };
+        let Some(tightest) = search.tightest(from_m, &progress)? else { break };
+        from_m = tightest.0;
         // Where something else is in the way: once more, looking at more.
         if let Some(found) = search.beside(&tightest, LEAST_MARGIN_M)? {
             return Ok(Some(found));
@@ -229,13 +232,14 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn tightest(&self, progress: &(impl Fn(f64) + Sync)) -> Result<Option<Tightest>, Spent> {
+    /// The tightest of the turns that begin no nearer to the centre than `from_m`.
+    fn tightest(&self, from_m: f64, progress: &(impl Fn(f64) + Sync)) -> Result<Option<Tightest>, Spent> {
         let largest_m = 0.5 * self.turnaround.turn_diameter_m();
         let step_m = largest_m / RADII as f64;
         let ratios: Vec<f64> =
             (0..RATIOS).map(|i| LARGEST_RATIO.powf(2.0 * i as f64 / (RATIOS - 1) as f64 - 1.0)).collect();
         let mut found = None;
-        for i in 1..=RADII {
+        for i in (from_m / step_m).ceil().max(1.0) as usize..=RADII {
             progress(0.5 / RADII as f64);
             found = self.clear_ratio(step_m * i as f64, step_m, &ratios)?.map(|ratio| (i, ratio));
             if found.is_some() {
@@ -408,12 +412,18 @@ impl Search<'_> {
         if let Err(not_walked) = links {
             return not_walked.obstacle();
         }
+        if self.staging.limits_speed() {
+            match self.walked(meter, once_round, self.dimensions.benches().min(SPEED_BENCHES)) {
+                Ok(dragon) => {
+                    if let Some(too_fast) = self.too_fast(&dragon, &turn)? {
+                        return Ok(Some(too_fast));
+                    }
+                }
+                Err(not_walked) => return not_walked.obstacle(),
+            }
+        }
         match self.extent {
-            Extent::Links if !self.staging.limits_speed() => Ok(None),
-            Extent::Links => match self.walked(meter, once_round, self.dimensions.benches().min(SPEED_BENCHES)) {
-                Ok(dragon) => self.too_fast(&dragon, &turn),
-                Err(not_walked) => not_walked.obstacle(),
-            },
+            Extent::Links => Ok(None),
             Extent::OnceRound => match self.walked(meter, once_round, self.dimensions.benches()) {
                 // The way out first: where links stand steep, as in the S, a search takes longest.
                 Ok(dragon) => {
@@ -428,22 +438,19 @@ impl Search<'_> {
         }
     }
 
-    /// The first limit that a dragon breaks: of speed on its run, or of clearance on some ways, in their order.
+    /// The first limit that a dragon breaks: of clearance on some ways, in their order, or of speed on its run.
     fn out_of_limits(
         &self,
         dragon: &Dragon,
         turn: &Turnaround,
         ways_m: &[RangeInclusive<f64>],
     ) -> Result<Option<Obstacle>, Spent> {
-        if let Some(too_fast) = self.too_fast(dragon, turn)? {
-            return Ok(Some(too_fast));
-        }
         for way_m in ways_m {
             if let Some(contact) = first_within(dragon, self.staging.clearance_m, *way_m.start(), *way_m.end())? {
                 return Ok(Some(Obstacle::Contact(contact)));
             }
         }
-        Ok(None)
+        self.too_fast(dragon, turn)
     }
 
     /// The fastest handle on a dragon's run, if it is too fast.
