@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use bench_dragon::control;
 use bench_dragon::stop::StopFlag;
-use bench_dragon_ipc::{Domain, Request, Sender};
+use bench_dragon_ipc::{Domain, GuardLock, Refusal, Request, Sender};
 use serde::Serialize;
 
 use crate::cli::{CtlArgs, Format, Order};
@@ -25,7 +25,12 @@ pub(crate) fn run(args: &CtlArgs) -> anyhow::Result<ExitCode> {
     let request = request(args.order);
     let reply = control::call(&domain, "ctl", Sender::Ctl, request, || stop.is_set())?;
     let outcome = reply.outcome();
-    let reason = outcome.err().map(|refusal| refusal.explain(&request));
+    let reason = outcome.err().map(|refusal| match refusal {
+        Refusal::NotProved if GuardLock::holder(&domain).is_none() => {
+            format!("{}: no guard runs, start `bench-dragon monitor --guard`", refusal.explain(&request))
+        }
+        _ => refusal.explain(&request),
+    });
     match (args.format.format, &reason) {
         (Format::Json, _) => {
             let accepted = reason.is_none();

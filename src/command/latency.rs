@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use bench_dragon::clock::monotonic_ns;
 use bench_dragon::histogram::{Bars, LatencyHistogram, PercentileText, Percentiles};
+use bench_dragon::number::Counted;
 use bench_dragon::report::{LatencyReport, ReadMode};
 use bench_dragon::stop::StopFlag;
 use bench_dragon::table::{Cell, Column, Exporter as _, Table, Text};
@@ -60,8 +61,8 @@ pub(crate) fn run(args: &LatencyArgs) -> anyhow::Result<ExitCode> {
         restarts: tally.restarts,
         seconds: (end_ns - begun_ns) as f64 / 1e9,
         mode,
-        due_us: tally.due.percentiles(),
-        sent_us: tally.sent.percentiles(),
+        due_us: (tally.frames > 0).then(|| tally.due.percentiles()),
+        sent_us: (tally.frames > 0).then(|| tally.sent.percentiles()),
     };
     match args.format.format {
         Format::Json => print_json(&report)?,
@@ -120,7 +121,11 @@ fn print_text(report: &LatencyReport, due: &LatencyHistogram) -> anyhow::Result<
         ReadMode::Polling => "polling",
         ReadMode::Woken => "woken",
     };
-    print_line(format_args!("{frames} frames in {seconds:.1} s, {lost} lost, {restarts} restarts, {mode}\n"))?;
+    let (frames, restarts) = (Counted(*frames, "frame"), Counted(*restarts, "restart"));
+    print_line(format_args!("{frames} in {seconds:.1} s, {lost} lost, {restarts}, {mode}\n"))?;
+    let (Some(due_us), Some(sent_us)) = (due_us, sent_us) else {
+        return Ok(print_line("no latency: no frame was read")?);
+    };
     let title = |percentile: &str| Column::number(percentile, 1);
     let mut table = Table::new(
         "latency in \u{b5}s",
@@ -132,8 +137,5 @@ fn print_text(report: &LatencyReport, due: &LatencyHistogram) -> anyhow::Result<
         table.push(row);
     }
     print_bytes(Text.export(&[table])?)?;
-    if *frames > 0 {
-        print_bytes(format!("\nframes by latency from due to read in \u{b5}s\n{}", Bars(due)))?;
-    }
-    Ok(())
+    Ok(print_bytes(format!("\nframes by latency from due to read in \u{b5}s\n{}", Bars(due)))?)
 }

@@ -12,6 +12,7 @@ use bench_dragon::dragon::PairClearance;
 use bench_dragon::guard::ClearanceCheck;
 use bench_dragon::monitor::forecast::{Forecast, Forecaster};
 use bench_dragon::monitor::{ALERTS_PER_S, AlertPublisher, Monitor, fault_alert, run_alert};
+use bench_dragon::number::Counted;
 use bench_dragon::report::{
     AlertLine, ClearanceReport, CommandCounts, CommandLine, ContactReport, GuardReport, MonitorLine, MonitorProgress,
     MonitorSummary, TimesReport, local_time,
@@ -310,9 +311,10 @@ impl<'a> Session<'a> {
             return print_json(&MonitorLine::Summary(self.summary.clone()));
         }
         let MonitorSummary { frames, lost, contact, least_clearance, commands, .. } = &self.summary;
-        print_line(format_args!("{frames} frames, {lost} lost"))?;
+        print_line(format_args!("{}, {lost} lost", Counted(*frames, "frame")))?;
         let CommandCounts { accepted, refused, grants, lost } = commands;
-        print_line(format_args!("commands: {accepted} accepted, {refused} refused, {grants} grants, {lost} lost"))?;
+        let grants = Counted(*grants, "grant");
+        print_line(format_args!("commands: {accepted} accepted, {refused} refused, {grants}, {lost} lost"))?;
         if let Some(ClearanceReport { time_s, benches: [a, b], clearance_m }) = least_clearance {
             print_line(format_args!("least clearance {clearance_m:.6} m at {time_s:.6} s, benches {a} and {b}"))?;
         }
@@ -323,15 +325,16 @@ impl<'a> Session<'a> {
             None => print_line("no contact")?,
         }
         if self.summary.faults > 0 {
-            print_line(format_args!("{} faults: frames were not as published", self.summary.faults))?;
+            let faults = Counted(self.summary.faults, "fault");
+            print_line(format_args!("{faults}: frames were not as published"))?;
         }
         if self.summary.suppressed_alerts > 0 {
-            let count = self.summary.suppressed_alerts;
-            print_line(format_args!("{count} alerts were not sent: over {ALERTS_PER_S} a second"))?;
+            let count = Counted(self.summary.suppressed_alerts, "alert");
+            print_line(format_args!("{count} not sent: over {ALERTS_PER_S} a second"))?;
         }
         if self.summary.unswept_frames > 0 {
-            let count = self.summary.unswept_frames;
-            print_line(format_args!("{count} frames were not swept whole: the way to them takes too much work"))?;
+            let count = Counted(self.summary.unswept_frames, "frame");
+            print_line(format_args!("{count} not swept whole: the way there takes too much work"))?;
         }
         Ok(())
     }

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use bench_dragon::clock::{monotonic_ns, unix_minus_monotonic_ns};
 use bench_dragon::nameless_file::folder_of;
+use bench_dragon::number::Counted;
 use bench_dragon::record::{
     BackgroundRepair, Recorder, RecorderSettings, Repair, RepairError, Size, SpaceWarning, repair, repair_checked,
 };
@@ -94,7 +95,7 @@ fn repair_one(args: &RecordArgs) -> anyhow::Result<ExitCode> {
                 None if args.check => "; every chunk of it was read and is sound".to_owned(),
                 None => String::new(),
             };
-            print_line(format_args!("{} {done}: {frames} frames{found}", Printable(&path)))?;
+            print_line(format_args!("{} {done}: {}{found}", Printable(&path), Counted(frames, "frame")))?;
         }
         Format::Json => print_json(&serde_json::json!({ "file": path, "frames": frames, "repaired": was_unfinished,
                 "skipped_bytes": skipped_bytes, "kept": kept }))?,
@@ -130,7 +131,11 @@ fn begin_repairs(folder: &Path) -> Option<BackgroundRepair> {
 fn report_repair(repaired: Result<Repair, RepairError>) {
     match repaired {
         Ok(Repair { path, frames, .. }) => {
-            complain(&format!("finished {}, which a killed recorder left: {frames} frames", Printable(&path)));
+            complain(&format!(
+                "finished {}, which a killed recorder left: {}",
+                Printable(&path),
+                Counted(frames, "frame")
+            ));
         }
         Err(error) => tracing::warn!("{:#}", anyhow::Error::from(error)),
     }
@@ -281,9 +286,14 @@ fn print_summary(format: Format, summary: RecordSummary) -> anyhow::Result<()> {
     }
     let RecordSummary { frames, lost, alerts, commands, commands_lost, bytes, removed, files } = summary;
     let files: Vec<String> = files.iter().map(|file| Printable(file).to_string()).collect();
-    let removed = if removed > 0 { format!(", {removed} older files removed") } else { String::new() };
+    let removed = match removed {
+        0 => String::new(),
+        removed => format!(", {} removed", Counted(removed, "older file")),
+    };
+    let (frames, alerts) = (Counted(frames, "frame"), Counted(alerts, "alert"));
+    let commands = Counted(commands, "command event");
     print_line(format_args!(
-        "{frames} frames, {lost} lost; {alerts} alerts; {commands} command events, {commands_lost} lost; {} in {}{removed}",
+        "{frames}, {lost} lost; {alerts}; {commands}, {commands_lost} lost; {} in {}{removed}",
         Size(bytes),
         files.join(", ")
     ))?;

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
+use bench_dragon::number::Counted;
 use bench_dragon::replay::{Pass, PassSummary, Replay, ReplaySettings};
 use bench_dragon::report::ReplayLine;
 use bench_dragon::stop::StopFlag;
@@ -64,7 +65,9 @@ fn print_pass(format: Format, pass: PassSummary) -> anyhow::Result<()> {
     let PassSummary { frames, missing, sim_time_s, overruns, lateness_us, tick_us, .. } = pass;
     let missing = if missing > 0 { format!(" ({missing} missing in the recording)") } else { String::new() };
     print_line(format_args!(
-        "{frames} frames{missing} to {sim_time_s:.6} s, {overruns} overruns, lateness {}, tick {} \u{b5}s",
+        "{}{missing} to {sim_time_s:.6} s, {}, lateness {}, tick {} \u{b5}s",
+        Counted(frames, "frame"),
+        Counted(overruns, "overrun"),
         percentiles(lateness_us),
         percentiles(tick_us)
     ))?;

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use anyhow::Context as _;
 use bench_dragon::config::{Config, Overrides, RoutePlan};
 use bench_dragon::dragon::RunEnd;
+use bench_dragon::number::Counted;
 use bench_dragon::number::Number;
 use bench_dragon::processors::Processors;
 use bench_dragon::report::ServeLine;
@@ -137,7 +138,9 @@ fn print_summary(format: Format, summary: ServerSummary) -> anyhow::Result<()> {
     }
     let ServerSummary { frames, sim_time_s, overruns, behind_s, most_behind_s, lateness_us, tick_us, .. } = summary;
     print_line(format_args!(
-        "{frames} frames to {sim_time_s:.6} s, {overruns} overruns{}, lateness {}, tick {} \u{b5}s",
+        "{} to {sim_time_s:.6} s, {}{}, lateness {}, tick {} \u{b5}s",
+        Counted(frames, "frame"),
+        Counted(overruns, "overrun"),
         behind(behind_s, most_behind_s),
         percentiles(lateness_us),
         percentiles(tick_us)

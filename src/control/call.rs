@@ -3,7 +3,7 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use bench_dragon_ipc::{BusError, CommandClient, CommandReply, Domain, Refusal, Request, Sender};
+use bench_dragon_ipc::{BusError, CommandClient, CommandReply, Domain, GuardLock, Refusal, Request, Sender};
 
 /// How long a server may take to answer: far more than a tick at the lowest rate.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -13,7 +13,8 @@ pub const HOLD_PATIENCE: Duration = Duration::from_secs(12);
 const PROOF_PERIOD: Duration = Duration::from_millis(20);
 
 /// Sends a command, under this node name and as this kind of sender, and waits for its reply. A seek that the server's guard has still to prove is sent
-/// again until it is, or until it is given up; then it is refused.
+/// again until it is, or until it is given up; then it is refused. Where no guard runs, which could prove it, it is refused
+/// at once.
 ///
 /// Each call joins the bus anew: a client that stays would take a killed server for one that is slow.
 ///
@@ -30,7 +31,8 @@ pub fn call(
     let began = Instant::now();
     loop {
         let reply = client.call(request, PATIENCE)?;
-        if reply.outcome() != Err(Refusal::NotProved) || began.elapsed() >= PATIENCE || is_given_up() {
+        let may_be_proved = reply.outcome() == Err(Refusal::NotProved) && GuardLock::holder(domain).is_some();
+        if !may_be_proved || began.elapsed() >= PATIENCE || is_given_up() {
             return Ok(reply);
         }
         thread::sleep(PROOF_PERIOD);

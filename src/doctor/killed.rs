@@ -3,6 +3,7 @@
 use bench_dragon_ipc::Census;
 
 use super::{Check, Finding, Patient};
+use crate::number::Counted;
 
 /// What is left.
 pub(super) struct Killed;
@@ -25,7 +26,7 @@ fn judge(census: &Census, fix: &str) -> Finding {
     if census.is_deserted() && !entries.is_empty() {
         return Finding::warning(
             entries.len().to_string(),
-            format!("{} files and folders of processes that were killed", entries.len()),
+            format!("{} of processes that were killed", Counted(entries.len() as u64, "file")),
             format!("{fix}, or start a server, which removes them"),
         );
     }
@@ -34,7 +35,7 @@ fn judge(census: &Census, fix: &str) -> Finding {
         (0, unknown) => Finding::not_known(format!("{unknown} entries of processes cannot be read")),
         (dead, _) => Finding::warning(
             dead.to_string(),
-            format!("{dead} entries of processes that were killed"),
+            format!("{} of killed processes", Counted(dead as u64, "leftover")),
             format!("{fix}; the next process to join the bus removes them, too"),
         ),
     }

@@ -1,8 +1,9 @@
 //! What of the machine and the installation stands in the way of a show: one [`Check`] a file, each of which reads its facts
 //! and has a pure function to judge them.
 //!
-//! An examination changes nothing, and a running show does not notice it: it joins no bus and takes no lock. The one thing
-//! that it tries out, a real-time priority, it tries in a thread of its own that ends at once.
+//! An examination changes nothing, and a running show does not notice it: it takes no lock, and joins no bus. The one
+//! exception is a server without a guard: it is asked for its status, as by any client. The one thing that an examination
+//! tries out, a real-time priority, it tries in a thread of its own that ends at once.
 
 mod clock_source;
 mod directory;
@@ -10,6 +11,7 @@ mod disk;
 mod finding;
 mod foreign;
 mod governor;
+mod guard;
 mod half_made;
 mod killed;
 mod locked_memory;
@@ -17,6 +19,7 @@ mod memory_limit;
 mod open_files;
 mod patient;
 mod real_time;
+mod remove_ipc;
 mod server;
 mod services;
 mod shared_memory;
@@ -75,12 +78,14 @@ fn all() -> Vec<Box<dyn Check>> {
         Box::new(version::Version),
         Box::new(directory::Directory),
         Box::new(server::Server),
+        Box::new(guard::Guard),
         Box::new(services::Services),
         Box::new(half_made::HalfMade),
         Box::new(killed::Killed),
         Box::new(foreign::Foreign),
         Box::new(shared_memory::SharedMemory),
         Box::new(memory_limit::MemoryLimit),
+        Box::new(remove_ipc::RemoveIpc),
         Box::new(disk::Disk),
         Box::new(open_files::OpenFiles),
         Box::new(locked_memory::LockedMemory),

@@ -17,10 +17,11 @@ pub struct LatencyReport {
     pub seconds: f64,
     /// How it came to know of a frame.
     pub mode: ReadMode,
-    /// From the instant a frame was due to the instant every handle had been read, in microseconds.
-    pub due_us: Percentiles,
-    /// From the instant a frame was sent to the instant every handle had been read, in microseconds.
-    pub sent_us: Percentiles,
+    /// From the instant a frame was due to the instant every handle had been read, in microseconds; none where no frame
+    /// was read.
+    pub due_us: Option<Percentiles>,
+    /// The same from the instant a frame was sent.
+    pub sent_us: Option<Percentiles>,
 }
 
 /// How a reader comes to know of a frame.

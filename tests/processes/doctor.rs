@@ -4,8 +4,10 @@ use std::fs::{self, Permissions};
 use std::os::unix::fs::{PermissionsExt as _, lchown, symlink};
 use std::path::Path;
 
+use bench_dragon_ipc::GuardLock;
 use serde_json::Value;
 
+use crate::eventually::eventually;
 use crate::process::{Ended, Process};
 use crate::reader::{Reader, assert_whole};
 use crate::stage::{Stage, program};
@@ -187,4 +189,21 @@ fn a_directory_that_others_may_write_is_a_problem_and_is_left_alone() {
         assert_eq!(status(&examination, "server"), "not_known");
     }
     assert_eq!(fs::read_dir(&bus).expect("a folder").count(), 0);
+}
+
+#[test]
+fn a_guarded_server_without_a_guard_is_a_problem() {
+    let stage = Stage::new();
+    assert_eq!(finding(&examine(&stage, &[]), "guard")["message"], "no server, and no guard");
+    let server = stage.serve(&["--rate", "100"]);
+    assert_eq!(status(&examine(&stage, &[]), "guard"), "ok");
+    server.stop();
+    let server = stage.serve(&["--guarded", "--rate", "100"]);
+    let missing = examine(&stage, &[]);
+    assert_eq!((status(&missing, "guard"), &missing["healthy"]), ("problem", &Value::Bool(false)));
+    let guard = crate::guard::start_guard(&stage);
+    eventually("the guard has its lock", || GuardLock::holder(stage.domain()));
+    assert_eq!(status(&examine(&stage, &[]), "guard"), "ok");
+    guard.terminate().expect_clean();
+    server.stop();
 }

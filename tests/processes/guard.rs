@@ -24,7 +24,7 @@ fn assert_is_the_rest(guard: &Value) {
     assert!((forecast_s - 412.473_838).abs() < 5e-7, "{guard}");
 }
 
-fn start_guard(stage: &Stage) -> Process {
+pub(crate) fn start_guard(stage: &Stage) -> Process {
     stage.start(&["monitor", "--guard", "--format", "json"])
 }
 
@@ -139,7 +139,9 @@ fn a_seek_is_accepted_once_the_guard_has_proved_its_target_and_refused_where_it_
     let server = stage.serve(&["--guarded", "--rate", "100"]);
     let mut reader = Reader::join(&stage);
     let unguarded = stage.run(&["ctl", "seek", "300", "--format", "json"]);
-    assert_eq!(unguarded.last_json()["reason"], "no guard has proved that the benches are apart there");
+    let reason =
+        "no guard has proved that the benches are apart there: no guard runs, start `bench-dragon monitor --guard`";
+    assert_eq!(unguarded.last_json()["reason"], reason);
     let guard = start_guard(&stage);
     reader.read_until("the head walks", |header| header.head_travel_m > 0.0);
     stage.run(&["ctl", "seek", "300"]).expect_clean();

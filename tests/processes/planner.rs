@@ -355,8 +355,27 @@ fn questions_that_cannot_be_are_refused_in_one_line() {
             "error: invalid value '0.9' for '--max-ratio <RATIO>': must be from 1 to 1000",
         ),
         (&["contact", "--profile", "--step", "1e-9"], "error: --step is 0.000000001"),
+        (
+            &["contact", "--profile", "--step", "0.0001"],
+            "error: --step is 0.0001, which makes 4124739 times, must make at most 1000000: try --step 0.0005",
+        ),
+        (
+            &["poses", "--from", "0", "--to", "400", "--step", "0.01"],
+            "error: --step is 0.01, which makes 40001 times from 0 to 400, must make at most 4464: try --step 0.1",
+        ),
     ] {
         let told = refusal(args);
         assert!(told.starts_with(start), "{args:?}: {told}");
     }
+}
+
+#[test]
+fn the_answer_comes_before_its_profile_and_a_single_near_miss_is_one() {
+    let text = solve(&["contact", "--profile", "--step", "100", "--near", "0.001"]).expect_clean().stdout;
+    let lines: Vec<&str> = text.lines().collect();
+    assert!(lines[0].starts_with("first contact at 412.473838 s, benches 0 and 8"), "{text}");
+    assert_eq!(lines[1], "1 near miss", "{text}");
+    assert!(lines[2].contains("0.000865"), "{text}");
+    assert_eq!(lines[4].split_whitespace().collect::<Vec<_>>(), ["s", "clearance", "m", "benches"], "{text}");
+    assert_eq!(lines.len(), 5 + 6, "six times: {text}");
 }

@@ -3,6 +3,7 @@
 use std::fs::{self, File};
 use std::path::Path;
 
+use bench_dragon::number::Counted;
 use bench_dragon::record::FrameReader;
 use bench_dragon_ipc::{DescriptionReader, FrameHeader};
 use serde_json::{Value, json};
@@ -86,7 +87,10 @@ fn the_next_recorder_in_a_folder_finishes_what_a_killed_one_left() {
     let frames = read(&stage.path("a.mcap")).0.len();
 
     let recorder = stage.start(&["record", "./b.mcap"]);
-    assert_eq!(recorder.complaint(), format!("finished ./a.mcap, which a killed recorder left: {frames} frames"));
+    assert_eq!(
+        recorder.complaint(),
+        format!("finished ./a.mcap, which a killed recorder left: {}", Counted(frames as u64, "frame"))
+    );
     await_frames(&stage.path("b.mcap"));
     recorder.terminate().expect_clean();
     for name in ["a.mcap", "b.mcap"] {
@@ -118,7 +122,7 @@ fn a_recording_begins_and_ends_while_the_repair_of_another_takes_its_time() {
     assert_eq!(file.metadata().expect("its length").len(), length + ZERO_BYTES, "its repair was still under way");
     file.set_len(length + 5_000).expect("a shorter file");
     let repaired = stage.run(&["record", "--repair", "a.mcap"]).expect_clean().stdout;
-    assert_eq!(repaired, format!("a.mcap finished: {} frames\n", frames.len()));
+    assert_eq!(repaired, format!("a.mcap finished: {}\n", Counted(frames.len() as u64, "frame")));
     assert_eq!(read(&stage.path("a.mcap")), (frames, false));
     server.stop();
 }
@@ -134,7 +138,7 @@ fn a_recorder_finishes_the_unfinished_file_whose_name_it_was_given_and_refuses_i
     assert!(was_cut);
     let refused = stage.run(&["record", "a.mcap"]);
     assert_eq!(refused.code(), Some(2));
-    let finished = format!("finished a.mcap, which a killed recorder left: {} frames", frames.len());
+    let finished = format!("finished a.mcap, which a killed recorder left: {}", Counted(frames.len() as u64, "frame"));
     assert!(refused.stderr.replace("./", "").contains(&finished), "{}", refused.stderr);
     assert!(refused.stderr.contains("error: a.mcap exists already and is not overwritten"), "{}", refused.stderr);
     assert_eq!(read(&stage.path("a.mcap")), (frames, false));

@@ -248,7 +248,7 @@ fn a_replay_ends_at_a_signal_and_says_in_one_line_how_far_it_came() {
     Reader::join(&stage).read_to_tick(0);
     let text = process.terminate().expect_clean().stdout;
     assert!(
-        text.starts_with("1 frames to 0.000000 s, 0 overruns, lateness p50 ") && text.lines().count() == 1,
+        text.starts_with("1 frame to 0.000000 s, 0 overruns, lateness p50 ") && text.lines().count() == 1,
         "{text}"
     );
 }

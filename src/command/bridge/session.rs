@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::process::ExitCode;
 
 use bench_dragon::bridge::{Freshness, Outage, Outlet, Packets, Turn};
+use bench_dragon::number::Counted;
 use bench_dragon::report::{BridgeLine, BridgeSummary};
 
 use super::feed::Release;
@@ -55,7 +56,10 @@ impl Session {
         match (self.outage.note(delivery.trouble.is_some(), now_ns), delivery.trouble) {
             (Some(Turn::Began), Some(error)) => self.tell(&format!("cannot send to {to}, still trying: {error}"))?,
             (Some(Turn::Ended { failed_frames }), _) => {
-                self.tell(&format!("sending to {to} works again, after {failed_frames} frames with errors"))?;
+                self.tell(&format!(
+                    "sending to {to} works again, after {} with errors",
+                    Counted(failed_frames, "frame")
+                ))?;
             }
             _ => {}
         }
@@ -84,8 +88,12 @@ impl Session {
         match self.format {
             Format::Json => print_json(&BridgeLine::Summary(self.summary))?,
             Format::Text => print_line(format_args!(
-                "{frames} frames ({stale} stale) in {packets} packets of {bytes} bytes, {errors} errors, \
-                 {dropped} dropped, {missed} releases missed"
+                "{} ({stale} stale) in {} of {}, {}, {dropped} dropped, {} missed",
+                Counted(frames, "frame"),
+                Counted(packets, "packet"),
+                Counted(bytes, "byte"),
+                Counted(errors, "error"),
+                Counted(missed, "release")
             ))?,
         }
         Ok(ExitCode::SUCCESS)

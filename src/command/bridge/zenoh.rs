@@ -6,6 +6,7 @@ use bench_dragon::bridge::zenoh::{
     KeyPrefix, Link, LinkSettings, Receiver, ReceiverSummary, Sender, SenderPorts, SenderSettings, SenderSummary,
     Share, Side, Silence, ZenohLine,
 };
+use bench_dragon::number::Counted;
 use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::Domain;
 
@@ -98,7 +99,7 @@ fn tell(format: Format, line: &ZenohLine) -> anyhow::Result<()> {
             complain(&format!("nobody is connected{}", if connects.is_empty() { "" } else { &trying }));
         }
         ZenohLine::Connected { unheard } => {
-            complain(&format!("somebody is connected; {unheard} frames have reached nobody"));
+            complain(&format!("somebody is connected; {} reached nobody", Counted(*unheard, "frame")));
         }
         ZenohLine::Silent { reason: Silence::LinkOrSource, .. } => {
             complain("no frames come, though a source is there: the link is cut, or the source stands");
@@ -126,8 +127,10 @@ fn listed(endpoints: &[String]) -> String {
 fn sent(summary: &SenderSummary) -> String {
     let SenderSummary { frames, unheard, lost, alerts, commands, refused } = summary;
     format!(
-        "{frames} frames sent, {unheard} with nobody connected, {lost} of the bus lost, {alerts} alerts, {commands} commands \
-         passed on, {refused} refused"
+        "{} sent, {unheard} with nobody connected, {lost} of the bus lost, {}, {} passed on, {refused} refused",
+        Counted(*frames, "frame"),
+        Counted(*alerts, "alert"),
+        Counted(*commands, "command")
     )
 }
 
@@ -136,9 +139,13 @@ fn received(summary: &ReceiverSummary) -> String {
     let ReceiverSummary { alerts, commands, handling_us, .. } = summary;
     let refused = malformed + foreign + not_new + too_fast;
     format!(
-        "{frames} frames of {runs} runs, {lost} lost on the way ({dropped} of them here), {alerts} alerts, {commands} commands \
-         passed on; refused {refused}: {malformed} malformed, {foreign} of other runs, {not_new} come already, {too_fast} too \
-         many at a time; handled in {} \u{b5}s",
+        "{} of {}, {lost} lost on the way ({dropped} of them here), {}, {} passed on; refused {refused}: \
+         {malformed} malformed, {foreign} of other runs, {not_new} come already, {too_fast} too many at a time; handled in \
+         {} \u{b5}s",
+        Counted(*frames, "frame"),
+        Counted(*runs, "run"),
+        Counted(*alerts, "alert"),
+        Counted(*commands, "command"),
         percentiles(*handling_us)
     )
 }

@@ -2,6 +2,7 @@
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
+use std::time::Instant;
 
 use anyhow::Context as _;
 use bench_dragon::report::{
@@ -11,6 +12,7 @@ use bench_dragon_ipc::AlertKind;
 use jiff::Timestamp;
 
 use super::live_line::LiveLine;
+use super::near_alerts::NearAlerts;
 use super::role::Role;
 use super::tally::Tally;
 use crate::cli::Format;
@@ -29,6 +31,7 @@ pub(super) struct Account {
     pub(super) has_timecode_stood: bool,
     /// Where the server listens for timecode, once it does. The next server listens there too.
     pub(super) timecode_listen: Option<SocketAddr>,
+    near: NearAlerts,
     format: Format,
     /// The recordings that were begun, oldest first.
     recordings: Vec<PathBuf>,
@@ -46,6 +49,7 @@ impl Account {
             has_given_up: false,
             has_timecode_stood: true,
             timecode_listen: None,
+            near: NearAlerts::default(),
             format,
             recordings: Vec::new(),
             open_recording: None,
@@ -132,6 +136,8 @@ impl Account {
     fn take_monitor_line(&mut self, line: MonitorLine) {
         match line {
             MonitorLine::Progress(progress) => {
+                let near = self.near.due(Instant::now());
+                self.say(near);
                 self.tally.see_latency(&progress.latency);
                 self.progress = progress;
             }
@@ -142,16 +148,30 @@ impl Account {
                 self.tally.guard = Some(report);
             }
             MonitorLine::Summary(summary) => {
+                let near = self.near.rest(Instant::now());
+                self.say(near);
                 self.tally.add_monitor(&summary);
                 self.progress = MonitorProgress::default();
             }
+            MonitorLine::Alert(alert) if alert.kind == AlertKind::Near.name() => {
+                let near = self.near.take(&alert, Instant::now());
+                self.say(near);
+            }
             MonitorLine::Alert(alert) => {
+                let near = self.near.rest(Instant::now());
+                self.say(near);
                 let benches = alert.benches.map_or(String::new(), |[a, b]| format!(", benches {a} and {b}"));
                 self.line.say(&format!("{:.6} s: {}{benches}", alert.time_s, alert.kind));
                 if let (true, Some(benches)) = (alert.kind == AlertKind::Contact.name(), alert.benches) {
                     self.tally.contact.get_or_insert(ContactReport { time_s: alert.time_s, benches });
                 }
             }
+        }
+    }
+
+    fn say(&self, line: Option<String>) {
+        if let Some(line) = line {
+            self.line.say(&line);
         }
     }
 

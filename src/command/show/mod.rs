@@ -29,6 +29,7 @@ mod last_seen;
 mod life;
 mod live_line;
 mod merged_times;
+mod near_alerts;
 mod page;
 mod patience;
 mod process;

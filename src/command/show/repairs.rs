@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::Duration;
 
+use bench_dragon::number::Counted;
 use bench_dragon::record::{BackgroundRepair, Repair, RepairError};
 
 /// How long the end of a show waits for its files to be finished.
@@ -98,7 +99,8 @@ impl Repairs {
             Ok(Repair { path, frames, .. }) => {
                 let is_own = self.own.contains(&path);
                 self.own.retain(|own| *own != path);
-                let line = format!("finished {}, which a killed recorder left: {frames} frames", path.display());
+                let line =
+                    format!("finished {}, which a killed recorder left: {}", path.display(), Counted(frames, "frame"));
                 Repaired { frames: is_own.then_some(frames), line }
             }
             Err(error) => Repaired { frames: None, line: format!("warning: {:#}", anyhow::Error::from(error)) },

@@ -3,6 +3,7 @@
 use bench_dragon::config::{Config, RoutePlan};
 use bench_dragon::dragon::Dimensions;
 use bench_dragon::figure::Caption;
+use bench_dragon::number::Counted;
 
 use crate::cli::FigureArgs;
 
@@ -25,15 +26,11 @@ pub(super) fn caption_at_speed(
 }
 
 fn dragon_facts(dimensions: &Dimensions) -> Vec<String> {
-    let benches = match dimensions.benches() {
-        1 => "1 bench".to_owned(),
-        count => format!("{count} benches"),
-    };
     let [head_m, body_m, width_m, hole_m] =
         [dimensions.head_length_m(), dimensions.body_length_m(), dimensions.width_m(), dimensions.hole_offset_m()]
             .map(rounded);
     vec![
-        benches,
+        Counted(dimensions.benches() as u64, "bench").to_string(),
         format!("head {head_m} m, others {body_m} m"),
         format!("{width_m} m wide"),
         format!("holes at {hole_m} m"),

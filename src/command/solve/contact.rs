@@ -47,10 +47,10 @@ pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
     match args.format.format {
         Format::Json => print_json(&answer)?,
         Format::Text => {
-            if let Some(profile) = &answer.profile {
-                print_line(profile.text())?;
-            }
             print_line(text(&config, clearance_m, contact.as_ref(), spent))?;
+            if let Some(profile) = &answer.profile {
+                print_line(profile.text().trim_end())?;
+            }
         }
     }
     draw(args, &config, to_m, contact.as_ref(), answer.profile.as_ref())?;

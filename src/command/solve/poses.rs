@@ -2,6 +2,7 @@
 
 use bench_dragon::config::{Config, Overrides};
 use bench_dragon::dragon::ChainSolver;
+use bench_dragon::number::Counted;
 use bench_dragon::table::{Cell, Column, Csv, Exporter as _, Table, Text, Xlsx};
 use serde::Serialize;
 
@@ -122,9 +123,9 @@ impl Answer {
         if let Some(path) = &args.xlsx {
             let handles = self.poses.first().map_or(0, |pose| pose.handles.len());
             let times = self.poses.len();
-            let times = if times == 1 { "1 time".to_owned() } else { format!("{times} times") };
+            let (handles, times) = (Counted(handles as u64, "handle"), Counted(times as u64, "time"));
             let path = Printable(path);
-            print_line(format_args!("positions and speeds of {handles} handles at {times} written to {path}"))?;
+            print_line(format_args!("positions and speeds of {handles} at {times} written to {path}"))?;
         }
         if let Some(file) = &args.figure.figure {
             print_line(format_args!("the dragon at {} s drawn to {}", self.poses[0].time_s, Printable(&file.path)))?;

@@ -3,9 +3,11 @@
 use std::fmt::Write as _;
 
 use bench_dragon::config::Config;
+use bench_dragon::number::Counted;
 use bench_dragon::plan::{ClosestApproach, clearance_profile, near_misses};
 use serde::Serialize;
 
+use super::times::coarser_step_s;
 use crate::cli::ContactArgs;
 use crate::command::BadInput;
 use crate::command::progress::Progress;
@@ -52,8 +54,9 @@ impl Profile {
         let step_s = args.step as f64 / NANOSECONDS;
         let count = ((timetable.time_s(to_m) - config.start_s()) / step_s).ceil();
         if count >= MAX_TIMES as f64 {
+            let coarser_s = coarser_step_s(count * step_s, MAX_TIMES);
             return Err(BadInput(format!(
-                "--step is {step_s}, which makes {count} times, must make at most {MAX_TIMES}"
+                "--step is {step_s}, which makes {count} times, must make at most {MAX_TIMES}: try --step {coarser_s}"
             )));
         }
         let time_s = |i: usize| config.start_s() + (i as f64 * args.step as f64) / NANOSECONDS;
@@ -98,8 +101,11 @@ impl Profile {
         !self.points.is_empty()
     }
 
+    /// The near misses, which are few, and below them the profile.
     pub(super) fn text(&self) -> String {
-        let mut text = format!("{:>12} {:>14} {:>14}\n", "s", "clearance m", "benches");
+        let mut text = String::new();
+        self.write_near_misses(&mut text);
+        let _ = writeln!(text, "\n{:>12} {:>14} {:>14}", "s", "clearance m", "benches");
         // Writing into a String cannot fail.
         for Point { time_s, clearance_m, benches: [first, second] } in &self.points {
             // The last one, at a contact, may be 0 from either side.
@@ -112,7 +118,12 @@ impl Profile {
                 "the profile is given up to {time_s:.6} s: more takes too much work, --work allows more"
             );
         }
-        let _ = writeln!(text, "\n{} near misses", self.near_misses.len());
+        text
+    }
+
+    fn write_near_misses(&self, text: &mut String) {
+        // Writing into a String cannot fail.
+        let _ = writeln!(text, "{}", Counted(self.near_misses.len() as u64, "near miss"));
         for NearMiss { time_s, clearance_m, benches: [first, second], point_m: [x, y] } in &self.near_misses {
             let _ = writeln!(text, "{time_s:>12.6} {clearance_m:>14.9} {first:>6} {second:>7}  at ({x:.6}, {y:.6}) m");
         }
@@ -122,6 +133,5 @@ impl Profile {
                 "near misses are given up to {time_s:.6} s: more takes too much work, --work allows more"
             );
         }
-        text
     }
 }

@@ -31,11 +31,24 @@ pub(super) fn times_s(args: &TimesArgs, run_s: &RangeInclusive<f64>, most: usize
     if steps >= most as i64 {
         let step_s = seconds(args.step);
         return Err(BadInput(format!(
-            "--step is {step_s}, which makes {} times from {from_s} to {to_s}, must make at most {most}",
-            steps + 1
+            "--step is {step_s}, which makes {} times from {from_s} to {to_s}, must make at most {most}: try --step {}",
+            steps + 1,
+            coarser_step_s(to_s - from_s, most)
         )));
     }
     Ok((0..=steps).map(|step| seconds(from_ns + step * args.step)).collect())
+}
+
+/// A step that makes at most so many times of a span: 1, 2 or 5 times a power of ten, in seconds.
+pub(super) fn coarser_step_s(span_s: f64, most: usize) -> f64 {
+    // One time fewer, as the span's end may be one more.
+    let least_s = span_s / most.saturating_sub(1).max(1) as f64;
+    let exponent = least_s.log10().floor() as i32;
+    let nice = (exponent..=exponent + 1).flat_map(|exponent| {
+        // Written out, so that it is the nearest number to the decimal.
+        [1, 2, 5].map(|digit| format!("{digit}e{exponent}").parse::<f64>().expect("a decimal is a number"))
+    });
+    nice.into_iter().find(|step_s| *step_s > least_s).expect("ten times the power is more")
 }
 
 fn require_within(flag: &str, time_s: f64, run_s: &RangeInclusive<f64>) -> Result<(), BadInput> {
@@ -54,6 +67,19 @@ fn seconds(time_ns: i64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_step_that_is_proposed_is_round_and_coarse_enough_and_not_ten_times_too_coarse() {
+        for span_s in [1e-3, 0.9, 1.0, 412.473_838, 9.99e5, 3e8] {
+            for most in [2, 17, 1000, 1_000_000] {
+                let step_s = coarser_step_s(span_s, most);
+                assert!((span_s / step_s).floor() + 2.0 <= most as f64 + 1.0, "{span_s} s: {step_s}");
+                assert!(span_s / step_s >= 0.19 * (most - 1) as f64, "{span_s} s: {step_s}");
+                let digits = format!("{step_s:e}");
+                assert!(["1e", "2e", "5e"].iter().any(|start| digits.starts_with(start)), "{digits}");
+            }
+        }
+    }
 
     fn steps(from: i64, to: i64, step: i64, most: usize) -> Result<Vec<f64>, BadInput> {
         let args = TimesArgs { at: Vec::new(), from: Some(from), to: Some(to), step };
@@ -90,7 +116,7 @@ mod tests {
             (steps(0, 433_000_000_000, 1, 9), "--to is 433, must be from 0 to 432.5, where the run ends"),
             (
                 steps(0, 300_000_000_000, 10_000_000, 4464),
-                "--step is 0.01, which makes 30001 times from 0 to 300, must make at most 4464",
+                "--step is 0.01, which makes 30001 times from 0 to 300, must make at most 4464: try --step 0.1",
             ),
         ] {
             assert_eq!(result.expect_err(message).to_string(), message);
