@@ -8,7 +8,7 @@ use super::{BusArgs, FormatArgs};
 /// Arguments of `ctl`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct CtlArgs {
-    /// The command.
+    /// The command, or `status`.
     #[command(subcommand)]
     pub(crate) order: Order,
     #[command(flatten)]
@@ -60,6 +60,15 @@ It is refused while the dragon is held: only ctl release lifts a hold.")]
 
 A guard's stop is no hold: the guard lifts it, by its next grant.")]
     Release,
+    /// Print how the show does: its state, what lies ahead, and a lamp for each part.
+    #[command(after_help = "Examples:
+  bench-dragon ctl status
+  bench-dragon ctl status --format json | jq .lamps
+  bench-dragon ctl status > /dev/null || echo 'look at the show'
+
+It looks at the bus for two seconds, and sends nothing. The exit status is 0 where frames come and no lamp is red, and 1 \
+otherwise. A missing monitor is a warning. docs/metrics.md explains the lamps and the JSON.")]
+    Status,
     /// End the server.
     #[command(after_help = "Example:
   bench-dragon ctl stop")]

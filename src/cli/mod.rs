@@ -145,8 +145,9 @@ not your own use a tunnel, `ssh -L 8223:localhost:8223 booth`.")]
 `view` serves the same at /metrics. Whoever can reach the address can read them, and nothing else. docs/metrics.md tells \
 them all.")]
     Metrics(MetricsArgs),
-    /// Send one command to the server and print its reply.
+    /// Send one command to the server and print its reply, or print how the show does.
     #[command(after_help = "Examples:
+  bench-dragon ctl status
   bench-dragon ctl pause
   bench-dragon ctl speed 0.8
   bench-dragon ctl seek 300")]

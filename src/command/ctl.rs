@@ -8,6 +8,7 @@ use bench_dragon_ipc::{Domain, GuardLock, Refusal, Request, Sender};
 use serde::Serialize;
 
 use crate::cli::{CtlArgs, Format, Order};
+use crate::command::ctl_status;
 use crate::command::output::{complain, print_json, print_line};
 
 #[derive(Serialize)]
@@ -21,8 +22,8 @@ struct ReplyLine {
 
 pub(crate) fn run(args: &CtlArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::new(args.bus.instance.clone())?;
+    let Some(request) = request(args.order) else { return ctl_status::run(domain, args.format.format) };
     let stop = StopFlag::on_signals()?;
-    let request = request(args.order);
     let reply = control::call(&domain, "ctl", Sender::Ctl, request, || stop.is_set())?;
     let outcome = reply.outcome();
     let reason = outcome.err().map(|refusal| match refusal {
@@ -42,8 +43,10 @@ pub(crate) fn run(args: &CtlArgs) -> anyhow::Result<ExitCode> {
     Ok(if outcome.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-fn request(order: Order) -> Request {
-    match order {
+/// The command behind an order; none for the status.
+fn request(order: Order) -> Option<Request> {
+    Some(match order {
+        Order::Status => return None,
         Order::Pause => Request::Pause,
         Order::Resume => Request::Resume,
         Order::Speed { speed_mps } => Request::Speed { speed_mps },
@@ -51,5 +54,5 @@ fn request(order: Order) -> Request {
         Order::Hold => Request::Hold,
         Order::Release => Request::Release,
         Order::Stop => Request::Stop,
-    }
+    })
 }

@@ -12,6 +12,7 @@ mod bridge;
 mod command_trail;
 mod completions;
 mod ctl;
+mod ctl_status;
 mod description;
 mod doctor;
 mod echo;

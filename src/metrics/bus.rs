@@ -4,7 +4,7 @@ use prometheus::proto::MetricFamily;
 
 use super::buckets::distribution;
 use super::family::{counter, counters, gauge, gauges, histogram};
-use crate::observe::{Link, Scene};
+use crate::observe::{Link, Scene, lamps};
 
 /// The metrics of the bus.
 pub(super) fn families(scene: &Scene, now_ns: u64) -> Vec<MetricFamily> {
@@ -21,6 +21,11 @@ pub(super) fn families(scene: &Scene, now_ns: u64) -> Vec<MetricFamily> {
             "up",
             "1 where frames come, 0 where there is no source, it has ended, or says nothing, or this process looks no more.",
             f64::from(u8::from(scene.link_at(now_ns) == Link::Live)),
+        ),
+        gauges(
+            "lamp_level",
+            "How each part of the show does: 0 off or unknown, 1 good, 2 a warning, 3 danger.",
+            lamps(scene, now_ns).into_iter().map(|lamp| (vec![("lamp", lamp.name)], f64::from(lamp.level as u8))),
         ),
         gauge("last_frame_age_seconds", "How long ago the last frame was sent.", age_s),
         counter("observed_frames_total", "Frames that this process has read.", traffic.frames),

@@ -4,12 +4,12 @@ use bench_dragon_ipc::{FrameHeader, ShowState};
 use prometheus::proto::MetricFamily;
 
 use super::family::{gauge, gauges};
-use crate::observe::{Outlook, Scene};
+use crate::observe::{GuardSituation, Outlook, Scene};
 
 /// The metrics of the show.
 pub(super) fn families(scene: &Scene) -> Vec<MetricFamily> {
     let header = scene.frame.as_ref().map(|still| &still.header);
-    [motion(header), clearance(scene), outlook(scene, header)].concat()
+    [motion(header), clearance(scene), outlook(scene, header), guard(scene)].concat()
 }
 
 fn motion(header: Option<&FrameHeader>) -> Vec<MetricFamily> {
@@ -36,6 +36,21 @@ fn motion(header: Option<&FrameHeader>) -> Vec<MetricFamily> {
     ]
 }
 
+/// The guard's situation, where a guard is waited for.
+fn guard(scene: &Scene) -> Vec<MetricFamily> {
+    let all = ["waiting", "working", "at_end", "missing"];
+    let is_guarded = scene.guard != GuardSituation::None;
+    let samples = all
+        .into_iter()
+        .filter(|_| is_guarded)
+        .map(|name| (vec![("situation", name)], f64::from(u8::from(scene.guard.name() == name))));
+    vec![gauges(
+        "guard_situation",
+        "1 for what the guard of a guarded show does, 0 for the others; missing where none runs.",
+        samples,
+    )]
+}
+
 fn clearance(scene: &Scene) -> Vec<MetricFamily> {
     vec![
         gauge(
@@ -55,6 +70,7 @@ fn clearance(scene: &Scene) -> Vec<MetricFamily> {
 fn outlook(scene: &Scene, header: Option<&FrameHeader>) -> Vec<MetricFamily> {
     let contact_s = scene.outlook.contact_s();
     let remaining_s = contact_s.zip(header).map(|(contact_s, header)| contact_s - header.sim_time_s());
+    let wall_s = scene.outlook.arrival().map(|at| at.wall_s);
     let free_s = match scene.outlook {
         Outlook::Free { to, .. } => Some(to.time_s),
         Outlook::Unknown | Outlook::Contact { .. } | Outlook::GuardStop { .. } | Outlook::Rest { .. } => None,
@@ -67,6 +83,16 @@ fn outlook(scene: &Scene, header: Option<&FrameHeader>) -> Vec<MetricFamily> {
             contact_s,
         ),
         gauge("forecast_contact_remaining_seconds", "Show seconds until the next contact.", remaining_s),
+        gauge(
+            "forecast_contact_wall_seconds",
+            "Seconds of wall time until the next contact; where the head stands, from when it walks on.",
+            wall_s.filter(|_| contact_s.is_some()),
+        ),
+        gauge(
+            "forecast_guard_stop_wall_seconds",
+            "Seconds of wall time until the guard stops the head; where the head stands, from when it walks on.",
+            wall_s.filter(|_| matches!(scene.outlook, Outlook::GuardStop { .. })),
+        ),
         gauge(
             "forecast_free_time_seconds",
             "Show time up to which it is proved that no benches touch, where no contact is known ahead.",

@@ -9,7 +9,7 @@ use glam::DVec2;
 use super::*;
 use crate::dragon::PairClearance;
 use crate::monitor::run_alert;
-use crate::observe::{AlertLog, Arrival, Link, Outlook, ReaderLog, Still, Traffic};
+use crate::observe::{AlertLog, Arrival, GuardSituation, Link, Outlook, ReaderLog, Still, Traffic};
 
 const HEADER: FrameHeader = FrameHeader {
     run_id: 9_007_199_254_740_991,
@@ -49,6 +49,7 @@ fn scene() -> Scene {
         outlook: Outlook::Contact { at: Arrival { travel_m: 412.5, time_s: 412.5, wall_s: 0.1 }, benches: [0, 8] },
         status: Some(Arc::new(status)),
         traffic: Traffic { frames: 42, restarts: 1, ..Traffic::default() },
+        guard: GuardSituation::Missing,
         alerts: Arc::new(alerts),
         readers: Arc::new(readers),
         ..Scene::default()
@@ -73,6 +74,11 @@ fn a_scene_is_told_in_base_units() {
         "bench_dragon_least_clearance_meters 0.000865",
         "bench_dragon_forecast_contact_time_seconds 412.5",
         "bench_dragon_forecast_contact_remaining_seconds 2",
+        "bench_dragon_forecast_contact_wall_seconds 0.1",
+        "bench_dragon_guard_situation{situation=\"missing\"} 1",
+        "bench_dragon_guard_situation{situation=\"working\"} 0",
+        "bench_dragon_lamp_level{lamp=\"guard\"} 3",
+        "bench_dragon_lamp_level{lamp=\"psn\"} 0",
         "bench_dragon_ticks_total 42",
         "bench_dragon_overruns_total 3",
         "bench_dragon_behind_seconds 1.5",

@@ -28,10 +28,12 @@ pub struct AlertLog {
 }
 
 impl AlertLog {
-    /// Takes the next one; the oldest is dropped where 200 are kept already.
+    /// Takes the next one. Where 200 are kept already, the oldest of a near pair is dropped, so that many of these bury nothing
+    /// else; without one, the oldest of all.
     pub fn push(&mut self, alert: Alert) {
         if self.latest.len() == KEPT {
-            self.latest.pop_front();
+            let oldest = self.latest.iter().position(|kept| kept.alert.alert_kind() == Some(AlertKind::Near));
+            self.latest.remove(oldest.unwrap_or_default());
         }
         self.latest.push_back(NumberedAlert { number: self.total, alert });
         self.total += 1;
@@ -80,6 +82,15 @@ mod tests {
         assert_eq!((log.total(), log.since(KEPT as u64).count()), (KEPT as u64 + 1, 1));
         let counts: Vec<u64> = log.counts().map(|(_, count)| count).collect();
         assert_eq!(counts, [KEPT as u64, 0, 0, 0, 0, 1]);
+    }
+
+    #[test]
+    fn many_near_pairs_bury_no_contact() {
+        let (mut log, header) = (AlertLog::default(), FrameHeader::default());
+        log.push(run_alert(&header, AlertKind::Contact));
+        (0..2 * KEPT).for_each(|_| log.push(run_alert(&header, AlertKind::Near)));
+        let first = log.latest().next().map(|kept| (kept.number, kept.alert.alert_kind()));
+        assert_eq!((first, log.latest().len()), (Some((0, Some(AlertKind::Contact))), KEPT));
     }
 
     #[test]

@@ -17,8 +17,9 @@ const FIRST_REPORTS_NS: u64 = 2_000_000_000;
 const DISK_WARNING_S: f64 = 600.0;
 /// A disk that is full in less needs to be acted upon, in seconds.
 const DISK_DANGER_S: f64 = 60.0;
-/// One missed release in so many is warned of.
+/// One missed release in so many is warned of, once there are more than a few.
 const RELEASES_A_MISS: u64 = 1_000;
+const FEW_MISSED: u64 = 10;
 
 /// How urgent a lamp is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -105,9 +106,13 @@ fn live_server(scene: &Scene) -> Lamp {
             text += &format!(", {:.2} s behind", behind_ns as f64 * 1e-9);
         }
         if overruns > 0 {
-            text += &format!(", {overruns} missed releases");
+            text += &format!(", {overruns} missed release{}", if overruns == 1 { "" } else { "s" });
             let releases = status.tick.saturating_add(overruns);
-            level = level.max(if overruns > releases / RELEASES_A_MISS { LampLevel::Warning } else { level });
+            level = level.max(if overruns > (releases / RELEASES_A_MISS).max(FEW_MISSED) {
+                LampLevel::Warning
+            } else {
+                level
+            });
         }
     }
     match scene.traffic.crashes {
@@ -130,23 +135,16 @@ fn source(scene: &Scene) -> Lamp {
 }
 
 fn guard(scene: &Scene) -> Lamp {
-    let margin = scene
-        .run
-        .as_ref()
-        .map_or_else(String::new, |run| format!(", margin {} mm", millimetres(run.config.margin_m())));
     let (level, text) = match scene.guard {
         GuardSituation::None => return Lamp::new("guard", LampLevel::Off, "not guarded"),
-        GuardSituation::Working => (LampLevel::Good, "grants".to_owned()),
-        GuardSituation::Waiting => (LampLevel::Warning, "the head waits for a grant".to_owned()),
-        GuardSituation::AtEnd { for_good: true } => {
-            (LampLevel::Warning, "the head is at the end of the proven travel, for good".to_owned())
-        }
-        GuardSituation::AtEnd { for_good: false } => {
-            (LampLevel::Warning, "the head is at the end of the proven travel".to_owned())
-        }
-        GuardSituation::Missing => (LampLevel::Danger, "no guard runs".to_owned()),
+        GuardSituation::Working => (LampLevel::Good, ""),
+        GuardSituation::Waiting => (LampLevel::Warning, "the head waits for a grant, "),
+        GuardSituation::AtEnd { for_good: true } => (LampLevel::Warning, "stops the head for good, "),
+        GuardSituation::AtEnd { for_good: false } => (LampLevel::Warning, "stops the head, "),
+        GuardSituation::Missing => (LampLevel::Danger, "missing, "),
     };
-    Lamp::new("guard", level, text + &margin)
+    let margin = scene.run.as_ref().map(|run| format!("margin {} mm", millimetres(run.config.margin_m())));
+    Lamp::new("guard", level, text.to_owned() + margin.as_deref().unwrap_or("margin unknown"))
 }
 
 fn timecode(scene: &Scene) -> Lamp {
@@ -194,7 +192,7 @@ impl Readers<'_> {
                     _ if room_s < DISK_WARNING_S => LampLevel::Warning,
                     _ => LampLevel::Good,
                 };
-                Lamp { level, text: format!("disk full in {}", long_span(room_s)), ..lamp }
+                Lamp { level, text: format!("{} of disk left", long_span(room_s)), ..lamp }
             }
         }
     }
@@ -332,9 +330,9 @@ mod tests {
     fn the_recorder_says_how_long_its_disk_lasts() {
         for (room_s, expected) in [
             (ReaderReport::NO_ROOM, told(LampLevel::Good, "runs")),
-            (11_100.0, told(LampLevel::Good, "disk full in 3 h 05 min")),
-            (599.0, told(LampLevel::Warning, "disk full in 9 min")),
-            (59.0, told(LampLevel::Danger, "disk full in 59 s")),
+            (11_100.0, told(LampLevel::Good, "3 h 05 min of disk left")),
+            (599.0, told(LampLevel::Warning, "9 min of disk left")),
+            (59.0, told(LampLevel::Danger, "59 s of disk left")),
         ] {
             let scene = scene(Status::default(), &[ReaderReport { room_s, ..report("record", 1) }]);
             assert_eq!(lamp(&scene, "recorder"), expected);
@@ -361,6 +359,7 @@ mod tests {
         let status = Status { rate_hz: 1000, tick: 100_000, ..Status::default() };
         for (status, expected) in [
             (status, told(LampLevel::Good, "1000 Hz")),
+            (Status { tick: 10, overruns: 1, ..status }, told(LampLevel::Good, "1000 Hz, 1 missed release")),
             (Status { overruns: 100, ..status }, told(LampLevel::Good, "1000 Hz, 100 missed releases")),
             (Status { overruns: 101, ..status }, told(LampLevel::Warning, "1000 Hz, 101 missed releases")),
             (Status { behind_ns: 1_500_000_000, ..status }, told(LampLevel::Warning, "1000 Hz, 1.50 s behind")),
@@ -393,7 +392,7 @@ mod tests {
         assert_eq!(lamp(&scene(status(TimecodeState::None), &[]), "timecode"), told(LampLevel::Off, "not followed"));
         let run = Run::new(0, Config::load(None, Overrides::default()).expect("the paper's"));
         let guarded = Scene { guard: GuardSituation::Missing, run: Some(Arc::new(run)), ..lost };
-        assert_eq!(lamp(&guarded, "guard"), told(LampLevel::Danger, "no guard runs, margin 0.5 mm"));
+        assert_eq!(lamp(&guarded, "guard"), told(LampLevel::Danger, "missing, margin 0.5 mm"));
     }
 
     #[test]

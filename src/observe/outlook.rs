@@ -12,7 +12,7 @@ use crate::monitor::forecast::Forecast;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Outlook {
-    /// Nothing is known of what lies ahead.
+    /// Nothing is known of what lies ahead, or the run has ended.
     #[default]
     Unknown,
     /// No two benches touch up to here, nor does the guard stop the head; the search may go on.
@@ -71,8 +71,10 @@ impl Outlook {
     /// What a forecast says of a head on its course. The forecast of a guarded head is of the guard's margin, and of any other
     /// one of contacts.
     pub(super) fn of(forecast: &Forecast, course: &Course, state: Option<ShowState>, limits: &WalkLimits) -> Self {
-        if state == Some(ShowState::Stopping) {
-            return Self::of_stopping(forecast, course, limits);
+        match state {
+            Some(ShowState::Stopping) => return Self::of_stopping(forecast, course, limits),
+            Some(ShowState::Ended) => return Self::Unknown,
+            _ => {}
         }
         match limits.guard {
             Some(GuardLimits { runs: false, granted_to_m, .. }) if granted_to_m < limits.end_m => {
@@ -170,6 +172,11 @@ mod tests {
         assert_eq!(contact.contact_s(), Some(12.0));
         let at_grants_end = outlook(None, ShowState::Stopping, guarded(true, 11.0, None));
         assert_eq!(at_grants_end.arrival().map(|at| at.travel_m), Some(11.0));
+    }
+
+    #[test]
+    fn of_a_run_that_has_ended_nothing_lies_ahead() {
+        assert_eq!(outlook(Some(13.0), ShowState::Ended, UNGUARDED), Outlook::Unknown);
     }
 
     #[test]

@@ -10,6 +10,7 @@ mod latency;
 mod monitor;
 mod record;
 mod replay;
+mod scene;
 mod serve;
 mod show;
 mod timecode;
@@ -25,6 +26,7 @@ pub use monitor::{
 };
 pub use record::{RecordLine, RecordSummary};
 pub use replay::{ReplayLine, VerificationSummary};
+pub use scene::{NearestReport, SceneReport};
 pub use serve::ServeLine;
 pub use show::{FrameCounts, RestartReport, Restarts, ShowSummary};
 pub use timecode::{TimecodeEvent, TimecodeLine};

@@ -3,20 +3,22 @@
 use bench_dragon_ipc::{Alert, AlertKind};
 use ratatui::text::{Line, Span};
 
+use super::alert_filter::AlertFilter;
 use super::screen::Look;
 use super::theme::Tone;
 use crate::observe::Scene;
 
-/// A title and as many alerts as there are lines.
-pub(super) fn lines(scene: &Scene, look: Look, count: usize) -> Vec<Line<'static>> {
+/// A title and as many of the filter's alerts as there are lines.
+pub(super) fn lines(scene: &Scene, look: Look, filter: AlertFilter, count: usize) -> Vec<Line<'static>> {
     let total = scene.alerts.total();
     let title = match total {
-        0 => "no alerts".to_owned(),
-        1 => "1 alert".to_owned(),
-        _ => format!("{total} alerts"),
+        0 => format!("no alerts{}", filter.words()),
+        1 => format!("1 alert{}", filter.words()),
+        _ => format!("{total} alerts{}", filter.words()),
     };
     let (mut lines, mut is_past) = (vec![Line::styled(title, look.theme.faint())], false);
-    for numbered in scene.alerts.latest().rev().take(count) {
+    let listed = scene.alerts.latest().rev().filter(|numbered| filter.takes(&numbered.alert));
+    for numbered in listed.take(count) {
         if !is_past && is_of_another_run(&numbered.alert, scene) {
             is_past = true;
             lines.push(Line::styled("earlier runs", look.theme.faint()));
@@ -27,9 +29,9 @@ pub(super) fn lines(scene: &Scene, look: Look, count: usize) -> Vec<Line<'static
     lines
 }
 
-/// The newest alert alone.
-pub(super) fn newest(scene: &Scene, look: Look) -> Option<Line<'static>> {
-    let alert = scene.alerts.latest().next_back()?.alert;
+/// The newest of the filter's alerts alone.
+pub(super) fn newest(scene: &Scene, look: Look, filter: AlertFilter) -> Option<Line<'static>> {
+    let alert = scene.alerts.latest().rev().find(|numbered| filter.takes(&numbered.alert))?.alert;
     let mut line = line(&alert, scene, look);
     if is_of_another_run(&alert, scene) {
         line.push_span(Span::styled("  earlier run", look.theme.faint()));

@@ -6,6 +6,8 @@ use ratatui::layout::Rect;
 const WIDE: u16 = 64;
 /// Widths of that column.
 const PANEL: [u16; 2] = [30, 46];
+/// A screen of so many lines has lamps.
+pub(super) const LAMPED: u16 = 13;
 /// Lines of figures under the plan where there is none.
 const STRIP: u16 = 4;
 
@@ -13,6 +15,7 @@ const STRIP: u16 = 4;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Areas {
     pub(super) status: Rect,
+    pub(super) lamps: Rect,
     pub(super) plan: Rect,
     /// Beside the plan.
     pub(super) panel: Rect,
@@ -23,19 +26,20 @@ pub(super) struct Areas {
 }
 
 impl Areas {
-    /// Parts a screen. The status comes first, then the reply and the keys; the plan gets what is left.
+    /// Parts a screen. The status comes first, then the reply, the keys and the lamps; the plan gets what is left.
     pub(super) fn of(screen: Rect) -> Self {
         let (status, rest) = cut_top(screen, 1);
         let (rest, keys) = cut_bottom(rest, u16::from(screen.height >= 4));
         let (rest, reply) = cut_bottom(rest, u16::from(screen.height >= 3));
+        let (lamps, rest) = cut_top(rest, u16::from(screen.height >= LAMPED));
         if screen.width < WIDE {
             let (plan, strip) = cut_bottom(rest, if rest.height > 2 * STRIP { STRIP } else { rest.height / 3 });
-            return Self { status, plan, panel: Rect::ZERO, strip, reply, keys };
+            return Self { status, lamps, plan, panel: Rect::ZERO, strip, reply, keys };
         }
         let width = (screen.width * 3 / 8).clamp(PANEL[0], PANEL[1]);
         let plan = Rect { width: rest.width - width - 1, ..rest };
         let panel = Rect { x: rest.right() - width, width, ..rest };
-        Self { status, plan, panel, strip: Rect::ZERO, reply, keys }
+        Self { status, lamps, plan, panel, strip: Rect::ZERO, reply, keys }
     }
 }
 
@@ -58,8 +62,8 @@ mod tests {
     fn the_parts_of_any_screen_lie_in_it_and_apart() {
         for (width, height) in (0..=130).flat_map(|width| (0..=40).map(move |height| (width, height))) {
             let screen = Rect::new(0, 0, width, height);
-            let Areas { status, plan, panel, strip, reply, keys } = Areas::of(screen);
-            let parts = [status, plan, panel, strip, reply, keys];
+            let Areas { status, lamps, plan, panel, strip, reply, keys } = Areas::of(screen);
+            let parts = [status, lamps, plan, panel, strip, reply, keys];
             for (index, part) in parts.iter().enumerate() {
                 assert!(part.is_empty() || screen.union(*part) == screen, "{part} of {screen}");
                 let others = parts[index + 1..].iter();
@@ -69,8 +73,8 @@ mod tests {
     }
 
     #[test]
-    fn a_screen_of_80_by_24_has_a_plan_of_49_by_21_beside_the_figures() {
+    fn a_screen_of_80_by_24_has_a_plan_of_49_by_20_beside_the_figures() {
         let areas = Areas::of(Rect::new(0, 0, 80, 24));
-        assert_eq!((areas.plan, areas.panel), (Rect::new(0, 1, 49, 21), Rect::new(50, 1, 30, 21)));
+        assert_eq!((areas.plan, areas.panel), (Rect::new(0, 2, 49, 20), Rect::new(50, 2, 30, 20)));
     }
 }

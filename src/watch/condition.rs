@@ -4,7 +4,7 @@ use bench_dragon_ipc::ShowState;
 
 use super::glyphs::Glyphs;
 use super::theme::Tone;
-use crate::observe::{Link, Scene};
+use crate::observe::{GuardSituation, Link, Scene};
 
 /// A word, and how urgent it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,7 +28,12 @@ impl Condition {
             (Link::Live, Some(ShowState::Running)) => new("RUNNING", Tone::Good, 0),
             (Link::Live, Some(ShowState::Stopping)) => new("STOPPING", Tone::Caution, 1),
             (Link::Live, Some(ShowState::Paused)) => new("PAUSED", Tone::Caution, 1),
-            (Link::Live, Some(ShowState::Held)) => new("HELD", Tone::Danger, 2),
+            (Link::Live, Some(ShowState::Held)) => match by_guard(scene) {
+                GuardSituation::Missing => new("NO GUARD", Tone::Danger, 2),
+                GuardSituation::Waiting => new("GUARD WAITS", Tone::Caution, 1),
+                GuardSituation::AtEnd { .. } => new("GUARD STOP", Tone::Caution, 2),
+                GuardSituation::None | GuardSituation::Working => new("HELD", Tone::Danger, 2),
+            },
             (Link::Live, Some(ShowState::Finished)) => new("FINISHED", Tone::Calm, 3),
             (Link::Live, None) => new("UNKNOWN", Tone::Caution, 1),
         }
@@ -38,6 +43,12 @@ impl Condition {
     pub(super) fn sign(&self, glyphs: Glyphs) -> &'static str {
         glyphs.signs()[self.sign]
     }
+}
+
+/// How it stands with the guard of a show that no operator holds.
+fn by_guard(scene: &Scene) -> GuardSituation {
+    let is_held = scene.status.as_ref().is_some_and(|status| status.stops().held);
+    if is_held { GuardSituation::None } else { scene.guard }
 }
 
 /// What the show is doing.

@@ -5,8 +5,8 @@ use ratatui::layout::Rect;
 use ratatui::widgets::Paragraph;
 
 use super::areas::{Areas, cut_top};
-use super::screen::Screen;
-use super::{alerts, banner, charts, facts, footer, help, plan, status_line, traffic};
+use super::screen::{Overlay, Screen};
+use super::{alerts, banner, charts, facts, footer, help, lamps, plan, status_line, traffic};
 use crate::observe::Scene;
 
 /// Lines of figures.
@@ -14,7 +14,7 @@ const FACTS: u16 = 6;
 const TRAFFIC: u16 = 6;
 /// A panel of so many lines has charts; what is over them and the figures goes to the alerts, and of each so many lines more
 /// one to each chart.
-const CHARTED: u16 = 21;
+const CHARTED: u16 = 20;
 const LINES_A_BAR: u16 = 10;
 const TALLEST: u16 = 5;
 
@@ -25,9 +25,12 @@ pub fn draw(frame: &mut Frame<'_>, scene: &Scene, screen: &Screen) {
     draw_panel(frame, areas.panel, scene, screen);
     draw_strip(frame, areas.strip, scene, screen);
     banner::draw(frame, areas.plan, scene, screen);
-    if screen.helps {
-        help::draw(frame, areas.plan, screen);
+    match screen.overlay {
+        Some(Overlay::Help) => help::draw(frame, areas.plan, screen),
+        Some(Overlay::Lamps) => lamps::draw_all(frame, areas.plan.union(areas.panel), scene, screen),
+        None => {}
     }
+    lamps::draw_row(frame, areas.lamps, scene, screen);
     footer::draw_reply(frame, areas.reply, screen);
     footer::draw_keys(frame, areas.keys, scene, screen);
     status_line::draw(frame, areas.status, scene, screen);
@@ -44,13 +47,13 @@ fn draw_panel(frame: &mut Frame<'_>, area: Rect, scene: &Scene, screen: &Screen)
     frame.render_widget(Paragraph::new(traffic::lines(scene, look)), lines);
     let (chart, rest) = cut_top(rest, if bar > 0 { bar + 1 } else { 0 });
     charts::draw_lateness(frame, chart, screen);
-    frame.render_widget(Paragraph::new(alerts::lines(scene, look, rest.height.into())), rest);
+    frame.render_widget(Paragraph::new(alerts::lines(scene, look, screen.alert_filter, rest.height.into())), rest);
 }
 
 /// Where there is no room for a panel.
 fn draw_strip(frame: &mut Frame<'_>, area: Rect, scene: &Scene, screen: &Screen) {
     let mut lines = facts::short_lines(scene, screen.look());
-    lines.extend(alerts::newest(scene, screen.look()));
+    lines.extend(alerts::newest(scene, screen.look(), screen.alert_filter));
     frame.render_widget(Paragraph::new(lines), area);
 }
 
@@ -64,7 +67,7 @@ mod tests {
     use ratatui::style::Color;
 
     use super::*;
-    use crate::observe::Link;
+    use crate::observe::{GuardSituation, Link};
     use crate::watch::sample::scene;
     use crate::watch::{Glyphs, Look, Theme};
 
@@ -112,10 +115,10 @@ mod tests {
             "\u{d7} 20",
             "dragon",
             "live",
-            "0.120694 m",
+            "120.694 mm",
             "benches 0 and 21",
-            "at 412.474 s",
-            "in 5.6 s, 0 and 8",
+            "in 5.6 s",
+            "0-8 at 412.474 s",
             "2 alerts",
             "near      0-11",
             "space pause",
@@ -124,7 +127,7 @@ mod tests {
             assert!(text.contains(told), "{told} is missing in\n{text}");
         }
         let dots = text.chars().filter(|symbol| ('\u{2801}'..='\u{28ff}').contains(symbol)).count();
-        assert!(dots > 300, "{dots} cells with dots in\n{text}");
+        assert!(dots > 280, "{dots} cells with dots in\n{text}");
         let [near, restarted] = ["near ", "restarted"].map(|kind| text.find(kind).expect("both alerts are shown"));
         assert!(near < restarted, "the newest comes first in\n{text}");
     }
@@ -136,7 +139,7 @@ mod tests {
         {
             for link in links() {
                 let scene = Scene { link, ..scene_of_few() };
-                for (glyphs, keys) in GLYPHS.into_iter().zip(["s12", "?", "f"]) {
+                for (glyphs, keys) in GLYPHS.into_iter().zip(["s12", "?", "l"]) {
                     let look = Look { glyphs, theme: Theme::Coloured };
                     drawn(&scene, &screen(look, keys, &scene), width, height);
                 }
@@ -192,7 +195,7 @@ mod tests {
     #[test]
     fn a_terminal_without_other_characters_gets_ascii_alone() {
         let look = Look { glyphs: Glyphs::Ascii, theme: Theme::Coloured };
-        for keys in ["", "?", "f", "s300"] {
+        for keys in ["", "?", "l", "f", "s300"] {
             for link in links() {
                 let scene = Scene { link, ..scene(ShowState::Paused, 300.0) };
                 let text = text(&scene, &screen(look, keys, &scene), 80, 24);
@@ -207,6 +210,57 @@ mod tests {
         let rows = rows(&drawn(&scene, &screen(Look::default(), "", &scene), 80, 24));
         let keys = "h hold  space pause  r release  ? help  q quit  + - v speed  s seek  f follow";
         assert_eq!(rows[23].trim_end(), keys);
+    }
+
+    #[test]
+    fn the_guards_situations_have_a_word_each_and_for_good_is_not_said_under_timecode() {
+        let of = |guard| Scene { guard, ..scene(ShowState::Held, 300.0) };
+        let text = |guard| text(&of(guard), &screen(Look::default(), "", &of(guard)), 80, 24);
+        for (guard, words) in [
+            (GuardSituation::None, ["HELD", "in "]),
+            (GuardSituation::Waiting, ["GUARD WAITS", "waits for a grant"]),
+            (GuardSituation::Missing, ["NO GUARD", "guard missing"]),
+            (GuardSituation::AtEnd { for_good: true }, ["GUARD STOP", "for good"]),
+            (GuardSituation::AtEnd { for_good: false }, ["GUARD STOP", "until timecode moves"]),
+        ] {
+            let text = text(guard);
+            let words = if guard == GuardSituation::None { &words[..1] } else { &words[..] };
+            assert!(words.iter().all(|word| text.contains(word)), "{words:?} in\n{text}");
+            assert_eq!(text.contains("for good"), guard == GuardSituation::AtEnd { for_good: true }, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_contact_that_has_passed_is_shown_on_every_screen_until_a_is_hit() {
+        let mut touching = scene(ShowState::Running, 300.0);
+        touching.nearest.as_mut().expect("a pair").clearance_m = -0.001;
+        let parted = scene(ShowState::Running, 301.0);
+        for (width, height) in [(80, 24), (60, 14), (40, 12)] {
+            let mut screen = screen(Look::default(), "", &touching);
+            screen.see(&parted, 0);
+            assert!(text(&parted, &screen, width, height).contains("CONTACT 0-21 at 300.000 s"), "{width} by {height}");
+            screen.press(KeyEvent::new(KeyCode::Char('a'), KeyModifiers::NONE), &parted, 0);
+            assert!(!text(&parted, &screen, width, height).contains("CONTACT"), "{width} by {height}");
+        }
+    }
+
+    #[test]
+    fn alerts_are_filtered_by_their_kind() {
+        let scene = scene(ShowState::Running, 300.0);
+        let near = |keys| text(&scene, &screen(Look::default(), keys, &scene), 80, 24).contains("near      0-11");
+        assert_eq!(["", "k", "kk", "kkk", "kkkkkkk"].map(near), [true, false, false, true, true]);
+        let without = text(&scene, &screen(Look::default(), "k", &scene), 80, 24);
+        assert!(without.contains("2 alerts, without near") && without.contains("restarted"), "{without}");
+    }
+
+    #[test]
+    fn all_lamps_are_listed_over_the_plan() {
+        let scene = scene(ShowState::Running, 300.0);
+        let text = text(&scene, &screen(Look::default(), "l", &scene), 80, 24);
+        for lamp in crate::observe::lamps(&scene, scene.seen_ns) {
+            let line = format!("{:<9} {}", lamp.name, lamp.text);
+            assert!(text.contains(&line), "{line} is missing in\n{text}");
+        }
     }
 
     #[test]
@@ -241,6 +295,8 @@ mod tests {
             let found: Vec<(usize, usize)> = rows
                 .iter()
                 .enumerate()
+                // Lamps have the same sign.
+                .filter(|(row, _)| *row != 1)
                 .filter_map(|(row, text)| {
                     text.chars().position(|symbol| symbol == '\u{25cf}').map(|column| (column, row))
                 })

@@ -1,11 +1,12 @@
 //! The figures that a show is watched for: how near benches are, have been, and when they touch.
 
+use bench_dragon_ipc::ShowState;
 use ratatui::text::{Line, Span};
 
 use super::screen::Look;
 use super::theme::{Tone, strong};
-use super::wording::{metres, pair};
-use crate::observe::{Outlook, Scene};
+use super::wording::{millimetres, pair};
+use crate::observe::{Arrival, GuardSituation, Outlook, Scene};
 
 /// The clearance and its pair, the least so far, and what lies ahead.
 pub(super) fn lines(scene: &Scene, look: Look) -> Vec<Line<'static>> {
@@ -50,7 +51,7 @@ fn nearest(scene: &Scene, look: Look) -> [Line<'static>; 2] {
         None => [named("clearance", "unknown".to_owned(), None, look), Line::default()],
         Some(nearest) => {
             let tone = tone(nearest.clearance_m, near_m(scene));
-            [named("clearance", metres(nearest.clearance_m), tone, look), detail(&pair(nearest.benches))]
+            [named("clearance", millimetres(nearest.clearance_m), tone, look), detail(&pair(nearest.benches))]
         }
     }
 }
@@ -59,14 +60,29 @@ fn least(scene: &Scene, look: Look) -> [Line<'static>; 2] {
     match scene.least {
         None => [named("least", "unknown".to_owned(), None, look), Line::default()],
         Some((least_m, time_s)) => {
-            let line = named("least", metres(least_m), tone(least_m, near_m(scene)), look);
+            let line = named("least", millimetres(least_m), tone(least_m, near_m(scene)), look);
             [line, detail(&format!("at {time_s:.3} s"))]
         }
     }
 }
 
+/// The guard's stop of a head that stands there comes before all that a forecast says.
 fn ahead(scene: &Scene, look: Look) -> [Line<'static>; 2] {
+    let caution = |name, value: &str| named(name, value.to_owned(), Some(Tone::Caution), look);
+    match scene.guard {
+        GuardSituation::AtEnd { for_good: true } => {
+            return [caution("guard", "has stopped the head"), detail("for good: seek back")];
+        }
+        GuardSituation::AtEnd { for_good: false } => {
+            return [caution("guard", "has stopped the head"), detail("until timecode moves")];
+        }
+        _ => {}
+    }
+    let counted = |at: Arrival| countdown(scene, at);
     match scene.outlook {
+        Outlook::Unknown if scene.state() == Some(ShowState::Ended) => {
+            [named("contact", "the run has ended".to_owned(), None, look), Line::default()]
+        }
         Outlook::Unknown => [named("contact", "unknown".to_owned(), None, look), Line::default()],
         Outlook::Free { to, is_end: true } => {
             let line = named("contact", "none ahead".to_owned(), Some(Tone::Good), look);
@@ -76,16 +92,29 @@ fn ahead(scene: &Scene, look: Look) -> [Line<'static>; 2] {
             [named("contact", "none yet".to_owned(), None, look), detail(&format!("searched to {:.2} s", to.time_s))]
         }
         Outlook::Contact { at, benches: [one, another] } => {
-            let line = named("contact", format!("at {:.3} s", at.time_s), Some(Tone::Caution), look);
-            [line, detail(&format!("in {:.1} s, {one} and {another}", at.wall_s))]
+            [caution("contact", &counted(at)), detail(&format!("{one}-{another} at {:.3} s", at.time_s))]
         }
-        Outlook::GuardStop { at, .. } => {
-            let line = named("guard", format!("stops at {:.3} s", at.time_s), Some(Tone::Caution), look);
-            [line, detail(&format!("in {:.1} s", at.wall_s))]
+        Outlook::GuardStop { at, benches: Some([one, another]) } => {
+            let line = caution("guard", &format!("stops {}", counted(at)));
+            [line, detail(&format!("{one}-{another} at {:.3} s", at.time_s))]
+        }
+        Outlook::GuardStop { at, benches: None } if at.wall_s == 0.0 => {
+            let line = named("no guard", "runs".to_owned(), Some(Tone::Danger), look);
+            [line, detail("run monitor --guard")]
+        }
+        Outlook::GuardStop { at, benches: None } => {
+            let line = named("no guard", format!("stops {}", counted(at)), Some(Tone::Danger), look);
+            [line, detail(&format!("at {:.2} m, {:.1} s", at.travel_m, at.time_s))]
         }
         Outlook::Rest { at } => {
-            let line = named("stops", format!("at {:.3} s", at.time_s), Some(Tone::Caution), look);
-            [line, detail(&format!("in {:.1} s, after {:.3} m", at.wall_s, at.travel_m))]
+            let line = caution("stands", &format!("in {:.1} s", at.wall_s));
+            [line, detail(&format!("at {:.2} m, {:.1} s", at.travel_m, at.time_s))]
         }
     }
+}
+
+/// Seconds of the clock on the wall; of a head that stands, those for which it has to walk.
+fn countdown(scene: &Scene, at: Arrival) -> String {
+    let walks = scene.state().is_some_and(ShowState::walks);
+    if walks { format!("in {:.1} s", at.wall_s) } else { format!("{:.1} s of walk", at.wall_s) }
 }

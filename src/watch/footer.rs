@@ -1,15 +1,15 @@
 //! The last two lines: what became of the last command, or what is being typed; and the keys.
 
-use bench_dragon_ipc::ShowState;
+use bench_dragon_ipc::Request;
 use ratatui::Frame;
 use ratatui::layout::{Position, Rect};
 use ratatui::text::{Line, Span};
 
-use super::condition::state;
-use super::question::Question;
+use super::areas::LAMPED;
+use super::keys::space_request;
 use super::screen::Screen;
 use super::theme::{Tone, strong};
-use crate::observe::Scene;
+use crate::observe::{Controls, Scene};
 
 /// Keys that are always shown.
 const HELP: (&str, &str) = ("?", "help");
@@ -17,7 +17,8 @@ const QUIT: (&str, &str) = ("q", "quit");
 /// Columns between two keys.
 const GAP: usize = 2;
 
-/// Draws what is typed, with the cursor behind it, else what is asked, else the reply.
+/// Draws what is typed, with the cursor behind it, else what is asked, else the reply. A contact that has not been acknowledged
+/// comes before the reply where there are no lamps.
 pub(super) fn draw_reply(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     let look = screen.look();
     if let Some(entry) = &screen.entry {
@@ -25,8 +26,10 @@ pub(super) fn draw_reply(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
         let column = (line.width() as u16).min(area.width.saturating_sub(1));
         frame.render_widget(line, area);
         frame.set_cursor_position(Position::new(area.x + column, area.y));
-    } else if screen.question.is_some() {
-        frame.render_widget(Line::styled(Question::TEXT, look.theme.block(Tone::Danger)), area);
+    } else if let Some(question) = &screen.question {
+        frame.render_widget(Line::styled(question.text(), look.theme.block(Tone::Danger)), area);
+    } else if let (Some(contact), true) = (&screen.past_contact, frame.area().height < LAMPED) {
+        frame.render_widget(Line::styled(format!("{contact}, a to acknowledge"), look.theme.block(Tone::Danger)), area);
     } else if let Some(reply) = &screen.reply {
         frame.render_widget(Line::styled(reply.text.clone(), look.theme.text(reply.tone)), area);
     }
@@ -35,14 +38,15 @@ pub(super) fn draw_reply(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
 /// Draws the keys, those that matter most first, and of each all or nothing. Help and the way out are always among them.
 pub(super) fn draw_keys(frame: &mut Frame<'_>, area: Rect, scene: &Scene, screen: &Screen) {
     let look = screen.look();
-    let space = if state(scene) == Some(ShowState::Running) { "pause" } else { "resume" };
+    let (space, controls) = (space_request(scene), Controls::of(scene));
+    let question = screen.question.map_or(("", ""), |question| question.keys());
     let keys: &[(&str, &str)] = match (screen.entry.is_some(), screen.question.is_some(), screen.is_read_only()) {
         (true, _, _) => &[("h", "hold"), ("enter", "send"), ("esc", "leave")],
-        (_, true, _) => &[("h", "hold"), ("r", "release"), ("esc", "leave")],
+        (_, true, _) => &[("h", "hold"), question, ("esc", "leave")],
         (_, _, true) => &[HELP, QUIT, ("f", "follow"), ("0", "all"), ("[ ]", "zoom")],
         _ => &[
             ("h", "hold"),
-            ("space", space),
+            ("space", if space == Request::Pause { "pause" } else { "resume" }),
             ("r", "release"),
             HELP,
             QUIT,
@@ -52,10 +56,24 @@ pub(super) fn draw_keys(frame: &mut Frame<'_>, area: Rect, scene: &Scene, screen
             ("0", "all"),
         ],
     };
-    let spans = fitting(keys, area.width.into())
-        .into_iter()
-        .flat_map(|(key, does)| [Span::styled(key, strong()), Span::styled(format!(" {does}  "), look.theme.faint())]);
+    let spans = fitting(keys, area.width.into()).into_iter().flat_map(|(key, does)| {
+        let is_refused = request(key, space).is_some_and(|request| controls.refusal(request).is_some());
+        let style = if is_refused { look.theme.faint() } else { strong() };
+        [Span::styled(key, style), Span::styled(format!(" {does}  "), look.theme.faint())]
+    });
     frame.render_widget(spans.collect::<Line<'_>>(), area);
+}
+
+/// A request of the kind that a key stands for.
+fn request(key: &str, space: Request) -> Option<Request> {
+    Some(match key {
+        "h" => Request::Hold,
+        "space" => space,
+        "r" => Request::Release,
+        "+ - v" => Request::Speed { speed_mps: 0.0 },
+        "s" => Request::Seek { sim_time_s: 0.0 },
+        _ => return None,
+    })
 }
 
 /// Those for which there is room, in their order, beside those that are always there.

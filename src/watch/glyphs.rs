@@ -121,6 +121,14 @@ impl Glyphs {
         self.either("\u{2190}\u{2191}\u{2193}\u{2192}", "arrows")
     }
 
+    /// Of lamps: off, good, a warning, danger.
+    pub(super) fn lamps(self) -> [&'static str; 4] {
+        match self {
+            Self::Ascii => ["-", "o", "!", "X"],
+            _ => ["\u{b7}", "\u{25cf}", "\u{25b2}", "\u{25a0}"],
+        }
+    }
+
     /// Says that the head walks, stands, is held, or is done.
     pub(super) fn signs(self) -> [&'static str; 4] {
         match self {

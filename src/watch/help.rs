@@ -19,11 +19,14 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
         ("r r", "release a hold"),
         ("+ -", "speed of the head, by 0.1 m/s"),
         ("v", "type a speed"),
-        ("s", "type a show time to go to"),
+        ("s", "type a show time to go to, enter twice"),
     ];
     let views = [
         ("f", "follow the head, or stay"),
         ("0", "all of the route"),
+        ("a", "acknowledge a contact"),
+        ("k", "which kinds of alerts are listed"),
+        ("l", "all lamps"),
         ("] [  z x", "nearer, farther"),
         (look.glyphs.arrows(), "move the plan"),
         ("ctrl-z", "suspend"),

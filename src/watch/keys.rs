@@ -3,12 +3,11 @@
 use bench_dragon_ipc::{Request, ShowState};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-use super::condition::state;
 use super::entry::{Entry, Subject};
 use super::question::Question;
 use super::reply::Reply;
-use super::screen::Screen;
-use crate::observe::Scene;
+use super::screen::{Overlay, Screen};
+use crate::observe::{Controls, Scene};
 
 /// What is to be done about a key, beside drawing the screen anew.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,21 +37,30 @@ impl Screen {
         let code = without_caps_lock(key.code);
         // A hold never waits, not even for a number that is half typed.
         if code == KeyCode::Char('h') && !self.is_read_only() {
-            (self.entry, self.helps) = (None, false);
-            return self.command(Request::Hold);
+            (self.entry, self.overlay) = (None, None);
+            return self.send(Request::Hold);
         }
         if self.entry.is_some() {
-            return self.type_number(code);
+            return self.type_number(code, scene, now_ns);
         }
-        if std::mem::take(&mut self.helps) {
+        if let Some(request) = question.and_then(|question| question.answered_by(code)) {
+            return self.command(request, scene);
+        }
+        if self.overlay.take().is_some() {
             return Action::None;
         }
         match code {
-            KeyCode::Char('r') if !self.is_read_only() => self.release(question, scene, now_ns),
+            KeyCode::Char('r') if !self.is_read_only() => self.ask(Request::Release, scene, now_ns),
             KeyCode::Esc if question.is_some() => Action::None,
             KeyCode::Char('q') | KeyCode::Esc => Action::Quit,
-            KeyCode::Char('?') => {
-                self.helps = true;
+            KeyCode::Char('?') => self.lay_over(Overlay::Help),
+            KeyCode::Char('l') => self.lay_over(Overlay::Lamps),
+            KeyCode::Char('a') => {
+                self.past_contact = None;
+                Action::None
+            }
+            KeyCode::Char('k') => {
+                self.alert_filter = self.alert_filter.next();
                 Action::None
             }
             code if self.camera.press(code, scene) => Action::None,
@@ -61,40 +69,60 @@ impl Screen {
         }
     }
 
-    /// A safety stop is lifted by the second press alone.
-    fn release(&mut self, question: Option<Question>, scene: &Scene, now_ns: u64) -> Action {
-        if question.is_some() {
-            return self.command(Request::Release);
-        }
-        self.question = Some(Question::ask(scene, now_ns));
+    fn lay_over(&mut self, overlay: Overlay) -> Action {
+        self.overlay = Some(overlay);
         Action::None
+    }
+
+    /// A safety stop is lifted, and the dragon put elsewhere, by the second press alone.
+    fn ask(&mut self, request: Request, scene: &Scene, now_ns: u64) -> Action {
+        if self.would_be_refused(request, scene) {
+            return Action::None;
+        }
+        self.question = Some(Question::ask(request, scene, now_ns));
+        Action::None
+    }
+
+    /// Whether the source would refuse a request; then the reply says why.
+    fn would_be_refused(&mut self, request: Request, scene: &Scene) -> bool {
+        let controls = Controls::of(scene);
+        let reason = controls.refusal(request);
+        if let Some(reason) = reason {
+            self.reply = Some(Reply::not_sent(request, reason));
+        }
+        reason.is_some()
     }
 
     /// A key for the server.
     fn order(&mut self, character: char, scene: &Scene) -> Action {
         match character {
-            ' ' if state(scene) == Some(ShowState::Running) => self.command(Request::Pause),
-            // Where the show is held or finished, the server says what has to be done.
-            ' ' => self.command(Request::Resume),
+            ' ' => self.command(space_request(scene), scene),
             '+' | '=' => self.step_speed(scene, 1.0),
             '-' | '_' => self.step_speed(scene, -1.0),
-            'v' => self.ask_for(Subject::Speed),
-            's' => self.ask_for(Subject::Seek),
+            'v' => self.ask_for(Subject::Speed, scene),
+            's' => self.ask_for(Subject::Seek, scene),
             _ => Action::None,
         }
     }
 
     fn step_speed(&mut self, scene: &Scene, steps: f64) -> Action {
         let speed_mps = self.pace.stepped(scene, steps);
-        self.command(Request::Speed { speed_mps })
+        self.command(Request::Speed { speed_mps }, scene)
     }
 
-    fn ask_for(&mut self, subject: Subject) -> Action {
-        self.entry = Some(Entry::new(subject));
+    fn ask_for(&mut self, subject: Subject, scene: &Scene) -> Action {
+        let refusal = match subject {
+            Subject::Speed => ("speed", Controls::of(scene).speed),
+            Subject::Seek => ("seek", Controls::of(scene).seek),
+        };
+        match refusal {
+            (name, Some(reason)) => self.reply = Some(Reply::mistaken(format!("{name}: not sent: {reason}"))),
+            (_, None) => self.entry = Some(Entry::new(subject)),
+        }
         Action::None
     }
 
-    fn type_number(&mut self, code: KeyCode) -> Action {
+    fn type_number(&mut self, code: KeyCode, scene: &Scene, now_ns: u64) -> Action {
         let Some(entry) = &mut self.entry else { return Action::None };
         match code {
             KeyCode::Char(character) => entry.push(character),
@@ -104,7 +132,8 @@ impl Screen {
                 let request = entry.request();
                 self.entry = None;
                 match request {
-                    Ok(request) => return self.command(request),
+                    Ok(request @ Request::Seek { .. }) => return self.ask(request, scene, now_ns),
+                    Ok(request) => return self.command(request, scene),
                     Err(why) => self.reply = Some(Reply::mistaken(why)),
                 }
             }
@@ -113,13 +142,24 @@ impl Screen {
         Action::None
     }
 
-    fn command(&mut self, request: Request) -> Action {
+    fn command(&mut self, request: Request, scene: &Scene) -> Action {
+        if self.would_be_refused(request, scene) { Action::None } else { self.send(request) }
+    }
+
+    fn send(&mut self, request: Request) -> Action {
         if let Request::Speed { speed_mps } = request {
             self.pace.ask(speed_mps);
         }
         self.reply = Some(Reply::sent(request));
         Action::Command(request)
     }
+}
+
+/// What the space bar asks for: a head that walks, and has not been paused already, is paused.
+pub(super) fn space_request(scene: &Scene) -> Request {
+    let is_paused = scene.status.as_ref().is_some_and(|status| status.stops().paused);
+    let pauses = scene.state().is_some_and(ShowState::walks) && !is_paused;
+    if pauses { Request::Pause } else { Request::Resume }
 }
 
 /// The key that was hit: a terminal tells a letter under Caps Lock as one with Shift, and no key here is both.
@@ -134,15 +174,19 @@ fn without_caps_lock(code: KeyCode) -> KeyCode {
 mod tests {
     use std::sync::Arc;
 
-    use bench_dragon_ipc::{CommandReply, FrameHeader};
+    use bench_dragon_ipc::{Alert, AlertKind, CommandReply, FrameHeader};
+    use glam::DVec2;
 
     use super::*;
-    use crate::observe::Still;
+    use crate::dragon::PairClearance;
+    use crate::monitor::run_alert;
+    use crate::observe::{Link, Still};
     use crate::watch::Look;
 
     fn scene(state: ShowState, head_speed_mps: f64) -> Scene {
         let header = FrameHeader { run_id: 1, state: state.to_wire(), head_speed_mps, ..FrameHeader::default() };
-        Scene { frame: Some(Arc::new(Still { header, handles: Vec::new() })), ..Scene::default() }
+        let frame = Some(Arc::new(Still { header, handles: Vec::new() }));
+        Scene { link: Link::Live, frame, ..Scene::default() }
     }
 
     fn type_keys(screen: &mut Screen, keys: &str, scene: &Scene) -> Vec<Action> {
@@ -159,17 +203,53 @@ mod tests {
     fn space_pauses_what_walks_and_resumes_what_stands() {
         for (state, request) in [
             (ShowState::Running, Request::Pause),
+            (ShowState::Stopping, Request::Pause),
             (ShowState::Paused, Request::Resume),
-            (ShowState::Held, Request::Resume),
         ] {
             assert_eq!(type_keys(&mut screen(false), " ", &scene(state, 1.0)), [Action::Command(request)]);
         }
     }
 
     #[test]
+    fn a_key_that_would_be_refused_answers_with_the_reason_and_a_hold_is_always_sent() {
+        let held = scene(ShowState::Held, 0.0);
+        let mut watching = screen(false);
+        assert_eq!(type_keys(&mut watching, " ", &held), []);
+        let told = watching.reply.take().expect("a line about it").text;
+        assert_eq!(told, "resume: not sent: the show is held: release it first");
+        let nobody = Scene::default();
+        for (key, name) in [(" ", "resume"), ("r", "release"), ("+", "speed 1.1 m/s"), ("v", "speed"), ("s", "seek")] {
+            assert_eq!(type_keys(&mut watching, key, &nobody), []);
+            let told = watching.reply.take().expect("a line about it").text;
+            assert_eq!(told, format!("{name}: not sent: no server runs"));
+        }
+        assert_eq!(type_keys(&mut watching, "h", &nobody), [Action::Command(Request::Hold)]);
+    }
+
+    #[test]
+    fn a_past_contact_stays_until_it_is_acknowledged() {
+        let mut touching = scene(ShowState::Running, 1.0);
+        touching.nearest = Some(PairClearance { benches: [0, 8], clearance_m: -0.001, point: DVec2::ZERO });
+        let parted = scene(ShowState::Running, 1.0);
+        let mut watching = screen(true);
+        watching.see(&touching, 0);
+        watching.see(&parted, 0);
+        assert_eq!(watching.past_contact.as_deref(), Some("CONTACT 0-8 at 0.000 s"));
+        type_keys(&mut watching, "a", &parted);
+        assert_eq!(watching.past_contact, None);
+        let mut told = scene(ShowState::Running, 1.0);
+        let header = told.frame.as_ref().expect("a frame").header;
+        let alert = Alert { bench_a: 3, bench_b: 9, ..run_alert(&header, AlertKind::Contact) };
+        Arc::make_mut(&mut told.alerts).push(alert);
+        watching.see(&told, 0);
+        watching.see(&told, 0);
+        assert_eq!(watching.past_contact.as_deref(), Some("CONTACT 3-9 at 0.000 s"));
+    }
+
+    #[test]
     fn typed_numbers_are_sent_as_they_stand() {
         let (mut screen, scene) = (screen(false), scene(ShowState::Running, 1.0));
-        let actions = type_keys(&mut screen, "s-12.5\nv0.8\ns1e2\n", &scene);
+        let actions = type_keys(&mut screen, "s-12.5\n\nv0.8\ns1e2\n\n", &scene);
         let expected = [
             Request::Seek { sim_time_s: -12.5 },
             Request::Speed { speed_mps: 0.8 },
@@ -203,7 +283,7 @@ mod tests {
                 let mut screen = screen(false);
                 type_keys(&mut screen, before, &scene);
                 assert_eq!(type_keys(&mut screen, key, &scene), [Action::Command(Request::Hold)], "{before}{key}");
-                assert_eq!((screen.entry, screen.question, screen.helps), (None, None, false));
+                assert_eq!((screen.entry, screen.question, screen.overlay), (None, None, None));
             }
         }
     }
@@ -217,6 +297,17 @@ mod tests {
             assert_eq!(type_keys(&mut screen, &keys[1..], &scene), [Action::Command(Request::Release)]);
             assert_eq!(type_keys(&mut screen, "r", &scene), [], "the next one asks again");
         }
+    }
+
+    #[test]
+    fn a_seek_is_sent_by_the_second_enter_alone() {
+        let (mut screen, scene) = (screen(false), scene(ShowState::Running, 1.0));
+        assert_eq!(type_keys(&mut screen, "s30\n", &scene), []);
+        let question = screen.question.expect("a question").text();
+        assert_eq!(question, "seek 30 s? the dragon jumps there: enter again");
+        assert_eq!(type_keys(&mut screen, "f\n", &scene), [], "another key withdraws it");
+        let seek = Request::Seek { sim_time_s: 30.0 };
+        assert_eq!(type_keys(&mut screen, "s30\n\n", &scene), [Action::Command(seek)]);
     }
 
     #[test]
@@ -234,12 +325,9 @@ mod tests {
     fn a_release_is_not_asked_for_ever_nor_of_a_show_that_has_been_held_since() {
         let (held, running) = (scene(ShowState::Held, 0.0), scene(ShowState::Running, 1.0));
         let key = KeyEvent::new(KeyCode::Char('r'), KeyModifiers::NONE);
-        for (before, after, after_ns, stands) in [
-            (&held, &held, 4_999_999_999, true),
-            (&held, &held, 5_000_000_000, false),
-            (&running, &held, 1, false),
-            (&held, &running, 1, false),
-        ] {
+        for (before, after, after_ns, stands) in
+            [(&held, &held, 4_999_999_999, true), (&held, &held, 5_000_000_000, false), (&held, &running, 1, false)]
+        {
             let mut screen = screen(false);
             screen.press(key, before, 0);
             let was_withdrawn = screen.clone().see(after, after_ns);
@@ -251,7 +339,7 @@ mod tests {
     #[test]
     fn letters_do_the_same_under_caps_lock() {
         let (mut screen, scene) = (screen(false), scene(ShowState::Running, 1.0));
-        let actions = type_keys(&mut screen, "S12\nV2\nFZXQ", &scene);
+        let actions = type_keys(&mut screen, "S12\n\nV2\nFZXQ", &scene);
         let expected = [Request::Seek { sim_time_s: 12.0 }, Request::Speed { speed_mps: 2.0 }].map(Action::Command);
         assert_eq!(actions, [&expected[..], &[Action::Quit]].concat());
         assert!(screen.camera.follows());

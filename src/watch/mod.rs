@@ -4,6 +4,7 @@
 //! [`Screen`] is all that the one who looks has chosen: where the plan is looked at, what is being typed, which command was
 //! answered how. A key gives an [`Action`] for the command `watch` to carry out.
 
+mod alert_filter;
 mod alerts;
 mod areas;
 mod banner;
@@ -17,6 +18,7 @@ mod footer;
 mod glyphs;
 mod help;
 mod keys;
+mod lamps;
 mod lateness_history;
 mod pace;
 mod plan;

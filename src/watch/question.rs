@@ -1,26 +1,45 @@
-//! Whether a hold is really to be released.
+//! Whether a command is really to be sent.
 
-use bench_dragon_ipc::FrameHeader;
+use bench_dragon_ipc::{FrameHeader, Request};
+use ratatui::crossterm::event::KeyCode;
 
 use crate::observe::Scene;
+use crate::report::request_words;
 
 /// So long the question stands, in nanoseconds.
 const STANDS_NS: u64 = 5_000_000_000;
 
-/// The question, since when it is asked, and of what show: its run and its state.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The question: which command, since when it is asked, and of what show: its run and its state.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Question {
+    request: Request,
     asked_ns: u64,
     about: Option<(u64, u32)>,
 }
 
 impl Question {
-    /// What is asked.
-    pub(super) const TEXT: &'static str = "release the hold? r again";
+    /// Asks about a release or a seek.
+    pub(super) fn ask(request: Request, scene: &Scene, now_ns: u64) -> Self {
+        Self { request, asked_ns: now_ns, about: about(scene) }
+    }
 
-    /// Asks it.
-    pub(super) fn ask(scene: &Scene, now_ns: u64) -> Self {
-        Self { asked_ns: now_ns, about: about(scene) }
+    /// What is asked.
+    pub(super) fn text(&self) -> String {
+        match self.request {
+            Request::Release => "release the hold? r again".to_owned(),
+            request => format!("{}? the dragon jumps there: enter again", request_words(request)),
+        }
+    }
+
+    /// The keys that answer it, and what the first one does.
+    pub(super) fn keys(&self) -> (&'static str, &'static str) {
+        if self.request == Request::Release { ("r", "release") } else { ("enter", "seek") }
+    }
+
+    /// The command, where this key confirms it.
+    pub(super) fn answered_by(&self, code: KeyCode) -> Option<Request> {
+        let key = if self.request == Request::Release { KeyCode::Char('r') } else { KeyCode::Enter };
+        (code == key).then_some(self.request)
     }
 
     /// Whether it still stands: of a show that has been held meanwhile, or has ended, it was not asked.

@@ -1,10 +1,10 @@
 //! The last command and what became of it.
 
-use bench_dragon_ipc::{CommandReply, Request};
+use bench_dragon_ipc::{CommandEvent, CommandReply, Request};
 
 use super::theme::Tone;
 use crate::control::DeskError;
-use crate::number::Number;
+use crate::report::{CommandWords, request_words};
 
 /// One line about a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,7 +18,18 @@ pub struct Reply {
 impl Reply {
     /// The command is on its way.
     pub fn sent(request: Request) -> Self {
-        Self::new(format!("{}: sent", name(request)), Tone::Calm)
+        Self::new(format!("{}: sent", request_words(request)), Tone::Calm)
+    }
+
+    /// Nothing was sent, for it would be refused.
+    pub(super) fn not_sent(request: Request, reason: &str) -> Self {
+        Self::new(format!("{}: not sent: {reason}", request_words(request)), Tone::Caution)
+    }
+
+    /// A command that somebody else has given.
+    pub(super) fn of_others(event: &CommandEvent) -> Self {
+        let words = CommandWords::from(event);
+        Self::new(format!("{} {}", words.clock, words.text), Tone::Calm)
     }
 
     /// Nothing was sent.
@@ -28,7 +39,7 @@ impl Reply {
 
     /// What the server said, or why it said nothing.
     pub fn to(request: Request, answer: Result<CommandReply, DeskError>) -> Self {
-        let name = name(request);
+        let name = request_words(request);
         let outcome = answer.map(|reply| reply.outcome());
         let from_tick = match &outcome {
             Ok(Ok(tick)) => Ok(*tick),
@@ -55,17 +66,4 @@ impl Reply {
 
 fn is_speed(request: Request) -> bool {
     matches!(request, Request::Speed { .. })
-}
-
-fn name(request: Request) -> String {
-    match request {
-        Request::Pause => "pause".to_owned(),
-        Request::Resume => "resume".to_owned(),
-        Request::Speed { speed_mps } => format!("speed {} m/s", Number(speed_mps)),
-        Request::Seek { sim_time_s } => format!("seek {} s", Number(sim_time_s)),
-        Request::Hold => "hold".to_owned(),
-        Request::Release => "release".to_owned(),
-        Request::Stop => "stop".to_owned(),
-        Request::Grant { .. } => "grant".to_owned(),
-    }
 }

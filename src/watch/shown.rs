@@ -2,7 +2,7 @@
 
 use bench_dragon_ipc::FrameHeader;
 
-use crate::observe::{Link, Outlook, Scene};
+use crate::observe::{GuardSituation, Lamp, Link, Outlook, Scene, lamps};
 
 /// All of a scene that a screen shows and that changes, to the digits that it shows. Two scenes with the same look alike.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,6 +16,11 @@ pub struct Shown {
     traffic: [u64; 4],
     lateness_ns: [u64; 5],
     alerts: u64,
+    guard: GuardSituation,
+    lamps: Vec<Lamp>,
+    commands: u64,
+    /// What keeps the head from walking, and the kind of source.
+    stops: [u32; 2],
 }
 
 impl Shown {
@@ -40,6 +45,10 @@ impl Shown {
                 [status.overruns, status.behind_ns, p50_ns, p99_ns, max_ns]
             }),
             alerts: scene.alerts.total(),
+            guard: scene.guard,
+            lamps: lamps(scene, scene.seen_ns),
+            commands: scene.commands.total(),
+            stops: status.map_or([0; 2], |status| [status.stops, status.source]),
         }
     }
 }

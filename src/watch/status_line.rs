@@ -1,5 +1,6 @@
 //! The first line: what the show is doing.
 
+use bench_dragon_ipc::SourceKind;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
@@ -7,7 +8,7 @@ use ratatui::text::{Line, Span};
 
 use super::condition::Condition;
 use super::screen::Screen;
-use super::theme::strong;
+use super::theme::{Tone, strong};
 use super::wording::short;
 use crate::observe::{Link, Scene};
 
@@ -26,7 +27,12 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, scene: &Scene, screen: &Sc
         spans.push(Span::raw(format!("   {} {}", look.glyphs.cross(), short(header.time_scale))));
     }
     spans.push(Span::raw(format!("   {}", screen.instance())));
-    spans.push(Span::styled(format!("   {}", scene.link.name()), look.theme.text(condition.tone)));
+    let (name, tone) = match scene.status.as_ref().and_then(|status| status.source_kind()) {
+        Some(SourceKind::Replay) if is_live => ("REPLAY", Tone::Caution),
+        Some(SourceKind::Remote) if is_live => ("other host", condition.tone),
+        _ => (scene.link.name(), condition.tone),
+    };
+    spans.push(Span::styled(format!("   {name}"), look.theme.text(tone)));
     if screen.is_read_only() {
         spans.push(Span::styled("   read-only", look.theme.faint()));
     }

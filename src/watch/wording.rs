@@ -16,8 +16,8 @@ pub(super) fn span(time_ns: u64, glyphs: Glyphs) -> String {
 }
 
 /// A clearance to the micrometre.
-pub(super) fn metres(length_m: f64) -> String {
-    format!("{length_m:.6} m")
+pub(super) fn millimetres(length_m: f64) -> String {
+    format!("{:.3} mm", length_m * 1e3)
 }
 
 /// Two benches.

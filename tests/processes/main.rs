@@ -16,6 +16,7 @@ mod c_library;
 mod children;
 mod clients_page;
 mod commands;
+mod ctl_status;
 mod directory;
 mod doctor;
 mod echo;

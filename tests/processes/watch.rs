@@ -41,7 +41,7 @@ fn nearest_of(shot: &Shot) -> [String; 2] {
     config.dragon().place_boards_at(&shot.handles, seen, &mut boards);
     let nearest = ClearanceSearch::default().nearest(&boards).expect("three boards and more");
     let [one, another] = nearest.benches;
-    [format!("clearance {:.6} m", nearest.clearance_m), format!("benches {one} and {another}")]
+    [format!("clearance {:.3} mm", nearest.clearance_m * 1e3), format!("benches {one} and {another}")]
 }
 
 fn first_line(text: &str) -> Option<&str> {
@@ -62,7 +62,7 @@ fn the_screen_shows_what_is_on_the_bus_and_its_keys_steer_the_show() {
     let mut reader = Reader::join(&stage);
     let terminal = Tmux::open(&stage, "tmux-256color");
     terminal.run("", "watch");
-    let text = terminal.until("the dragon, live", |text| text.contains("RUNNING") && dots(text) > 300);
+    let text = terminal.until("the dragon, live", |text| text.contains("RUNNING") && dots(text) > 280);
     assert!(text.contains("m/s") && text.contains("space pause"), "{text}");
     assert_eq!(terminal.settings(), DRAWN_ON);
 
@@ -82,7 +82,7 @@ fn the_screen_shows_what_is_on_the_bus_and_its_keys_steer_the_show() {
     terminal.until_shown("HELD");
     reader.read_until("the show is held", |header| header.show_state() == Some(ShowState::Held));
     terminal.press("Space");
-    terminal.until_shown("resume: refused: the show is held: release it first");
+    terminal.until_shown("resume: not sent: the show is held: release it first");
     terminal.type_text("r");
     terminal.until_shown("release the hold? r again");
     terminal.press("Escape");
@@ -96,9 +96,11 @@ fn the_screen_shows_what_is_on_the_bus_and_its_keys_steer_the_show() {
     terminal.type_text("s300");
     terminal.until_shown("show time to go to in s: 300");
     terminal.press("Enter");
+    terminal.until_shown("seek 300 s? the dragon jumps there: enter again");
+    terminal.press("Enter");
     terminal.until_shown("seek 300 s: accepted");
     terminal.until("300 s", |text| {
-        ["t 300.000 s", "clearance 0.120694 m", "benches 0 and 21", "at 412.474 s"]
+        ["t 300.000 s", "clearance 120.694 mm", "benches 0 and 21", "at 412.474 s"]
             .iter()
             .all(|told| text.contains(told))
     });
@@ -187,6 +189,36 @@ fn a_lost_server_is_not_to_be_overlooked_and_the_next_one_is_live() {
 }
 
 #[test]
+fn a_head_that_brakes_and_a_run_that_ends_in_order_have_their_words() {
+    if !has_terminal() {
+        return;
+    }
+    let stage = Stage::new();
+    fs::write(stage.path("slow.toml"), "[head]\naccel_mps2 = 0.1\n").expect("a file");
+    let server = stage.serve(&["--config", "slow.toml", "--rate", "100", "--start-at", "100"]);
+    let mut reader = Reader::join(&stage);
+    let terminal = Tmux::open(&stage, "tmux-256color");
+    terminal.run("", "watch");
+    terminal.until_shown("RUNNING");
+    terminal.until_shown("monitor missing");
+    reader.read_until("the head is fast", |header| header.head_speed_mps > 0.5);
+    stage.run(&["ctl", "hold"]).expect_clean();
+    let text = terminal.until("the braking head", |text| text.contains("STOPPING") && text.contains("stands "));
+    assert!(!text.contains("contact "), "it touches nothing before it stands:\n{text}");
+    terminal.until_shown("ctl: hold, accepted from tick");
+    terminal.until_shown("HELD");
+    stage.run(&["ctl", "stop"]).expect_clean();
+    let text = terminal.until_shown("the show has ended in order");
+    assert!(text.contains("ENDED") && !text.contains("LOST"), "{text}");
+    terminal.type_text(" ");
+    terminal.until_shown("resume: not sent: the show has ended");
+    terminal.type_text("q");
+    assert_given_back(&terminal, 0);
+    drop(terminal);
+    server.summary();
+}
+
+#[test]
 fn a_suspended_watch_leaves_the_terminal_to_the_shell_and_comes_back() {
     if !has_terminal() {
         return;
@@ -203,7 +235,7 @@ fn a_suspended_watch_leaves_the_terminal_to_the_shell_and_comes_back() {
     assert!(told.contains(" icanon") && told.contains(" echo "), "{told}");
     terminal.type_text("fg");
     terminal.press("Enter");
-    terminal.until("the plan again", |text| text.contains("RUNNING") && dots(text) > 300);
+    terminal.until("the plan again", |text| text.contains("RUNNING") && dots(text) > 280);
     assert_eq!(terminal.settings(), DRAWN_ON);
     terminal.resize(44, 14);
     terminal.until("a small screen", |text| {
@@ -328,7 +360,7 @@ fn without_colours_no_colour_is_sent_and_the_log_waits_for_the_end() {
     let server = stage.serve(&["--rate", "100"]);
     let terminal = Tmux::open(&stage, "tmux-256color");
     terminal.run("NO_COLOR=1 RUST_LOG=trace", "watch");
-    let text = terminal.until("the dragon", |text| text.contains("RUNNING") && dots(text) > 300);
+    let text = terminal.until("the dragon", |text| text.contains("RUNNING") && dots(text) > 280);
     assert!(!text.contains("TRACE") && !text.contains("DEBUG"), "{text}");
     assert!(!has_colours(&terminal.styled_text()), "{}", terminal.styled_text());
     terminal.type_text("q");
@@ -338,7 +370,7 @@ fn without_colours_no_colour_is_sent_and_the_log_waits_for_the_end() {
     // A log that does not lead to the terminal does not wait.
     let log = stage.path("log");
     terminal.run("RUST_LOG=trace", &format!("watch 2> {}", log.display()));
-    terminal.until("the dragon", |text| text.contains("RUNNING") && dots(text) > 300);
+    terminal.until("the dragon", |text| text.contains("RUNNING") && dots(text) > 280);
     eventually("the log has a line", || {
         fs::read_to_string(&log).ok().filter(|told| told.contains("TRACE") || told.contains("DEBUG"))
     });
@@ -347,7 +379,7 @@ fn without_colours_no_colour_is_sent_and_the_log_waits_for_the_end() {
     terminal.await_prompt();
 
     terminal.run("", "watch");
-    terminal.until("the dragon", |text| text.contains("RUNNING") && dots(text) > 300);
+    terminal.until("the dragon", |text| text.contains("RUNNING") && dots(text) > 280);
     assert!(has_colours(&terminal.styled_text()));
     terminal.type_text("q");
     assert_given_back(&terminal, 0);

@@ -1,0 +1,69 @@
+//! `ctl status`: how the show does, for people, for scripts, and by the exit status.
+
+use bench_dragon_ipc::ShowState;
+use serde_json::Value;
+
+use crate::eventually::eventually_from;
+use crate::reader::Reader;
+use crate::stage::Stage;
+
+/// The status and the exit status.
+fn status(stage: &Stage) -> (Value, Option<i32>) {
+    let ended = stage.run(&["ctl", "status", "--format", "json"]);
+    (ended.last_json(), ended.code())
+}
+
+/// Asks until the status is as wanted: on a busy machine a reader reports late.
+fn status_with(stage: &Stage, what: &str, is_wanted: impl Fn(&Value) -> bool) -> (Value, Option<i32>) {
+    eventually_from(what, || {
+        let (json, code) = status(stage);
+        if is_wanted(&json) { Ok((json, code)) } else { Err(json.to_string()) }
+    })
+}
+
+fn lamp<'a>(status: &'a Value, name: &str) -> (&'a str, &'a str) {
+    let lamps = status["lamps"].as_array().expect("lamps");
+    let lamp = lamps.iter().find(|lamp| lamp["name"] == name).expect("each part has a lamp");
+    (lamp["level"].as_str().expect("a level"), lamp["text"].as_str().expect("a text"))
+}
+
+#[test]
+fn without_a_server_the_status_is_red_and_nothing_can_be_asked_for() {
+    let stage = Stage::new();
+    let (json, code) = status(&stage);
+    assert_eq!(
+        (code, &json["well"], &json["link"], &json["state"]),
+        (Some(1), &false.into(), &"waiting".into(), &Value::Null)
+    );
+    assert_eq!(lamp(&json, "server"), ("danger", "no server"));
+    assert_eq!(json["refusals"]["hold"], "no server runs");
+}
+
+#[test]
+fn a_missing_monitor_is_a_warning_and_a_missing_guard_is_red() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "50", "--start-at", "300"]);
+    let mut reader = Reader::join(&stage);
+    let (json, code) = status(&stage);
+    assert_eq!((code, &json["well"], &json["state"]), (Some(0), &true.into(), &"running".into()), "{json}");
+    assert_eq!((lamp(&json, "monitor"), lamp(&json, "guard").0), (("warning", "missing"), "off"), "{json}");
+    assert_eq!((&json["ahead"]["kind"], &json["ahead"]["benches"]), (&"contact".into(), &serde_json::json!([0, 8])));
+    let monitor = stage.start(&["monitor"]);
+    status_with(&stage, "the monitor's lamp", |json| lamp(json, "monitor") == ("good", "runs"));
+    stage.run(&["ctl", "hold"]).expect_clean();
+    reader.read_until("the hold", |header| header.show_state() == Some(ShowState::Held));
+    let text = stage.run(&["ctl", "status"]).expect_clean().stdout;
+    assert!(text.starts_with("held, show time ") && text.contains(" of walking (show time "), "{text}");
+    assert!(text.contains("ctl: hold, accepted from tick "), "{text}");
+    monitor.terminate().expect_clean();
+    server.stop();
+    let guarded = stage.serve(&["--rate", "50", "--start-at", "300", "--guarded"]);
+    let (json, code) = status(&stage);
+    assert_eq!((code, &json["guard"]["kind"]), (Some(1), &"missing".into()), "{json}");
+    assert_eq!(lamp(&json, "guard"), ("danger", "missing, margin 0.5 mm"));
+    let guard = stage.start(&["monitor", "--guard"]);
+    let (json, code) = status_with(&stage, "the guard's lamp", |json| lamp(json, "guard").0 == "good");
+    assert_eq!((code, &json["ahead"]["kind"]), (Some(0), &"guard_stop".into()), "{json}");
+    guard.terminate().expect_clean();
+    guarded.stop();
+}
