@@ -16,11 +16,19 @@ pub(crate) struct CommandTrail {
 }
 
 impl CommandTrail {
-    /// Opens the record of an instance. `name` begins the names of its nodes.
+    /// Opens the record of an instance, before its frames. `name` begins the names of its nodes. `None` where there is none:
+    /// there is no source, or it keeps no record.
     ///
     /// # Errors
-    /// As [`CommandEventReader::open`] and [`StatusReader::open`].
-    pub(crate) fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
+    /// As [`CommandEventReader::open`] and [`StatusReader::open`], but for their absence.
+    pub(crate) fn open(domain: &Domain, name: &str) -> Result<Option<Self>, BusError> {
+        match Self::open_all(domain, name) {
+            Err(error) if error.is_absent() => Ok(None),
+            opened => opened.map(Some),
+        }
+    }
+
+    fn open_all(domain: &Domain, name: &str) -> Result<Self, BusError> {
         Ok(Self {
             events: CommandEventReader::open(domain, &format!("{name}-commands"))?,
             statuses: StatusReader::open(domain, &format!("{name}-status"))?,

@@ -50,7 +50,7 @@ struct Ports {
     frames: FrameSubscriber,
     descriptions: Descriptions,
     alerts: AlertPublisher,
-    commands: CommandTrail,
+    commands: Option<CommandTrail>,
     // Given up last.
     _lock: Option<GuardLock>,
 }
@@ -62,7 +62,10 @@ impl Ports {
         let lock = guard.then(|| GuardLock::take(domain)).transpose()?;
         let alerts = AlertPublisher::open(domain)?;
         let commands = CommandTrail::open(domain, "monitor")?;
-        Ok(Self { frames: FrameSubscriber::open(domain, "monitor")?, descriptions, alerts, commands, _lock: lock })
+        let frames = FrameSubscriber::open(domain, "monitor")?;
+        // A source that was just starting has its record by now.
+        let commands = commands.map_or_else(|| CommandTrail::open(domain, "monitor"), |commands| Ok(Some(commands)))?;
+        Ok(Self { frames, descriptions, alerts, commands, _lock: lock })
     }
 }
 
@@ -193,14 +196,15 @@ impl<'a> Session<'a> {
 
     /// Reports what has become of commands: first of up to the last 128 from before it was there.
     fn take_commands(&mut self, ports: &mut Ports) -> anyhow::Result<()> {
-        while let Some(event) = ports.commands.receive()? {
+        let Some(commands) = &mut ports.commands else { return Ok(()) };
+        while let Some(event) = commands.receive()? {
             self.summary.commands.count(&event);
             // Its own grants are no news.
             if event.sent_by() != Some(Sender::Guard) || event.pid != std::process::id() {
                 self.tell_command(&event)?;
             }
         }
-        self.summary.commands.lost = ports.commands.lost();
+        self.summary.commands.lost = commands.lost();
         Ok(())
     }
 

@@ -146,7 +146,7 @@ struct Ports {
     frames: FrameSubscriber,
     descriptions: Descriptions,
     alerts: AlertSubscriber,
-    commands: CommandTrail,
+    commands: Option<CommandTrail>,
 }
 
 impl Ports {
@@ -155,7 +155,10 @@ impl Ports {
         let descriptions = Descriptions::open(domain, "record-description", stop)?;
         let alerts = AlertSubscriber::open(domain, "record-alerts")?;
         let commands = CommandTrail::open(domain, "record")?;
-        Ok(Self { frames: FrameSubscriber::open(domain, "record")?, descriptions, alerts, commands })
+        let frames = FrameSubscriber::open(domain, "record")?;
+        // A source that was just starting has its record by now.
+        let commands = commands.map_or_else(|| CommandTrail::open(domain, "record"), |commands| Ok(Some(commands)))?;
+        Ok(Self { frames, descriptions, alerts, commands })
     }
 }
 
@@ -208,10 +211,11 @@ impl Session {
     }
 
     fn take_commands(&mut self, ports: &mut Ports) -> anyhow::Result<()> {
-        while let Some(event) = ports.commands.receive()? {
+        let Some(commands) = &mut ports.commands else { return Ok(()) };
+        while let Some(event) = commands.receive()? {
             self.recorder.command(&event, monotonic_ns())?;
         }
-        self.commands_lost = ports.commands.lost();
+        self.commands_lost = commands.lost();
         Ok(())
     }
 
@@ -221,7 +225,8 @@ impl Session {
         let deadline = Instant::now() + COMMAND_PATIENCE;
         loop {
             // Asked before they are received: by then they are all there.
-            let is_complete = ports.commands.is_complete(run_id, tick)?;
+            let is_complete =
+                ports.commands.as_mut().map_or(Ok(true), |commands| commands.is_complete(run_id, tick))?;
             self.take_commands(ports)?;
             if is_complete {
                 return Ok(());

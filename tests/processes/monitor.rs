@@ -214,3 +214,34 @@ fn a_monitor_is_a_witness_only_and_two_of_them_agree() {
     };
     assert_eq!(without_forecast(&first), without_forecast(&second));
 }
+
+#[test]
+fn a_monitor_reports_what_became_of_each_command_and_who_sent_it() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "50"]);
+    assert_eq!(stage.run(&["ctl", "speed", "0.8"]).code(), Some(0));
+    let mut monitor = stage.start(&["monitor", "--format", "json"]);
+    let text = stage.start(&["monitor"]);
+    monitor.json_until("the speed is reported", |line| line["command"] == "speed");
+    assert_eq!(stage.run(&["ctl", "release"]).code(), Some(1));
+    let ctl = stage.start(&["ctl", "seek", "1e6"]);
+    let ctl_pid = ctl.pid();
+    assert_eq!(ctl.end().code(), Some(1));
+    let lines = monitor.json_until("the seek is reported", |line| line["command"] == "seek");
+    let seek = lines.last().expect("the line that was waited for");
+    assert_eq!((&seek["type"], &seek["sender"], &seek["pid"]), (&json!("command"), &json!("ctl"), &json!(ctl_pid)));
+    assert_eq!(
+        (&seek["accepted"], &seek["values"], &seek["run_id"]),
+        (&json!(false), &json!([1e6]), &json!(server.run_id))
+    );
+    let reason = seek["reason"].as_str().expect("a reason");
+    assert!(reason.starts_with("the show time is 1000000 s, must be from 0 to "), "{reason}");
+    let wall_time = seek["wall_time"].as_str().expect("a time");
+    assert!(wall_time.parse::<jiff::Timestamp>().is_ok() && wall_time.ends_with('Z'), "{wall_time}");
+    server.stop();
+    let summary = monitor.terminate().expect_clean().last_json();
+    assert_eq!(summary["commands"], json!({ "accepted": 2, "refused": 2, "grants": 0, "lost": 0 }), "the signal too");
+    let text = text.terminate().expect_clean().stdout;
+    assert!(text.contains(" s  command    20") && text.contains("  ctl: speed 0.8 m/s, accepted from tick "), "{text}");
+    assert!(text.contains("\ncommands: 2 accepted, 2 refused, 0 grants, 0 lost\n"), "{text}");
+}

@@ -294,7 +294,7 @@ fn a_recording_of_a_replay_has_nothing_to_be_verified_by() {
     let (server, recorder) = record(&stage, &["--rate", "50", "--until", "0.2"]);
     server.summary();
     end(recorder);
-    let recorder = stage.start(&["record", "b.mcap", "--format", "json"]);
+    let recorder = stage.start_waiting(&["record", "b.mcap", "--format", "json"]);
     assert_eq!(stage.run(&["replay", "a.mcap", "--readers", "1"]).code(), Some(0));
     await_frames(&stage.path("b.mcap"));
     end(recorder);

@@ -24,6 +24,7 @@
 mod difference;
 mod events;
 mod recordings;
+mod releases;
 mod run_check;
 
 use std::collections::BTreeSet;

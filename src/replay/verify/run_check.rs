@@ -6,11 +6,11 @@ use bench_dragon_ipc::{CommandEvent, EventKind, FrameHeader, HandleState, Refusa
 
 use super::difference::{Difference, difference};
 use super::events::RunEvents;
+use super::releases::Releases;
 use super::{OpenEnd, RunVerification};
 use crate::config::Config;
 use crate::record::{Configuration, RecordedFrame};
 use crate::server::motion::MotionPlan;
-use crate::server::schedule::Schedule;
 use crate::server::{Simulation, Steering};
 use crate::timecode::Follower;
 
@@ -74,20 +74,6 @@ struct Timecode {
     time_scale: f64,
 }
 
-/// When the ticks were due.
-#[derive(Clone, Copy, Debug)]
-struct Releases {
-    rate_hz: u32,
-    /// Instant and number of the first frame's release, as far as that is known: see `missed_before`.
-    epoch_ns: Option<u64>,
-    /// The last frame's release.
-    last: Option<u64>,
-    /// Releases missed before the first frame; `None` where the recording does not say.
-    missed_before: Option<u64>,
-    /// Releases missed since the first frame.
-    missed: u64,
-}
-
 impl RunCheck {
     /// The run before tick 0.
     ///
@@ -108,16 +94,15 @@ impl RunCheck {
         if start.follows_timecode {
             simulation.follow();
         }
-        let rate_hz = config.rate_hz();
         Ok(Self {
             run_id,
             simulation,
             handles: vec![HandleState::default(); config.dragon().dimensions().handles()],
+            releases: Releases::at(config.rate_hz()),
             config,
             start,
             events,
             timecode: None,
-            releases: Releases { rate_hz, epoch_ns: None, last: None, missed_before: None, missed: 0 },
             next_tick: 0,
             counts: Counts::default(),
         })
@@ -130,7 +115,7 @@ impl RunCheck {
     }
 
     pub(super) fn counts(&self) -> Counts {
-        Counts { overruns: self.releases.missed_before.unwrap_or(0) + self.releases.missed, ..self.counts }
+        Counts { overruns: self.releases.overruns(), ..self.counts }
     }
 
     /// Simulates up to a frame and compares it.
@@ -142,7 +127,7 @@ impl RunCheck {
         let missing = header.tick.checked_sub(self.next_tick).ok_or_else(|| {
             Stop::unverifiable(header.tick, "its frames are not in the recorded order: name the files oldest first")
         })?;
-        let begins_late = self.releases.last.is_none() && missing > 0;
+        let begins_late = self.releases.is_empty() && missing > 0;
         let missed = self.releases.take(header, missing)?;
         self.simulate_missing(header.tick, missed, stop)?;
         let time_scale = self.simulate(header.tick, missed, Some(header))?;
@@ -290,54 +275,6 @@ impl Turn<'_> {
             Stop::Differs(Difference::in_words(header, "time_scale", header.time_scale.to_string(), range))
         })?;
         Ok(Some((timecode.stands, header.time_scale)))
-    }
-}
-
-impl Releases {
-    /// Takes a frame behind so many missing ones. Returns how many releases were missed before it.
-    fn take(&mut self, header: &FrameHeader, missing: u64) -> Result<u64, Stop> {
-        let wrong = |simulated: String| {
-            let recorded = header.scheduled_ns.to_string();
-            Stop::Differs(Difference::in_words(header, "scheduled_ns", recorded, simulated))
-        };
-        let Some(last) = self.last else {
-            // The first frame's release counts as the one of its tick: missed ones before it are added.
-            let epoch_ns = Schedule::from_epoch_ns(header.tick, self.rate_hz)
-                .and_then(|elapsed_ns| header.scheduled_ns.checked_sub(elapsed_ns));
-            self.epoch_ns = Some(epoch_ns.ok_or_else(|| wrong("a later instant".to_owned()))?);
-            self.last = Some(header.tick);
-            self.missed_before = (missing == 0).then_some(0);
-            return Ok(0);
-        };
-        let epoch_ns = self.epoch_ns.expect("known since the first frame");
-        let (release, off_ns) = Schedule::nearest_release(epoch_ns, self.rate_hz, header.scheduled_ns)
-            .ok_or_else(|| wrong("a later instant".to_owned()))?;
-        // Where the first frame's release is not known for certain, rounding may fall otherwise.
-        let tolerance_ns = u64::from(self.missed_before != Some(0));
-        if off_ns > tolerance_ns {
-            return Err(wrong(format!("a release, the nearest of which is {off_ns} ns away")));
-        }
-        let missed = release.checked_sub(last).and_then(|ahead| ahead.checked_sub(missing.saturating_add(1)));
-        let missed = missed.ok_or_else(|| wrong("a later release".to_owned()))?;
-        self.last = Some(release);
-        self.missed += missed;
-        Ok(missed)
-    }
-
-    /// Checks that an event counts as many missed releases as the frames show.
-    fn agree_with(&mut self, event: &CommandEvent, header: Option<&FrameHeader>) -> Result<(), Stop> {
-        let before = self.missed_before.or_else(|| event.overruns.checked_sub(self.missed));
-        if before.is_some_and(|before| before + self.missed == event.overruns) {
-            // An event before the first frame that counts none proves nothing of those after it.
-            let is_behind_first = header.is_some();
-            self.missed_before = if is_behind_first { before } else { self.missed_before };
-            return Ok(());
-        }
-        let of_event = FrameHeader { tick: event.tick, sim_time_ns: event.sim_time_ns, ..FrameHeader::default() };
-        let shown = self.missed_before.unwrap_or(0) + self.missed;
-        let field = format!("overruns of command event {}", event.number);
-        let (recorded, simulated) = (event.overruns.to_string(), format!("{shown} by the frames"));
-        Err(Stop::Differs(Difference::in_words(header.unwrap_or(&of_event), &field, recorded, simulated)))
     }
 }
 
