@@ -35,11 +35,13 @@ impl Caption {
     ///
     /// They are drawn smaller where they would be wider than the figure. For letters that cannot be drawn see
     /// [`missing_letter`].
+    #[must_use]
     pub fn with_heading(self, heading: Option<String>) -> Self {
         Self { heading, ..self }
     }
 
     /// The caption with facts under its title, in small print: what the figure is drawn for.
+    #[must_use]
     pub fn with_facts(self, facts: Vec<String>) -> Self {
         Self { facts, ..self }
     }

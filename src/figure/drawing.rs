@@ -56,6 +56,7 @@ impl Drawing {
     }
 
     /// The drawing on a sheet of paper, as large as the sheet holds it, upright or across.
+    #[must_use]
     pub fn on_paper(self, paper: Paper) -> Self {
         let fit = |sheet: DVec2| ((sheet - 2.0 * EDGE) / self.size).min_element();
         let [upright, across] = [paper.size(), paper.size().yx()];

@@ -34,7 +34,7 @@ impl GuardSituation {
             Some(GuardState::Running) => {}
         }
         let stops = status.stops();
-        if !stops.guard_limit || stops.run_end || header.show_state().is_some_and(|state| state.walks()) {
+        if !stops.guard_limit || stops.run_end || header.show_state().is_some_and(ShowState::walks) {
             return Self::Working;
         }
         let is_final = status.guard_end().is_some_and(|end_m| header.head_travel_m >= end_m);

@@ -143,7 +143,7 @@ proptest! {
         let (start_travel_m, end_travel_m) = (speed_mps * start_s, speed_mps * start_s + run_m);
         let timetable = HeadTimetable::new(speed_mps, accel_mps2, start_s, end_travel_m);
         let (first_s, last_s) = (start_s, end_travel_m / speed_mps);
-        let paces = MotionPlan { speed_mps, accel_mps2, start_speed_mps: speed_mps, tick_s, ..plan() };
+        let paces = MotionPlan { speed_mps, accel_mps2, tick_s, start_speed_mps: speed_mps, ..plan() };
         let mut motion = start(MotionPlan { start_s, start_travel_m, end_travel_m, first_s, last_s, ..paces });
         while motion.head().state == ShowState::Running {
             let HeadState { sim_time_ns, travel_m, speed_mps: walked_mps, .. } = motion.head();
