@@ -145,7 +145,7 @@ impl SpeedsOverTime {
             let most_mps = ranges.iter().map(|range| range.most_mps).fold(f64::NEG_INFINITY, f64::max);
             SpeedRange { time_s, least_mps, most_mps }
         });
-        let ends = [self.all.first(), self.all.last()].map(Option::copied);
+        let ends = [self.all.first().copied(), self.all.last().copied()];
         let joined: Vec<SpeedRange> = ends[0].into_iter().chain(joined).chain(ends[1]).collect();
         let upper = joined.iter().map(|range| DVec2::new(range.time_s, range.most_mps));
         let lower = joined.iter().rev().map(|range| DVec2::new(range.time_s, range.least_mps));

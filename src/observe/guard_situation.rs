@@ -1,6 +1,6 @@
 //! How it stands with the guard.
 
-use bench_dragon_ipc::{FrameHeader, GuardState, Status, TimecodeState};
+use bench_dragon_ipc::{FrameHeader, GuardState, ShowState, Status, TimecodeState};
 use serde::Serialize;
 
 use crate::dragon::PairClearance;
@@ -61,7 +61,7 @@ impl GuardSituation {
 
 #[cfg(test)]
 mod tests {
-    use bench_dragon_ipc::{ShowState, Stops};
+    use bench_dragon_ipc::Stops;
 
     use super::*;
 
