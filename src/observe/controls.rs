@@ -115,12 +115,12 @@ mod tests {
     use super::*;
     use crate::observe::Still;
 
-    fn scene(state: ShowState, status: Status) -> Scene {
+    fn scene(state: ShowState, status: &Status) -> Scene {
         let header = FrameHeader { state: state.to_wire(), ..FrameHeader::default() };
         Scene {
             link: Link::Live,
             frame: Some(Arc::new(Still { header, handles: Vec::new() })),
-            status: Some(Arc::new(status)),
+            status: Some(Arc::new(*status)),
             ..Scene::default()
         }
     }
@@ -142,7 +142,7 @@ mod tests {
         let all = "pause resume speed seek hold release stop";
         assert_eq!(refused(&Scene::default()), all);
         assert_eq!(refused(&Scene { has_source: true, ..Scene::default() }), "release");
-        let running = scene(ShowState::Running, Status::default());
+        let running = scene(ShowState::Running, &Status::default());
         for (link, expected) in [
             (Link::Gone { age_ns: 1 }, all),
             (Link::Ended { age_ns: 1 }, all),
@@ -157,7 +157,7 @@ mod tests {
     #[test]
     fn a_replay_takes_a_stop_alone() {
         let replay = Status { source: SourceKind::Replay.to_wire(), ..Status::default() };
-        assert_eq!(refused(&scene(ShowState::Running, replay)), "pause resume speed seek hold release");
+        assert_eq!(refused(&scene(ShowState::Running, &replay)), "pause resume speed seek hold release");
     }
 
     #[test]
@@ -176,9 +176,9 @@ mod tests {
             (ShowState::Finished, Stops::default(), GuardState::None, "resume release"),
             (ShowState::Stopping, ending, GuardState::None, "pause resume speed seek release stop"),
         ] {
-            assert_eq!(refused(&scene(state, stopped(stops, guard))), expected, "{state} {stops:?} {guard:?}");
+            assert_eq!(refused(&scene(state, &stopped(stops, guard))), expected, "{state} {stops:?} {guard:?}");
         }
-        let late = scene(ShowState::Held, stopped(Stops::default(), GuardState::None));
+        let late = scene(ShowState::Held, &stopped(Stops::default(), GuardState::None));
         assert_eq!(refused(&late), "resume", "the status is older than the hold");
     }
 
@@ -192,7 +192,7 @@ mod tests {
             (TimecodeState::Lost, "release"),
         ] {
             let status = Status { timecode: timecode.to_wire(), ..Status::default() };
-            let scene = scene(ShowState::Running, status);
+            let scene = scene(ShowState::Running, &status);
             assert_eq!(refused(&scene), expected);
             let seek = Request::Seek { sim_time_s: 1.0 };
             assert_eq!(Controls::of(&scene).refusal(seek).is_some(), expected.contains("seek"));

@@ -81,7 +81,7 @@ mod tests {
         let at_limit = Stops { guard_limit: true, ..Stops::default() };
         let at_run_end = Stops { run_end: true, ..at_limit };
         let (none, running) = (TimecodeState::None, GuardState::Running);
-        for (status, expected) in [
+        for (status, expected) in vec![
             (status(GuardState::None, at_limit, f64::NAN, none), GuardSituation::None),
             (status(GuardState::Missing, at_limit, 30.0, none), GuardSituation::Missing),
             (status(running, at_limit, f64::NAN, none), GuardSituation::Waiting),

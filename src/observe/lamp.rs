@@ -103,10 +103,10 @@ fn live_server(scene: &Scene) -> Lamp {
         text = if rate_hz > 0 { format!("{rate_hz} Hz") } else { "rate unknown".to_owned() };
         if behind_ns > 0 {
             level = LampLevel::Warning;
-            text += &format!(", {:.2} s behind", behind_ns as f64 * 1e-9);
+            text = format!("{text}, {:.2} s behind", behind_ns as f64 * 1e-9);
         }
         if overruns > 0 {
-            text += &format!(", {overruns} missed release{}", if overruns == 1 { "" } else { "s" });
+            text = format!("{text}, {overruns} missed release{}", if overruns == 1 { "" } else { "s" });
             let releases = status.tick.saturating_add(overruns);
             level = level.max(if overruns > (releases / RELEASES_A_MISS).max(FEW_MISSED) {
                 LampLevel::Warning
@@ -274,16 +274,18 @@ mod tests {
 
     const NOW_NS: u64 = 20_000_000_000;
 
-    fn scene(status: Status, reports: &[ReaderReport]) -> Scene {
+    fn scene(status: &Status, reports: &[ReaderReport]) -> Scene {
         let header = FrameHeader { published_ns: NOW_NS, ..FrameHeader::default() };
         let mut readers = ReaderLog::default();
-        reports.iter().for_each(|report| readers.push(*report));
+        for report in reports {
+            readers.push(*report);
+        }
         Scene {
             seen_ns: NOW_NS,
             link: Link::Live,
             has_source: true,
             frame: Some(Arc::new(Still { header, handles: Vec::new() })),
-            status: Some(Arc::new(status)),
+            status: Some(Arc::new(*status)),
             readers: Arc::new(readers),
             reading_since_ns: Some(0),
             ..Scene::default()
@@ -308,21 +310,21 @@ mod tests {
 
     #[test]
     fn a_missing_monitor_is_a_warning_once_it_could_have_reported() {
-        let nobody = scene(Status::default(), &[]);
+        let nobody = scene(&Status::default(), &[]);
         assert_eq!(lamp(&nobody, "monitor"), told(LampLevel::Warning, "missing"));
         let early = Scene { reading_since_ns: Some(NOW_NS - 1_999_999_999), ..nobody.clone() };
         assert_eq!(lamp(&early, "monitor"), told(LampLevel::Off, "unknown yet"));
         assert_eq!(lamp(&nobody, "psn"), told(LampLevel::Off, "not started"));
-        let ended = scene(Status::default(), &[ReaderReport { ended: 1, ..report("monitor", 1) }]);
+        let ended = scene(&Status::default(), &[ReaderReport { ended: 1, ..report("monitor", 1) }]);
         assert_eq!(lamp(&ended, "monitor"), told(LampLevel::Warning, "missing"));
     }
 
     #[test]
     fn a_reader_that_reports_no_more_is_red() {
-        let runs = scene(Status::default(), &[report("monitor", 3), report("bridge-psn", 0)]);
+        let runs = scene(&Status::default(), &[report("monitor", 3), report("bridge-psn", 0)]);
         assert_eq!(lamp(&runs, "monitor"), told(LampLevel::Good, "runs"));
         assert_eq!(lamp(&runs, "psn"), told(LampLevel::Good, "runs"));
-        let hangs = scene(Status::default(), &[report("monitor", 4)]);
+        let hangs = scene(&Status::default(), &[report("monitor", 4)]);
         assert_eq!(lamp(&hangs, "monitor"), told(LampLevel::Danger, "silent for 4 s"));
     }
 
@@ -334,7 +336,7 @@ mod tests {
             (599.0, told(LampLevel::Warning, "9 min of disk left")),
             (59.0, told(LampLevel::Danger, "59 s of disk left")),
         ] {
-            let scene = scene(Status::default(), &[ReaderReport { room_s, ..report("record", 1) }]);
+            let scene = scene(&Status::default(), &[ReaderReport { room_s, ..report("record", 1) }]);
             assert_eq!(lamp(&scene, "recorder"), expected);
         }
     }
@@ -343,7 +345,7 @@ mod tests {
     fn readers_that_lose_frames_are_named_with_their_counts() {
         let lost = |lost, report: ReaderReport| ReaderReport { lost, ..report };
         let scene = scene(
-            Status::default(),
+            &Status::default(),
             &[
                 lost(3, report("hz", 1)),
                 ReaderReport { reader: [9, 9], ..lost(4, report("hz", 1)) },
@@ -357,19 +359,19 @@ mod tests {
     #[test]
     fn a_server_that_keeps_its_schedule_is_good_and_any_other_is_not() {
         let status = Status { rate_hz: 1000, tick: 100_000, ..Status::default() };
-        for (status, expected) in [
+        for (status, expected) in vec![
             (status, told(LampLevel::Good, "1000 Hz")),
             (Status { tick: 10, overruns: 1, ..status }, told(LampLevel::Good, "1000 Hz, 1 missed release")),
             (Status { overruns: 100, ..status }, told(LampLevel::Good, "1000 Hz, 100 missed releases")),
             (Status { overruns: 101, ..status }, told(LampLevel::Warning, "1000 Hz, 101 missed releases")),
             (Status { behind_ns: 1_500_000_000, ..status }, told(LampLevel::Warning, "1000 Hz, 1.50 s behind")),
         ] {
-            assert_eq!(lamp(&scene(status, &[]), "server"), expected);
+            assert_eq!(lamp(&scene(&status, &[]), "server"), expected);
         }
-        let mut restarted = scene(status, &[]);
+        let mut restarted = scene(&status, &[]);
         restarted.traffic.crashes = 1;
         assert_eq!(lamp(&restarted, "server"), told(LampLevel::Warning, "1000 Hz, restarted once"));
-        let link = |link| lamp(&Scene { link, ..scene(status, &[]) }, "server");
+        let link = |link| lamp(&Scene { link, ..scene(&status, &[]) }, "server");
         assert_eq!(link(Link::Ended { age_ns: 1 }), told(LampLevel::Off, "ended"));
         assert_eq!(link(Link::Gone { age_ns: 1_200_000_000 }), told(LampLevel::Danger, "lost 1.2 s ago"));
         assert_eq!(
@@ -386,10 +388,10 @@ mod tests {
             source: SourceKind::Replay.to_wire(),
             ..Status::default()
         };
-        let lost = scene(status(TimecodeState::Lost), &[]);
+        let lost = scene(&status(TimecodeState::Lost), &[]);
         assert_eq!(lamp(&lost, "timecode"), told(LampLevel::Danger, "Art-Net, lost"));
         assert_eq!(lamp(&lost, "source"), told(LampLevel::Warning, "a replay of a recording"));
-        assert_eq!(lamp(&scene(status(TimecodeState::None), &[]), "timecode"), told(LampLevel::Off, "not followed"));
+        assert_eq!(lamp(&scene(&status(TimecodeState::None), &[]), "timecode"), told(LampLevel::Off, "not followed"));
         let run = Run::new(0, Config::load(None, Overrides::default()).expect("the paper's"));
         let guarded = Scene { guard: GuardSituation::Missing, run: Some(Arc::new(run)), ..lost };
         assert_eq!(lamp(&guarded, "guard"), told(LampLevel::Danger, "missing, margin 0.5 mm"));

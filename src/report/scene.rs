@@ -1,6 +1,6 @@
 //! How a show does, as `ctl status` prints it.
 
-use bench_dragon_ipc::ShowState;
+use bench_dragon_ipc::{FrameHeader, ShowState};
 use jiff::Zoned;
 use serde::Serialize;
 
@@ -66,7 +66,7 @@ impl SceneReport {
             wall_time: wall_time.strftime("%Y-%m-%dT%H:%M:%S%:z").to_string(),
             run_id: header.map(|header| header.run_id),
             tick: header.map(|header| header.tick),
-            time_s: header.map(|header| header.sim_time_s()),
+            time_s: header.map(FrameHeader::sim_time_s),
             time_scale: header.map(|header| header.time_scale),
             speed_mps: header.map(|header| header.head_speed_mps),
             travel_m: header.map(|header| header.head_travel_m),
@@ -148,7 +148,6 @@ impl SceneReport {
 mod tests {
     use std::sync::Arc;
 
-    use bench_dragon_ipc::FrameHeader;
     use jiff::Timestamp;
     use jiff::tz::TimeZone;
 

@@ -144,7 +144,7 @@ proptest! {
         let timetable = HeadTimetable::new(speed_mps, accel_mps2, start_s, end_travel_m);
         let (first_s, last_s) = (start_s, end_travel_m / speed_mps);
         let paces = MotionPlan { speed_mps, accel_mps2, tick_s, start_speed_mps: speed_mps, ..plan() };
-        let mut motion = start(MotionPlan { start_s, start_travel_m, end_travel_m, first_s, last_s, ..paces });
+        let mut motion = start(MotionPlan { start_s, start_travel_m, first_s, last_s, end_travel_m, ..paces });
         while motion.head().state == ShowState::Running {
             let HeadState { sim_time_ns, travel_m, speed_mps: walked_mps, .. } = motion.head();
             let time_s = sim_time_ns as f64 / 1e9;
