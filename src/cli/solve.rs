@@ -152,7 +152,7 @@ pub(crate) struct TurnArgs {
     /// Look for the shortest S inside the turning circle, over where it begins and the ratio of its radii.
     #[arg(long, conflicts_with = "radius_ratio")]
     pub(crate) shortest: bool,
-    /// Metres that are to remain between any two boards [default: 0; with --shortest 0.05, or the configured margin_m if
+    /// Metres that are to remain between any two boards [default: 0; with --shortest 0.05, or the configured margin if
     /// that is more].
     #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = clearance)]
     pub(crate) clearance: Option<f64>,

@@ -8,6 +8,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use bench_dragon::export::{ExportCounts, ExportError, ExportSettings, Selection, Subject, Workbook, write_csv};
+use bench_dragon::number::Counted;
 use bench_dragon::report::ExportReport;
 
 use super::progress::Progress;
@@ -42,7 +43,7 @@ pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
             written.map_err(|error| named(error, path.display()))?;
             file.finish()?;
             drop(reading);
-            tell(args, ExportReport { file: path.clone(), counts: selection.counts(), flaws: selection.flaws() })?;
+            tell(args, &ExportReport { file: path.clone(), counts: selection.counts(), flaws: selection.flaws() })?;
         }
         TableFile::Xlsx(path) => {
             whole_file::check(path)?;
@@ -51,7 +52,7 @@ pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
             let writing = Progress::new("writing", 1.0);
             whole_file::write(path, &workbook.to_bytes(|rows| writing.add(1.0 / rows as f64))?)?;
             drop(writing);
-            tell(args, ExportReport { file: path.clone(), counts: workbook.counts(), flaws: workbook.flaws() })?;
+            tell(args, &ExportReport { file: path.clone(), counts: workbook.counts(), flaws: workbook.flaws() })?;
         }
     }
     Ok(ExitCode::SUCCESS)
@@ -95,10 +96,10 @@ impl Reading {
     }
 }
 
-fn tell(args: &ExportArgs, report: ExportReport) -> anyhow::Result<()> {
+fn tell(args: &ExportArgs, report: &ExportReport) -> anyhow::Result<()> {
     complain_of_flaws(&args.file, report.flaws, "exported");
     if args.format.format == Format::Json {
-        return print_json(&report);
+        return print_json(report);
     }
     let written = written_text(args.subject(), report.counts);
     Ok(print_line(format_args!("{written} written to {}", Printable(&report.file)))?)
@@ -108,22 +109,17 @@ fn tell(args: &ExportArgs, report: ExportReport) -> anyhow::Result<()> {
 fn written_text(subject: Subject, counts: ExportCounts) -> String {
     let ExportCounts { runs, frames, alerts, commands, rows } = counts;
     let runs = if runs > 1 { format!(" of {runs} runs") } else { String::new() };
-    let frames = format!("{}{runs}", counted(frames, "frame"));
+    let frames = format!("{}{runs}", Counted(frames, "frame"));
     match (rows, subject) {
         (Some(rows), Subject::Handles | Subject::Benches) => {
-            format!("{} of {}, from {frames},", counted(rows, "row"), subject.name())
+            format!("{} of {}, from {frames},", Counted(rows, "row"), subject.name())
         }
         (Some(_), Subject::Frames) => frames,
-        (Some(_), Subject::Alerts) => counted(alerts, "alert"),
-        (Some(_), Subject::Commands) => counted(commands, "command event"),
+        (Some(_), Subject::Alerts) => Counted(alerts, "alert").to_string(),
+        (Some(_), Subject::Commands) => Counted(commands, "command event").to_string(),
         (None, _) if subject.has_frames() => {
-            format!("{frames}, {} and {}", counted(alerts, "alert"), counted(commands, "command event"))
+            format!("{frames}, {} and {}", Counted(alerts, "alert"), Counted(commands, "command event"))
         }
-        (None, _) => format!("{} and {}", counted(alerts, "alert"), counted(commands, "command event")),
+        (None, _) => format!("{} and {}", Counted(alerts, "alert"), Counted(commands, "command event")),
     }
-}
-
-fn counted(count: u64, noun: &str) -> String {
-    let plural = if count == 1 { "" } else { "s" };
-    format!("{count} {noun}{plural}")
 }

@@ -137,5 +137,5 @@ fn print_text(report: &LatencyReport, due: &LatencyHistogram) -> anyhow::Result<
         table.push(row);
     }
     print_bytes(Text.export(&[table])?)?;
-    Ok(print_bytes(format!("\nframes by latency from due to read in \u{b5}s\n{}", Bars(due)))?)
+    print_bytes(format!("\nframes by latency from due to read in \u{b5}s\n{}", Bars(due)))
 }

@@ -201,10 +201,10 @@ impl Session {
 
     fn take(&mut self, frame: &Frame, ports: &mut Ports, stop: &StopFlag) -> anyhow::Result<()> {
         let FrameHeader { run_id, tick, .. } = *frame.header();
-        if self.newest.is_none_or(|(known, _)| known != run_id) {
-            if let Some(description) = ports.descriptions.of(run_id, stop)? {
-                self.recorder.describe(run_id, &description.toml)?;
-            }
+        if self.newest.is_none_or(|(known, _)| known != run_id)
+            && let Some(description) = ports.descriptions.of(run_id, stop)?
+        {
+            self.recorder.describe(run_id, &description.toml)?;
         }
         self.newest = Some((run_id, tick));
         Ok(self.recorder.frame(frame.header(), frame.handles())?)

@@ -137,11 +137,13 @@ fn a_run_with_commands_and_missed_releases_is_as_simulated() {
     assert_eq!((run.first_tick, run.last_tick, run.commands, run.grants, run.timecode), (0, 1199, 6, 0, 0));
 }
 
+/// A field of a frame, the handle that it is of, and its change.
+type Change<'a> = (&'a str, Option<u64>, Box<dyn Fn(&mut FrameHeader, &mut [HandleState]) + 'a>);
+
 #[test]
 fn one_changed_bit_is_found_in_every_field_that_is_compared() {
     let whole = Tape::of(60, &[(20, Request::Speed { speed_mps: 2.0 })], &[(30, 2)]);
     let flip = |value: &mut f64| *value = f64::from_bits(value.to_bits() ^ 1);
-    type Change<'a> = (&'a str, Option<u64>, Box<dyn Fn(&mut FrameHeader, &mut [HandleState]) + 'a>);
     let changes: [Change<'_>; 10] = [
         ("position_m[0]", Some(17), Box::new(|_, handles| flip(&mut handles[17].position_m[0]))),
         ("position_m[1]", Some(0), Box::new(|_, handles| flip(&mut handles[0].position_m[1]))),

@@ -66,7 +66,7 @@ mod tests {
 
     #[test]
     fn numbers_have_no_more_digits_than_they_need() {
-        assert_eq!([0.45033737, 1.0, 300.0, 0.275].map(rounded), ["0.450337", "1", "300", "0.275"]);
+        assert_eq!([0.450_337_37, 1.0, 300.0, 0.275].map(rounded), ["0.450337", "1", "300", "0.275"]);
     }
 
     #[test]

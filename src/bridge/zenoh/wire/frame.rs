@@ -101,7 +101,7 @@ mod tests {
         fn any_header()(
             run_id in 0..RUN_ID_END, tick: u64, sim_time_ns: i64, scheduled_ns: u64, published_ns: u64,
             head_travel_m in finite_double(), head_speed_mps in finite_double(), time_scale in finite_double(),
-            bench_count in 1_u32..=40, state in 0_u32..4,
+            bench_count in 1_u32..=40, state in 0_u32..6,
         ) -> FrameHeader {
             FrameHeader { run_id, tick, sim_time_ns, scheduled_ns, published_ns, head_travel_m, head_speed_mps, time_scale,
                 bench_count, state }
@@ -181,7 +181,7 @@ mod tests {
         assert_eq!(read(FrameHeader { bench_count: 0, ..sound }), Err(WireError::BenchCount(0)));
         assert_eq!(read(FrameHeader { bench_count: u32::MAX, ..sound }), Err(WireError::BenchCount(u32::MAX)));
         assert_eq!(read(FrameHeader { run_id: RUN_ID_END, ..sound }), Err(WireError::RunId(RUN_ID_END)));
-        assert_eq!(read(FrameHeader { state: 4, ..sound }), Err(WireError::Unknown(4)));
+        assert_eq!(read(FrameHeader { state: 6, ..sound }), Err(WireError::Unknown(6)));
         assert_eq!(read(FrameHeader { head_travel_m: f64::INFINITY, ..sound }), Err(WireError::NotFinite));
     }
 }
