@@ -69,8 +69,10 @@ A guard's stop is no hold: the guard lifts it, by its next grant.")]
 It looks at the bus for two seconds, and sends nothing. The exit status is 0 where frames come and no lamp is red, and 1 \
 otherwise. A missing monitor is a warning. docs/metrics.md explains the lamps and the JSON.")]
     Status,
-    /// End the server.
+    /// End the server: the head comes to rest first.
     #[command(after_help = "Example:
-  bench-dragon ctl stop")]
+  bench-dragon ctl stop
+
+With [head] accel_mps2 the head brakes. The last frame of the run says that it has ended.")]
     Stop,
 }

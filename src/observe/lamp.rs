@@ -72,7 +72,7 @@ pub fn lamps(scene: &Scene, now_ns: u64) -> Vec<Lamp> {
         server(scene, &link),
         source(scene),
         readers.required("monitor", "monitor"),
-        guard(scene),
+        guard(scene, &link),
         readers.recorder(),
         readers.optional("psn", "bridge-psn"),
         readers.optional("osc", "bridge-osc"),
@@ -134,8 +134,9 @@ fn source(scene: &Scene) -> Lamp {
     Lamp::new("source", level, text)
 }
 
-fn guard(scene: &Scene) -> Lamp {
+fn guard(scene: &Scene, link: &Link) -> Lamp {
     let (level, text) = match scene.guard {
+        _ if matches!(link, Link::Ended { .. }) => return Lamp::new("guard", LampLevel::Off, "ended"),
         GuardSituation::None => return Lamp::new("guard", LampLevel::Off, "not guarded"),
         GuardSituation::Working => (LampLevel::Good, ""),
         GuardSituation::Waiting => (LampLevel::Warning, "the head waits for a grant, "),
@@ -354,6 +355,14 @@ mod tests {
             ],
         );
         assert_eq!(lamp(&scene, "readers"), told(LampLevel::Warning, "d?sk lost 2, hz lost 7"));
+    }
+
+    #[test]
+    fn a_missing_guard_is_red_until_the_run_has_ended() {
+        let unguarded = Scene { guard: GuardSituation::Missing, ..scene(&Status::default(), &[]) };
+        assert_eq!(lamp(&unguarded, "guard").level, LampLevel::Danger);
+        let ended = Scene { link: Link::Ended { age_ns: 1 }, ..unguarded };
+        assert_eq!(lamp(&ended, "guard"), told(LampLevel::Off, "ended"));
     }
 
     #[test]
