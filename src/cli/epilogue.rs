@@ -62,7 +62,7 @@ mod tests {
         let parts = line.replace("&&", "|").replace("<(", "|").replace(')', "|");
         let words = |part: &str| -> Vec<String> {
             let command = part.split_once('>').map_or(part, |(command, _file)| command);
-            command.split_whitespace().map(str::to_owned).collect()
+            shlex::split(command).expect("an example has closed quotation marks")
         };
         parts.split('|').map(words).filter(|words| words.first().is_some_and(|word| word == "bench-dragon")).collect()
     }

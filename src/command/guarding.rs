@@ -9,7 +9,9 @@ use std::time::Duration;
 use bench_dragon::config::Config;
 use bench_dragon::dragon::Meter;
 use bench_dragon::guard::{FinalRest, Guard, GuardSettings, STEPS_AT_A_TIME};
-use bench_dragon_ipc::{BusError, CommandClient, Domain, FrameHeader, Request, Sender as CommandSender, StatusReader};
+use bench_dragon_ipc::{
+    BusError, CommandClient, Domain, FrameHeader, Refusal, Request, Sender as CommandSender, StatusReader,
+};
 use crossbeam::channel::{self, Receiver, RecvTimeoutError, Sender, TryRecvError};
 use crossbeam::queue::ArrayQueue;
 
@@ -105,6 +107,8 @@ struct Watch {
     has_fault: Arc<AtomicBool>,
     woken: Receiver<()>,
     asked_m: Option<f64>,
+    /// Whether the source has said that it takes no grants at all, as a replay does.
+    takes_no_grants: bool,
 }
 
 impl Watch {
@@ -116,7 +120,7 @@ impl Watch {
     ) -> Result<Self, BusError> {
         let commands = CommandClient::open(domain, "guard")?.sending_as(CommandSender::Guard);
         let status = StatusReader::open(domain, "guard-status")?;
-        Ok(Self { commands, status, frames, has_fault, woken, asked_m: None })
+        Ok(Self { commands, status, frames, has_fault, woken, asked_m: None, takes_no_grants: false })
     }
 
     /// Guards until the owner is gone, or the guard has to give up, for the reason that is returned.
@@ -140,7 +144,7 @@ impl Watch {
     /// Sends grants until the server has enough, or is gone.
     fn grant(&mut self, guard: &mut Guard<'_>, mut header: FrameHeader) -> Result<(), News> {
         while !self.has_fault.load(Ordering::Relaxed) {
-            if self.woken.try_recv() == Err(TryRecvError::Disconnected) {
+            if self.takes_no_grants || self.woken.try_recv() == Err(TryRecvError::Disconnected) {
                 return Ok(());
             }
             if let Some(status) = self.status.poll().map_err(News::Failed)? {
@@ -152,6 +156,7 @@ impl Watch {
             };
             match self.commands.call(grant, PATIENCE).map(|reply| reply.outcome()) {
                 Ok(Ok(_)) => guard.note_granted(from_m, to_m, is_final),
+                Ok(Err(Refusal::Replayed | Refusal::NotGuarded)) => self.takes_no_grants = true,
                 // It has just been started again, or is gone: the next frame tells.
                 Ok(Err(_)) | Err(BusError::NoServer { .. } | BusError::NoAnswer { .. }) => return Ok(()),
                 Err(error) => return Err(News::Failed(error)),

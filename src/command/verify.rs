@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use bench_dragon::dragon::Instructions;
+use bench_dragon::number::Counted;
 use bench_dragon::replay::verify::{RunVerification, Verdict, Verification, verify};
 use bench_dragon::report::{ReplayLine, VerificationSummary};
 use bench_dragon::stop::StopFlag;
@@ -104,6 +105,8 @@ fn run_text(run: &RunVerification) -> String {
 /// What the simulation did.
 fn done_text(run: &RunVerification) -> String {
     let RunVerification { missing, overruns, commands, grants, timecode, .. } = run;
-    let missing = if *missing > 0 { format!("; {missing} missing frames were simulated") } else { String::new() };
-    format!("{commands} commands, {grants} grants, {timecode} timecode events, {overruns} overruns{missing}")
+    let missing =
+        if *missing > 0 { format!("; {}, simulated", Counted(*missing, "missing frame")) } else { String::new() };
+    let done = [(commands, "command"), (grants, "grant"), (timecode, "timecode event"), (overruns, "overrun")];
+    done.map(|(count, noun)| Counted(*count, noun).to_string()).join(", ") + &missing
 }

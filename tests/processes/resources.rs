@@ -78,8 +78,8 @@ fn a_limit_that_the_program_may_raise_is_raised() {
 #[test]
 fn too_little_shared_memory_is_told_before_anything_is_made() {
     for (options, what) in [
-        ("size=64k", "/dev/shm has less than the 5.2 MB free"),
-        ("size=8m", "/dev/shm has less than the 58.6 MB free"),
+        ("size=64k", "/dev/shm has less than the 6.3 MB free"),
+        ("size=8m", "/dev/shm has less than the 57.6 MB free"),
         ("ro", "/dev/shm cannot be written (Read-only file system"),
     ] {
         let launcher = with_shared_memory(options);
