@@ -75,7 +75,10 @@ fn a_stock_client_reads_of_a_finished_show_what_its_processes_say() {
     let monitored = monitor.terminate().expect_clean();
     let watched = monitored.last_json();
     fs::write(stage.path("during.prom"), during).expect("a file");
-    fs::write(stage.path("guarded.prom"), scrape_of_guarded_show()).expect("a file");
+    let free = scrape_of_guarded_show(&["--config", "turn.toml"], "forecast_free_time");
+    fs::write(stage.path("guarded.prom"), free).expect("a file");
+    let stopped = scrape_of_guarded_show(&["--start-at", "400"], "forecast_guard_stop_wall");
+    fs::write(stage.path("stopped.prom"), stopped).expect("a file");
     let expected = json!({
         "run_id": served["run_id"],
         "ticks": served["frames"],
@@ -95,14 +98,14 @@ fn a_stock_client_reads_of_a_finished_show_what_its_processes_say() {
     exporter.process.terminate().expect_clean();
 }
 
-/// Of a show without contact, that a guard watches over.
-fn scrape_of_guarded_show() -> String {
+/// Of a show that a guard watches over, with samples of a forecast. `turn.toml` is a show without contact.
+fn scrape_of_guarded_show(args: &[&str], forecast: &str) -> String {
     let stage = Stage::new();
-    fs::write(stage.path("stage.toml"), "[route]\nkind = \"turnaround\"\n").expect("a file");
-    let server = stage.serve(&["--config", "stage.toml", "--guarded", "--rate", "50"]);
+    fs::write(stage.path("turn.toml"), "[route]\nkind = \"turnaround\"\n").expect("a file");
+    let server = stage.serve(&[args, &["--guarded", "--rate", "50"]].concat());
     let guard = stage.start(&["monitor", "--guard", "--format", "json"]);
     let exporter = Exporter::start(&stage);
-    let scrape = exporter.scrape_with(&["forecast_free_time", "guard_granted_travel", "tick_duration_seconds_count"]);
+    let scrape = exporter.scrape_with(&[forecast, "guard_granted_travel", "tick_duration_seconds_count"]);
     for process in [exporter.process, guard] {
         process.terminate().expect_clean();
     }
