@@ -360,7 +360,7 @@ mod tests {
     #[test]
     fn a_missing_guard_is_red_until_the_run_has_ended() {
         let unguarded = Scene { guard: GuardSituation::Missing, ..scene(&Status::default(), &[]) };
-        assert_eq!(lamp(&unguarded, "guard").level, LampLevel::Danger);
+        assert_eq!(lamp(&unguarded, "guard").0, LampLevel::Danger);
         let ended = Scene { link: Link::Ended { age_ns: 1 }, ..unguarded };
         assert_eq!(lamp(&ended, "guard"), told(LampLevel::Off, "ended"));
     }
