@@ -40,13 +40,14 @@ await withBrowser(async (browser) => {
   await reads(page, '#release-word', /again/);
   await page.click('#release');
   await reads(page, '#reply', /^released from tick \d+$/);
+  // The next hold is seen by what it changes.
+  await page.waitForFunction(() => document.body.dataset.status !== 'held');
   for (const hold of WAYS_TO_HOLD) {
     await hold(page);
     await came(page, 'held', /^held from tick \d+$/);
     await page.click('h1');
     await page.keyboard.press('Shift+R');
     await reads(page, '#reply', /^released from tick \d+$/);
-    // The next hold is seen by what it changes.
     await page.waitForFunction(() => document.body.dataset.status !== 'held');
   }
   say({ type: 'released' });
