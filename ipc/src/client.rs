@@ -140,7 +140,7 @@ impl AlertSubscriber {
     }
 }
 
-/// Reads what has become of the commands to an instance's source, oldest first. The first ones are up to
+/// Reads the events of the commands to an instance's source, oldest first. The first ones are up to
 /// [`COMMAND_EVENT_BUFFER`](crate::service::COMMAND_EVENT_BUFFER) events from before the reader was opened.
 #[derive(Debug)]
 pub struct CommandEventReader {

@@ -1,4 +1,4 @@
-//! What has become of a command: the `bench-dragon/command-events` service.
+//! Events of commands, with sender and outcome: the `bench-dragon/command-events` service.
 //!
 //! The events of a run are a complete record. They begin with the start of the run, and hold every command with the tick from
 //! which it holds, or at which it was refused, in the order in which the source took them. A simulation that is given the

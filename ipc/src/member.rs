@@ -222,7 +222,7 @@ impl Member {
         self.open_or_create(COMMANDS, || builder().open(), create)
     }
 
-    /// What has become of every command, of which a late joiner is given the last ones.
+    /// The outcome of each command. Late joiners receive the last ones.
     ///
     /// # Errors
     /// As [`Member::frames`].

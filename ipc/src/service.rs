@@ -29,7 +29,7 @@ pub const ALERTS: &str = "bench-dragon/alerts";
 pub const READERS: &str = "bench-dragon/readers";
 /// Name of the commands.
 pub const COMMANDS: &str = "bench-dragon/commands";
-/// Name of the record of commands.
+/// Name of the events of commands.
 pub const COMMAND_EVENTS: &str = "bench-dragon/command-events";
 
 /// Readers that one service serves at a time.

@@ -1,11 +1,11 @@
-//! How it stands with the guard.
+//! The situation of the guard: waiting, working, at its end, or missing.
 
 use bench_dragon_ipc::{FrameHeader, GuardState, ShowState, Status, TimecodeState};
 use serde::Serialize;
 
 use crate::dragon::PairClearance;
 
-/// What the guard of a head does.
+/// The situation of the guard.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum GuardSituation {

@@ -158,14 +158,20 @@ impl Show<'_> {
         Ok(())
     }
 
-    /// Does without a recorder until its disk has room again, and says so once.
+    /// Does without a recorder until its disk has room again, and says so once. A disk that is full again and again, such as
+    /// one with a quota, which its free space does not show, is given up as any other child.
     fn wait_for_room(&mut self, end: &End) {
-        self.children.life(Role::Record).wait();
+        let restarts = self.children.plan_restart(Role::Record, Instant::now());
         let name = self.children.name(Role::Record).to_owned();
         self.account.take_end(Role::Record, &name, end.reason.clone(), self.seen.show_time_s(), false);
         self.account.has_given_up = true;
-        let room = Size(LEAST_ROOM_BYTES);
-        self.account.line.say(&format!("the show is not recorded from here on, until {room} of its disk are free"));
+        if restarts {
+            self.children.life(Role::Record).wait();
+            let room = Size(LEAST_ROOM_BYTES);
+            self.account.line.say(&format!("the show is not recorded from here on, until {room} of its disk are free"));
+        } else {
+            self.account.line.say("the disk is full again and again: the show goes on without a recording");
+        }
     }
 
     /// Has a recorder that waits for room started again where there is some.
