@@ -52,11 +52,23 @@ fn a_tick_that_follows_timecode_allocates_no_more() {
 #[test]
 fn a_tick_allocates_nothing_but_what_iceoryx2_does_for_its_sample() {
     for spin_us in [0, 100] {
-        let (short, long) = short_and_long_run(spin_us);
-        assert_eq!(long.beside_frames, short.beside_frames, "a tick allocates no more: {short:?} {long:?}");
-        assert_eq!(long.current, short.current, "what a tick allocates it frees: {short:?} {long:?}");
-        assert_eq!(long.most, short.most, "it never keeps more: {short:?} {long:?}");
+        assert_ticks_allocate_nothing(spin_us);
     }
+}
+
+/// A run's start and end allocate once more or less, as other processes happen to run beside them: a rare one in thousands. A
+/// tick that allocates adds [`MORE_TICKS`] to every longer run, so one pair of runs that are alike proves that none does.
+fn assert_ticks_allocate_nothing(spin_us: u32) {
+    const TRIES: usize = 5;
+    let mut seen = Vec::new();
+    for _ in 0..TRIES {
+        let (short, long) = (run(LEAD_TICKS, spin_us), run(LEAD_TICKS + MORE_TICKS, spin_us));
+        if short == long {
+            return;
+        }
+        seen.push([short, long]);
+    }
+    panic!("longer runs allocate more, or keep more: {seen:?}")
 }
 
 #[test]
@@ -95,21 +107,6 @@ struct Allocations {
     beside_frames: u64,
     current: i64,
     most: u64,
-}
-
-/// A run and a longer one. What a run's end allocates depends on what other processes do at that time: a short run before and
-/// one after, which are alike, prove that it was as much in the one between.
-fn short_and_long_run(spin_us: u32) -> (Allocations, Allocations) {
-    const TRIES: usize = 5;
-    let mut before = run(LEAD_TICKS, spin_us);
-    for _ in 0..TRIES {
-        let (long, after) = (run(LEAD_TICKS + MORE_TICKS, spin_us), run(LEAD_TICKS, spin_us));
-        if before == after {
-            return (before, long);
-        }
-        before = after;
-    }
-    panic!("no two short runs are alike: {before:?}")
 }
 
 /// A run of so many releases after tick 0, with a reader that falls behind. A busy machine misses releases, so there may be
