@@ -1,25 +1,6 @@
-//! Numbers as people read them in messages.
+//! Counts as people read them in messages.
 
 use std::fmt;
-
-/// Shows a number in full where it is of a usual size, and by its power of ten where it is not.
-///
-/// ```
-/// use bench_dragon::number::Number;
-///
-/// assert_eq!(Number(0.55).to_string(), "0.55");
-/// assert_eq!(Number(1e300).to_string(), "1e300");
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Number(pub f64);
-
-impl fmt::Display for Number {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self(value) = *self;
-        let is_usual = value == 0.0 || (1e-6..1e12).contains(&value.abs());
-        if is_usual || !value.is_finite() { write!(formatter, "{value}") } else { write!(formatter, "{value:e}") }
-    }
-}
 
 /// Shows how many there are of something: `1 frame`, `2 frames`.
 ///

@@ -7,14 +7,16 @@ use std::fs;
 use std::hint::black_box;
 
 use allocation_counter::measure;
-use bench_dragon::config::{Config, RoutePlan};
-use bench_dragon::dragon::{ChainSolver, Dragon, Meter, first_contact, first_within};
+use bench_dragon::config::Config;
 use bench_dragon::monitor::{ALERT_BURST, Monitor};
-use bench_dragon::plan::{
+use bench_dragon::processors::Processors;
+use bench_dragon_geometry::clearance::{first_contact, first_within};
+use bench_dragon_geometry::dragon::{ChainSolver, Dragon, Meter};
+use bench_dragon_geometry::planner::{
     Parameter, Sensitivity, Setting, Staging, clearance_profile, largest_speed_ratio, least_clearance, near_misses,
     passage_through, shortest_turn, smallest_pitch, walk_through,
 };
-use bench_dragon::processors::Processors;
+use bench_dragon_geometry::route::RouteSpec;
 use bench_dragon_ipc::{FrameHeader, HandleState};
 use proptest::prelude::*;
 use proptest::test_runner::{Config as Cases, RngAlgorithm, TestRng, TestRunner};
@@ -115,7 +117,7 @@ fn is_bounded(text: &str) -> bool {
     ask("the smallest pitch with a clearance", &|meter| {
         let _ = black_box(smallest_pitch(dragon.dimensions(), 16.0, 9.0, 0.05, meter));
     });
-    if let RoutePlan::Turnaround(plan) = config.route() {
+    if let RouteSpec::Turnaround(plan) = config.route() {
         let turnaround = plan.turnaround(config.head_speed_mps()).expect("a valid configuration has a route");
         let dimensions = *dragon.dimensions();
         ask("the passage", &|meter| {
@@ -186,7 +188,7 @@ fn next_header(last: &FrameHeader, config: &Config, travel_m: f64, gap_s: f64) -
 
 fn frame(solver: &mut ChainSolver, dragon: &Dragon, travel_m: f64) -> Vec<HandleState> {
     let handles = solver.solve(dragon, travel_m).expect("within the run");
-    let state = |at: &bench_dragon::dragon::Handle| HandleState {
+    let state = |at: &bench_dragon_geometry::dragon::Handle| HandleState {
         position_m: [at.position.x, at.position.y, 0.0],
         ..HandleState::default()
     };

@@ -1,7 +1,7 @@
 //! A frame that a reader has read to its last handle.
 
 use bench_dragon::clock::monotonic_ns;
-use bench_dragon::dragon::{ChainSolver, Dragon};
+use bench_dragon_geometry::dragon::{ChainSolver, Dragon};
 use bench_dragon_ipc::{FrameHeader, HandleState};
 
 /// Sums over all handles of x, y and z, of position and then of velocity.

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use bench_dragon::dragon::ChainSolver;
+use bench_dragon_geometry::dragon::ChainSolver;
 
 use crate::arrival::Arrival;
 use crate::frame_source::BENCHES;

@@ -1,6 +1,6 @@
 //! When two benches first touch.
 
-use bench_dragon::dragon::first_contact;
+use bench_dragon_geometry::clearance::first_contact;
 use serde::Deserialize;
 
 use crate::process::{solve, timed_output};

@@ -1,6 +1,6 @@
 //! Where all handles are from 0 to 300 s, by a second.
 
-use bench_dragon::dragon::ChainSolver;
+use bench_dragon_geometry::dragon::ChainSolver;
 use serde::Deserialize;
 
 use crate::process::{solve, timed_output};

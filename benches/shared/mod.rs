@@ -1,17 +1,15 @@
-//! What the benches share: dragons, timing that is fair to every contestant, and where figures go.
-#![allow(dead_code, unreachable_pub, clippy::print_stdout, reason = "each bench uses a part of this, and prints")]
+//! What the benches share: what those of the geometry have, and the product's own processes.
+#![allow(dead_code, unreachable_pub, reason = "each bench uses a part of this")]
 
-mod arguments;
-mod figures;
-mod paper;
+#[path = "../../geometry/benches/shared/mod.rs"]
+mod of_geometry;
 mod program;
-mod timing;
 
 #[allow(unused_imports, reason = "each bench uses a part of this")]
 pub use self::{
-    arguments::{require_no_arguments, seconds_or},
-    figures::Figures,
-    paper::{dimensions, dragon},
+    of_geometry::{
+        Figures, dimensions, dragon, interleaved, median, nanoseconds_a_call, quantile, require_no_arguments,
+        seconds_or,
+    },
     program::{Program, domain},
-    timing::{interleaved, median, nanoseconds_a_call, quantile},
 };

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use bench_dragon::export::Subject;
-use bench_dragon::number::Number;
 use bench_dragon::record::ShowInterval;
+use bench_dragon_geometry::number::Number;
 use clap::{ArgGroup, Args, ValueHint};
 
 use super::value::{MAX_STEPPED_S, count, file_megabytes, nanoseconds, play_rate, readers, total_megabytes};

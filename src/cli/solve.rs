@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use std::str::FromStr as _;
 
 use bench_dragon::config::NEAR_M;
-use bench_dragon::dragon::Meter;
 use bench_dragon::figure::{FigureFormat, Paper, missing_letter};
-use bench_dragon::plan::Parameter;
+use bench_dragon_geometry::dragon::Meter;
+use bench_dragon_geometry::planner::Parameter;
 use clap::{ArgGroup, Args, Subcommand, ValueEnum, ValueHint};
 
 use super::value::{MAX_STEPPED_S, finite, nanoseconds, within};

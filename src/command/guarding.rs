@@ -7,8 +7,8 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use bench_dragon::config::Config;
-use bench_dragon::dragon::Meter;
 use bench_dragon::guard::{FinalRest, Guard, GuardSettings, STEPS_AT_A_TIME};
+use bench_dragon_geometry::dragon::Meter;
 use bench_dragon_ipc::{
     BusError, CommandClient, Domain, FrameHeader, Refusal, Request, Sender as CommandSender, StatusReader,
 };

@@ -8,7 +8,6 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, ensure};
 use bench_dragon::clock::monotonic_ns;
 use bench_dragon::config::Config;
-use bench_dragon::dragon::PairClearance;
 use bench_dragon::guard::ClearanceCheck;
 use bench_dragon::monitor::forecast::{Forecast, Forecaster};
 use bench_dragon::monitor::{ALERTS_PER_S, AlertPublisher, Monitor, fault_alert, run_alert};
@@ -18,6 +17,7 @@ use bench_dragon::report::{
     MonitorSummary, TimesReport, local_time,
 };
 use bench_dragon::stop::StopFlag;
+use bench_dragon_geometry::clearance::PairClearance;
 use bench_dragon_ipc::{
     Alert, AlertKind, BusError, CommandEvent, Continuity, Domain, EventKind, Frame, FrameHeader, FrameSubscriber,
     GuardLock, Sender, ShowState, TimeHistogram,

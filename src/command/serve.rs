@@ -3,14 +3,15 @@
 use std::process::ExitCode;
 
 use anyhow::Context as _;
-use bench_dragon::config::{Config, Overrides, RoutePlan};
-use bench_dragon::dragon::RunEnd;
+use bench_dragon::config::{Config, Overrides};
 use bench_dragon::number::Counted;
-use bench_dragon::number::Number;
 use bench_dragon::processors::Processors;
 use bench_dragon::report::ServeLine;
 use bench_dragon::server::{Server, ServerSettings, ServerSummary};
 use bench_dragon::stop::StopFlag;
+use bench_dragon_geometry::dragon::RunEnd;
+use bench_dragon_geometry::number::Number;
+use bench_dragon_geometry::route::RouteSpec;
 use bench_dragon_ipc::{Domain, Request};
 
 use crate::cli::{ConfigArgs, Format, PaceArgs, RealTimeArgs, ServeArgs};
@@ -98,7 +99,7 @@ fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
 
 /// Warns where the dragon cannot walk all of a planned turnaround.
 fn warn_of_early_end(config: &Config) {
-    if let (RoutePlan::Turnaround(plan), end) = (config.route(), config.dragon().run_end())
+    if let (RouteSpec::Turnaround(plan), end) = (config.route(), config.dragon().run_end())
         && end != RunEnd::RouteEnd
     {
         tracing::warn!("the run ends at {:.6} s, not at end_s {}: there {end}", config.end_s(), plan.end_s);

@@ -4,11 +4,11 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use bench_dragon::dragon::Instructions;
 use bench_dragon::number::Counted;
 use bench_dragon::replay::verify::{RunVerification, Verdict, Verification, verify};
 use bench_dragon::report::{ReplayLine, VerificationSummary};
 use bench_dragon::stop::StopFlag;
+use bench_dragon_geometry::dragon::Instructions;
 
 use crate::cli::Format;
 use crate::command::BadInput;

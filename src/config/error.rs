@@ -2,11 +2,12 @@
 
 use std::io;
 
+use bench_dragon_geometry::dragon::{DimensionsError, DragonError};
+use bench_dragon_geometry::number::Number;
+use bench_dragon_geometry::route::RouteError;
+
 use super::MAX_ALSO;
 use super::document::MAX_LEN;
-use crate::dragon::{DimensionsError, DragonError};
-use crate::number::Number;
-use crate::route::RouteError;
 
 /// Why a configuration is not valid. Which file it is about is for the caller to say.
 #[derive(Debug, thiserror::Error)]

@@ -6,20 +6,18 @@
 mod document;
 mod error;
 mod priority;
-mod route_plan;
 mod route_table;
-mod timetable;
 
 use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::dragon::{Dimensions, Dragon, RunEnd};
+use bench_dragon_geometry::dragon::{Dimensions, Dragon, RunEnd};
+use bench_dragon_geometry::planner::HeadTimetable;
+use bench_dragon_geometry::route::RouteSpec;
 
 pub use error::ConfigError;
 pub use priority::{Priority, PriorityError, REAL_TIME_PRIORITY};
-pub use route_plan::{RoutePlan, SpiralPlan, TurnaroundPlan};
-pub use timetable::HeadTimetable;
 
 use document::{Document, DragonTable, parse, read};
 use route_table::RouteTable;
@@ -69,7 +67,7 @@ pub struct Overrides {
 #[derive(Clone, Debug)]
 pub struct Config {
     document: Document,
-    route: RoutePlan,
+    route: RouteSpec,
     dragon: Arc<Dragon>,
 }
 
@@ -174,7 +172,7 @@ impl Config {
     }
 
     /// The route as planned.
-    pub fn route(&self) -> RoutePlan {
+    pub fn route(&self) -> RouteSpec {
         self.route
     }
 
@@ -203,7 +201,7 @@ impl Config {
     /// time, so this one is at the run's end.
     pub fn last_seek_s(&self) -> f64 {
         match (self.route, self.dragon.run_end()) {
-            (RoutePlan::Turnaround(plan), RunEnd::RouteEnd) => plan.end_s,
+            (RouteSpec::Turnaround(plan), RunEnd::RouteEnd) => plan.end_s,
             _ => self.dragon.end_travel_m() / self.head_speed_mps(),
         }
     }
@@ -212,7 +210,7 @@ impl Config {
     ///
     /// # Errors
     /// What is wrong with the route, or with this dragon on it.
-    pub fn with_route(&self, route: RoutePlan) -> Result<Self, ConfigError> {
+    pub fn with_route(&self, route: RouteSpec) -> Result<Self, ConfigError> {
         let document = Document { route: RouteTable::written_out(route), ..self.document.clone() };
         Self::from_document(document, Overrides::default())
     }
@@ -290,6 +288,8 @@ fn require(
 
 #[cfg(test)]
 mod tests {
+    use bench_dragon_geometry::route::TurnaroundSpec;
+
     use super::*;
 
     fn error_of(text: &str) -> String {
@@ -325,8 +325,8 @@ mod tests {
     #[test]
     fn a_turnaround_is_the_papers_but_for_what_is_written() {
         let config = Config::from_toml("[route]\nkind = \"turnaround\"\nend_s = 60").expect("the text is valid");
-        let plan = TurnaroundPlan { end_s: 60.0, ..TurnaroundPlan::default() };
-        assert_eq!(config.route(), RoutePlan::Turnaround(plan));
+        let plan = TurnaroundSpec { end_s: 60.0, ..TurnaroundSpec::default() };
+        assert_eq!(config.route(), RouteSpec::Turnaround(plan));
         assert_eq!((config.start_s(), config.end_s()), (-100.0, 60.0));
         let again = Config::from_toml(&config.to_toml()).expect("its own text is valid");
         assert_eq!(again.document, config.document);

@@ -2,11 +2,11 @@
 
 use std::ops::RangeInclusive;
 
+use bench_dragon_geometry::route::{RouteSpec, SpiralSpec, TurnaroundSpec};
 use serde::{Deserialize, Serialize};
 
 use super::error::ConfigError;
 use super::require;
-use super::route_plan::{RoutePlan, SpiralPlan, TurnaroundPlan};
 
 /// Show times between which a turnaround may be planned, in seconds.
 const PLAN_S: RangeInclusive<f64> = -1e6..=1e6;
@@ -39,15 +39,15 @@ enum RouteKind {
 
 impl RouteTable {
     /// The table with every key that means something.
-    pub(super) fn written_out(plan: RoutePlan) -> Self {
+    pub(super) fn written_out(plan: RouteSpec) -> Self {
         match plan {
-            RoutePlan::Spiral(SpiralPlan { pitch_m, start_turns }) => Self {
+            RouteSpec::Spiral(SpiralSpec { pitch_m, start_turns }) => Self {
                 kind: RouteKind::Spiral,
                 pitch_m: Some(pitch_m),
                 start_turns: Some(start_turns),
                 ..Self::default()
             },
-            RoutePlan::Turnaround(plan) => Self {
+            RouteSpec::Turnaround(plan) => Self {
                 kind: RouteKind::Turnaround,
                 pitch_m: Some(plan.pitch_m),
                 turn_diameter_m: Some(plan.turn_diameter_m),
@@ -63,29 +63,29 @@ impl RouteTable {
     ///
     /// # Errors
     /// A key that means nothing for this kind, or times out of range.
-    pub(super) fn plan(&self) -> Result<RoutePlan, ConfigError> {
+    pub(super) fn plan(&self) -> Result<RouteSpec, ConfigError> {
         match self.kind {
-            RouteKind::Spiral => self.spiral().map(RoutePlan::Spiral),
-            RouteKind::Turnaround => self.turnaround().map(RoutePlan::Turnaround),
+            RouteKind::Spiral => self.spiral().map(RouteSpec::Spiral),
+            RouteKind::Turnaround => self.turnaround().map(RouteSpec::Turnaround),
         }
     }
 
-    fn spiral(&self) -> Result<SpiralPlan, ConfigError> {
+    fn spiral(&self) -> Result<SpiralSpec, ConfigError> {
         refuse("turn_diameter_m", self.turn_diameter_m, "turnaround")?;
         refuse("radius_ratio", self.radius_ratio, "turnaround")?;
         refuse("start_s", self.start_s, "turnaround")?;
         refuse("end_s", self.end_s, "turnaround")?;
-        let paper = SpiralPlan::default();
-        Ok(SpiralPlan {
+        let paper = SpiralSpec::default();
+        Ok(SpiralSpec {
             pitch_m: self.pitch_m.unwrap_or(paper.pitch_m),
             start_turns: self.start_turns.unwrap_or(paper.start_turns),
         })
     }
 
-    fn turnaround(&self) -> Result<TurnaroundPlan, ConfigError> {
+    fn turnaround(&self) -> Result<TurnaroundSpec, ConfigError> {
         refuse("start_turns", self.start_turns, "spiral")?;
-        let paper = TurnaroundPlan::default();
-        let plan = TurnaroundPlan {
+        let paper = TurnaroundSpec::default();
+        let plan = TurnaroundSpec {
             pitch_m: self.pitch_m.unwrap_or(paper.pitch_m),
             turn_diameter_m: self.turn_diameter_m.unwrap_or(paper.turn_diameter_m),
             radius_ratio: self.radius_ratio.unwrap_or(paper.radius_ratio),

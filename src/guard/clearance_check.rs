@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance};
+use bench_dragon_geometry::dragon::{Board, ChainSolver, Dragon};
 use bench_dragon_ipc::FrameHeader;
-
-use crate::dragon::{Board, ChainSolver, ClearanceSearch, Dragon, PairClearance};
 
 /// A difference of clearance over this, in metres, is a fault: far above the rounding of any pose, far below any margin.
 pub const FAULT_M: f64 = 1e-8;

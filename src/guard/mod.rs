@@ -9,16 +9,14 @@
 //! Pure: frame headers go in, grants come out. Clocks, the bus and the thread are the command's.
 
 mod clearance_check;
-mod ground;
 
+use bench_dragon_geometry::clearance::{ContactSearch, ProvenTravel};
+use bench_dragon_geometry::dragon::{Dragon, Meter};
 use bench_dragon_ipc::{FrameHeader, Request, ShowState};
 
 use crate::config::Config;
-use crate::dragon::{ContactSearch, Dragon, Meter};
 
 pub use clearance_check::{ClearanceCheck, FAULT_M};
-
-use ground::Ground;
 
 /// Handles that are placed in one go, in whole strides, so that the present is looked at in between: for less than a
 /// second's work.
@@ -91,7 +89,7 @@ pub struct Guard<'a> {
 /// Proved ground and how much of it the server knows.
 #[derive(Debug)]
 struct Granting<'a> {
-    ground: Ground<'a>,
+    ground: ProvenTravel<'a>,
     /// Where the last grant of it that was taken ends, and whether for good.
     granted: Option<(f64, bool)>,
 }
@@ -186,7 +184,7 @@ impl<'a> Guard<'a> {
 
     fn begin(&self, travel_m: f64) -> Option<Granting<'a>> {
         let within_run = (self.dragon.start_travel_m()..=self.dragon.end_travel_m()).contains(&travel_m);
-        let ground = within_run.then(|| Ground::at(self.dragon, self.settings.margin_m, travel_m))?.ok()?;
+        let ground = within_run.then(|| ProvenTravel::at(self.dragon, self.settings.margin_m, travel_m))?.ok()?;
         Some(Granting { ground, granted: None })
     }
 }

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
+use bench_dragon_geometry::clearance::PairClearance;
 use bench_dragon_ipc::{AlertKind, FrameHeader, ReaderReport, ShowState, Status};
 
 use glam::DVec2;
 
 use super::*;
-use crate::dragon::PairClearance;
 use crate::monitor::run_alert;
 use crate::observe::{AlertLog, Arrival, GuardSituation, Link, Outlook, ReaderLog, Still, Traffic};
 

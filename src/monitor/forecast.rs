@@ -5,9 +5,9 @@ use std::sync::Arc;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 
+use bench_dragon_geometry::clearance::{Contact, ContactSearch};
+use bench_dragon_geometry::dragon::{Dragon, Meter};
 use crossbeam::channel::{self, Sender, TryRecvError};
-
-use crate::dragon::{Contact, ContactSearch, Dragon, Meter};
 
 /// Travel that is searched between two looks at new requests, in metres.
 const STRIDE_M: f64 = 2.0;

@@ -15,11 +15,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use bench_dragon_geometry::clearance::{ClearanceSearch, Contact, ContactSearch, PairClearance, PairEvent};
+use bench_dragon_geometry::dragon::{Board, Dragon, Meter};
 use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState};
 use glam::DVec2;
 
 use crate::config::Config;
-use crate::dragon::{Board, ClearanceSearch, Contact, ContactSearch, Dragon, Meter, PairClearance, PairEvent};
 
 pub mod forecast;
 pub mod passage;

@@ -4,11 +4,11 @@ use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::thread;
 
+use bench_dragon_geometry::dragon::Dragon;
+use bench_dragon_geometry::planner::on_one_core;
 use rustix::process::setpriority_process;
 
 use super::planned_clearance::{PlannedClearance, Planning};
-use crate::dragon::Dragon;
-use crate::plan::on_one_core;
 
 /// The thread's niceness: frames and scenes come first.
 const NICENESS: i32 = 10;

@@ -1,9 +1,8 @@
 //! The situation of the guard: waiting, working, at its end, or missing.
 
+use bench_dragon_geometry::clearance::PairClearance;
 use bench_dragon_ipc::{FrameHeader, GuardState, ShowState, Status, TimecodeState};
 use serde::Serialize;
-
-use crate::dragon::PairClearance;
 
 /// The situation of the guard.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]

@@ -133,8 +133,8 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::dragon::Contact;
     use crate::observe::TravelClock;
+    use bench_dragon_geometry::clearance::Contact;
 
     const UNGUARDED: WalkLimits = WalkLimits { end_m: 50.0, guard: None };
 

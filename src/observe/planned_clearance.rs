@@ -3,8 +3,9 @@
 //! All of it is against the head's travel, because the state of a dragon is a function of its travel alone. A
 //! [`TravelClock`](super::TravelClock) converts travel to show time.
 
-use crate::dragon::{Contact, ContactSearch, Dragon, Meter, PairClearance};
-use crate::plan::{ClosestApproach, clearance_profile, near_misses};
+use bench_dragon_geometry::clearance::{Contact, ContactSearch, PairClearance};
+use bench_dragon_geometry::dragon::{Dragon, Meter};
+use bench_dragon_geometry::planner::{ClosestApproach, clearance_profile, near_misses};
 
 /// Points of the curve, evenly over the run.
 const POINTS: usize = 600;

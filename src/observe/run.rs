@@ -1,9 +1,9 @@
 //! A run as it was described: what is drawn around the dragon.
 
+use bench_dragon_geometry::route::Route;
 use glam::DVec2;
 
 use crate::config::Config;
-use crate::route::Route;
 
 /// How far the drawn line may lie beside the route, in metres.
 const SAGITTA_M: f64 = 0.002;

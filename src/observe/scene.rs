@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use bench_dragon_geometry::clearance::PairClearance;
 use bench_dragon_ipc::{FrameHeader, HandleState, ShowState, Status};
 
 use super::alert_log::AlertLog;
@@ -15,7 +16,6 @@ use super::reader_log::ReaderLog;
 use super::run::Run;
 use super::traffic::Traffic;
 use super::travel_clock::TravelClock;
-use crate::dragon::PairClearance;
 
 /// A frame, copied out of shared memory, so that whoever draws holds on to nothing of the server's.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use bench_dragon_geometry::clearance::PairClearance;
 use bench_dragon_ipc::{BusError, Description, Domain, Frame, FrameSubscriber, ShowState, SourceLock, Status};
 
 use super::alert_log::AlertLog;
@@ -17,7 +18,6 @@ use super::traffic::TrafficCount;
 use super::watched_run::WatchedRun;
 use crate::clock::monotonic_ns;
 use crate::config::Config;
-use crate::dragon::PairClearance;
 
 /// How often it is asked whether the source's process is there, in nanoseconds.
 const SOURCE_PERIOD_NS: u64 = 100_000_000;

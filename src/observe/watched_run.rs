@@ -3,6 +3,8 @@
 use std::io;
 use std::sync::Arc;
 
+use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance};
+use bench_dragon_geometry::dragon::Board;
 use bench_dragon_ipc::{FrameHeader, GuardState, HandleState, Status};
 use glam::DVec2;
 
@@ -15,7 +17,6 @@ use super::run::Run;
 use super::travel_clock::TravelClock;
 use super::walking_speed::WalkingSpeed;
 use crate::config::Config;
-use crate::dragon::{Board, ClearanceSearch, PairClearance};
 use crate::monitor::forecast::Forecaster;
 
 /// Wall time that may pass between the last frame of a run and the first one that is seen of the run that goes on with it, in

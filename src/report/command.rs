@@ -1,11 +1,10 @@
 //! A command and its outcome, in words.
 
+use bench_dragon_geometry::number::Number;
 use bench_dragon_ipc::{CommandEvent, EventKind, Request, RunStart};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use serde::{Deserialize, Serialize};
-
-use crate::number::Number;
 
 /// What has become of a command, or that a run began or ended.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
+use bench_dragon_geometry::dragon::{ChainStepper, Dragon};
 use bench_dragon_ipc::{FrameHeader, HandleState, Refusal, Request, Stops};
 use glam::DVec2;
 
-use crate::dragon::{ChainStepper, Dragon, HandleRecord};
 use crate::server::motion::{CatchUp, HeadState, Limits, Motion, MotionPlan};
 use crate::timecode::Show;
 
@@ -107,16 +107,15 @@ impl Simulation {
     /// Where the slice has another length.
     pub fn write(&mut self, handles: &mut [HandleState]) -> HeadState {
         let head = self.motion.head();
-        self.chain.step(head.travel_m, head.speed_mps, handles).expect("the motion stays within the run");
+        self.chain
+            .step(head.travel_m, head.speed_mps, handles, on_level_ground)
+            .expect("the motion stays within the run");
         head
     }
 }
 
-/// The dragon dances on level ground.
-impl HandleRecord for HandleState {
-    fn of(position_m: DVec2, velocity_mps: DVec2) -> Self {
-        Self { position_m: [position_m.x, position_m.y, 0.0], velocity_mps: [velocity_mps.x, velocity_mps.y, 0.0] }
-    }
+fn on_level_ground(position_m: DVec2, velocity_mps: DVec2) -> HandleState {
+    HandleState { position_m: [position_m.x, position_m.y, 0.0], velocity_mps: [velocity_mps.x, velocity_mps.y, 0.0] }
 }
 
 impl HeadState {

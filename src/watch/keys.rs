@@ -178,10 +178,10 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::dragon::PairClearance;
     use crate::monitor::run_alert;
     use crate::observe::{Link, Still};
     use crate::watch::Look;
+    use bench_dragon_geometry::clearance::PairClearance;
 
     fn scene(state: ShowState, head_speed_mps: f64) -> Scene {
         let header = FrameHeader { run_id: 1, state: state.to_wire(), head_speed_mps, ..FrameHeader::default() };

@@ -1,5 +1,6 @@
 //! The dragon on its route, seen from above, in dots.
 
+use bench_dragon_geometry::dragon::Board;
 use bench_dragon_ipc::HandleState;
 use glam::DVec2;
 use ratatui::Frame;
@@ -13,7 +14,6 @@ use super::facts::{near_m, tone};
 use super::screen::Screen;
 use super::theme::{Theme, Tone, strong};
 use super::wording::short;
-use crate::dragon::Board;
 use crate::observe::{Run, Scene, Still};
 
 /// A board that is so many dots wide is drawn with its outline, and as a line where it is less.

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
+use bench_dragon_geometry::clearance::ClearanceSearch;
 use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState, ShowState};
 
 use crate::config::{Config, Overrides};
-use crate::dragon::ClearanceSearch;
 use crate::monitor::run_alert;
 use crate::observe::{AlertLog, Arrival, ClearanceChart, Link, Outlook, Run, Scene, Still};
 

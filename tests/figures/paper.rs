@@ -2,14 +2,13 @@
 
 use std::sync::Arc;
 
-use bench_dragon::dragon::{
-    Board, ChainSolver, ClearanceSearch, Dimensions, Dragon, Handle, PairClearance, first_contact,
-};
 use bench_dragon::figure::{
     Caption, Circle, ClearanceOverTime, ContactMark, ContactView, HandleSpeed, LargestSpeed, NearMiss, Pair, PlanView,
     Quantity, Sensitivity, SpeedRange, SpeedsOverTime, TurnMarks,
 };
-use bench_dragon::route::{Route, Spiral, Turnaround};
+use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance, first_contact};
+use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Handle};
+use bench_dragon_geometry::route::{Route, Spiral, Turnaround};
 use glam::DVec2;
 
 fn dragon(route: impl Route + 'static) -> Dragon {

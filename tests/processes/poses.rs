@@ -1,7 +1,7 @@
 //! What is live on the bus is what the planner computes.
 
 use bench_dragon::config::Config;
-use bench_dragon::dragon::ChainSolver;
+use bench_dragon_geometry::dragon::ChainSolver;
 use bench_dragon_ipc::ShowState;
 use glam::DVec2;
 use serde_json::Value;

@@ -3,7 +3,7 @@
 use std::fs;
 
 use bench_dragon::config::Config;
-use bench_dragon::dragon::ChainSolver;
+use bench_dragon_geometry::dragon::ChainSolver;
 use bench_dragon_ipc::FrameHeader;
 use serde_json::{Value, json};
 

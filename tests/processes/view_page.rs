@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use bench_dragon::config::Config;
-use bench_dragon::dragon::{ClearanceSearch, PairClearance};
+use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance};
 use bench_dragon_ipc::ShowState;
 use glam::DVec2;
 use rustix::process::Signal;

@@ -3,7 +3,7 @@
 use std::fs;
 
 use bench_dragon::config::{Config, Overrides};
-use bench_dragon::dragon::ClearanceSearch;
+use bench_dragon_geometry::clearance::ClearanceSearch;
 use bench_dragon_ipc::ShowState;
 use glam::DVec2;
 use rustix::process::{Pid, Signal, kill_process, test_kill_process};

@@ -1,9 +1,10 @@
 //! The caption of a figure: what the user calls it, what it shows, and for which dragon.
 
-use bench_dragon::config::{Config, RoutePlan};
-use bench_dragon::dragon::Dimensions;
+use bench_dragon::config::Config;
 use bench_dragon::figure::Caption;
 use bench_dragon::number::Counted;
+use bench_dragon_geometry::dragon::Dimensions;
+use bench_dragon_geometry::route::RouteSpec;
 
 use crate::cli::FigureArgs;
 
@@ -37,10 +38,10 @@ fn dragon_facts(dimensions: &Dimensions) -> Vec<String> {
     ]
 }
 
-fn route_fact(route: RoutePlan) -> String {
+fn route_fact(route: RouteSpec) -> String {
     match route {
-        RoutePlan::Spiral(plan) => format!("spiral, pitch {} m", rounded(plan.pitch_m)),
-        RoutePlan::Turnaround(plan) => {
+        RouteSpec::Spiral(plan) => format!("spiral, pitch {} m", rounded(plan.pitch_m)),
+        RouteSpec::Turnaround(plan) => {
             let [pitch_m, diameter_m, ratio] = [plan.pitch_m, plan.turn_diameter_m, plan.radius_ratio].map(rounded);
             format!("turnaround, pitch {pitch_m} m, turning circle {diameter_m} m, radius ratio {ratio}")
         }

@@ -2,7 +2,8 @@
 
 use anyhow::{Context as _, ensure};
 use bench_dragon::config::{Config, Overrides};
-use bench_dragon::dragon::{Contact, RunEnd, Spent, first_within};
+use bench_dragon_geometry::clearance::{Contact, first_within};
+use bench_dragon_geometry::dragon::{RunEnd, Spent};
 use serde::Serialize;
 
 use super::caption::caption;

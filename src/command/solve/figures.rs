@@ -1,14 +1,16 @@
 //! The figures' data, taken from the dragon.
 
 use anyhow::bail;
-use bench_dragon::config::{Config, RoutePlan};
-use bench_dragon::dragon::{Board, ChainSolver, ClearanceSearch, Contact, Dragon, Handle, Meter};
+use bench_dragon::config::Config;
 use bench_dragon::figure::{
     Caption, Circle, ClearanceOverTime, ContactMark, ContactView, Drawing, HandleSpeed, LargestSpeed, Pair, PlanView,
     SpeedRange, SpeedsOverTime, TurnMarks,
 };
-use bench_dragon::plan::{ClosestApproach, LargestRatio, clearance_profile};
-use bench_dragon::route::{Route, Turnaround};
+use bench_dragon_geometry::clearance::{ClearanceSearch, Contact};
+use bench_dragon_geometry::dragon::{Board, ChainSolver, Dragon, Handle, Meter};
+use bench_dragon_geometry::planner::{ClosestApproach, LargestRatio, clearance_profile};
+use bench_dragon_geometry::route::RouteSpec;
+use bench_dragon_geometry::route::{Route, Turnaround};
 use glam::DVec2;
 
 use super::caption::{caption, caption_at_speed};
@@ -267,7 +269,7 @@ fn polyline(route: &dyn Route, from_m: f64, to_m: f64) -> Vec<DVec2> {
 }
 
 fn turnaround(config: &Config) -> Option<Turnaround> {
-    let RoutePlan::Turnaround(plan) = config.route() else { return None };
+    let RouteSpec::Turnaround(plan) = config.route() else { return None };
     Some(plan.turnaround(config.head_speed_mps()).expect("a valid configuration has a route"))
 }
 

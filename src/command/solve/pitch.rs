@@ -1,8 +1,9 @@
 //! `solve pitch`: how tight may the spiral be if the head is to come to a circle with no contact on the way?
 
-use bench_dragon::config::{Config, Overrides, RoutePlan, SpiralPlan, TurnaroundPlan};
-use bench_dragon::plan::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
-use bench_dragon::route::Route as _;
+use bench_dragon::config::{Config, Overrides};
+use bench_dragon_geometry::planner::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
+use bench_dragon_geometry::route::Route as _;
+use bench_dragon_geometry::route::{RouteSpec, SpiralSpec, TurnaroundSpec};
 use serde::Serialize;
 
 use super::caption::caption;
@@ -35,8 +36,8 @@ struct Limit {
 pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
     let config = load_config(&args.config, Overrides::default())?;
     let (start_turns, planned_diameter_m) = match config.route() {
-        RoutePlan::Spiral(plan) => (plan.start_turns, TurnaroundPlan::default().turn_diameter_m),
-        RoutePlan::Turnaround(plan) => (SpiralPlan::default().start_turns, plan.turn_diameter_m),
+        RouteSpec::Spiral(plan) => (plan.start_turns, TurnaroundSpec::default().turn_diameter_m),
+        RouteSpec::Turnaround(plan) => (SpiralSpec::default().start_turns, plan.turn_diameter_m),
     };
     let turn_diameter_m = args.turn_diameter.unwrap_or(planned_diameter_m);
     let (dimensions, clearance_m) = (config.dragon().dimensions(), args.clearance.unwrap_or(0.0));
@@ -56,8 +57,8 @@ pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
     }
     match &found {
         Ok(smallest) => {
-            let plan = SpiralPlan { pitch_m: smallest.pitch_m, start_turns };
-            let tightest = config.with_route(RoutePlan::Spiral(plan))?;
+            let plan = SpiralSpec { pitch_m: smallest.pitch_m, start_turns };
+            let tightest = config.with_route(RouteSpec::Spiral(plan))?;
             let end_m = plan.spiral()?.to_circle(turn_diameter_m)?.end_travel_m();
             draw(args, &tightest, turn_diameter_m, end_m, smallest)?;
             save_config(&args.save, Ok(&tightest))

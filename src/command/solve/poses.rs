@@ -1,9 +1,9 @@
 //! `solve poses`: where is every handle, and how fast?
 
 use bench_dragon::config::{Config, Overrides};
-use bench_dragon::dragon::ChainSolver;
 use bench_dragon::number::Counted;
 use bench_dragon::table::{Cell, Column, Csv, Exporter as _, Table, Text, Xlsx};
+use bench_dragon_geometry::dragon::ChainSolver;
 use serde::Serialize;
 
 use super::figures;

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use bench_dragon::config::Config;
 use bench_dragon::number::Counted;
-use bench_dragon::plan::{ClosestApproach, clearance_profile, near_misses};
+use bench_dragon_geometry::planner::{ClosestApproach, clearance_profile, near_misses};
 use serde::Serialize;
 
 use super::times::coarser_step_s;

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use bench_dragon::config::{Config, Overrides, RoutePlan};
-use bench_dragon::dragon::Dragon;
-use bench_dragon::plan::{Infeasible, LargestRatio, largest_speed_ratio, passage_through};
+use bench_dragon::config::{Config, Overrides};
+use bench_dragon_geometry::dragon::Dragon;
+use bench_dragon_geometry::planner::{Infeasible, LargestRatio, largest_speed_ratio, passage_through};
+use bench_dragon_geometry::route::RouteSpec;
 use serde::Serialize;
 
 use super::figures;
@@ -77,7 +78,7 @@ fn passage(args: &SpeedLimitArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>,
     let plan = &args.plan;
     if plan.config.is_some() && !asks_for_turn(plan) {
         let config = load_config(&ConfigArgs { config: plan.config.clone() }, Overrides::default())?;
-        if let RoutePlan::Spiral(_) = config.route() {
+        if let RouteSpec::Spiral(_) = config.route() {
             let dragon = Arc::new(config.dragon().metered(&args.work.meter()));
             return Ok((config, Ok(dragon)));
         }
@@ -88,12 +89,12 @@ fn passage(args: &SpeedLimitArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>,
     Ok((config, passage.map(Arc::new)))
 }
 
-fn text(answer: &Answer, limit_mps: f64, route: RoutePlan) -> String {
+fn text(answer: &Answer, limit_mps: f64, route: RouteSpec) -> String {
     let of_what = match route {
-        RoutePlan::Spiral(_) => {
+        RouteSpec::Spiral(_) => {
             "on all of the spiral's run (--turn-diameter asks for a passage through a turn instead)"
         }
-        RoutePlan::Turnaround(_) => "on the passage through the turn",
+        RouteSpec::Turnaround(_) => "on the passage through the turn",
     };
     match answer {
         Answer {

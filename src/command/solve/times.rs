@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use bench_dragon::number::Number;
+use bench_dragon_geometry::number::Number;
 
 use crate::cli::TimesArgs;
 use crate::command::BadInput;

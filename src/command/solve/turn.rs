@@ -3,14 +3,15 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context as _, bail};
-use bench_dragon::config::{Config, RoutePlan, TurnaroundPlan};
-use bench_dragon::dragon::Dimensions;
-use bench_dragon::number::Number;
-use bench_dragon::plan::{
+use bench_dragon::config::Config;
+use bench_dragon_geometry::dragon::Dimensions;
+use bench_dragon_geometry::number::Number;
+use bench_dragon_geometry::planner::{
     ClosestApproach, LargestRatio, ShortestTurn, Staging, TurnPassage, largest_speed_ratio, passage_through,
     shortest_turn, walk_through,
 };
-use bench_dragon::route::{CircularArc, Turnaround};
+use bench_dragon_geometry::route::{CircularArc, Turnaround};
+use bench_dragon_geometry::route::{RouteSpec, TurnaroundSpec};
 use serde::Serialize;
 
 use super::caption::caption;
@@ -123,7 +124,7 @@ pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
     };
     let (config, turnaround, passage, shortest) = if args.shortest {
         let (plan, passage, shortest) = find_shortest(args, &planned, dimensions, staging, plan)?;
-        (config.with_route(RoutePlan::Turnaround(plan))?, plan.turnaround(speed_mps)?, passage, Some(shortest))
+        (config.with_route(RouteSpec::Turnaround(plan))?, plan.turnaround(speed_mps)?, passage, Some(shortest))
     } else {
         let progress = Progress::new("passage", 1.0);
         let passage = walk_through(planned, dimensions, staging, &args.work.meter(), |share| progress.add(share));
@@ -150,8 +151,8 @@ fn find_shortest(
     planned: &Turnaround,
     dimensions: Dimensions,
     staging: Staging,
-    plan: TurnaroundPlan,
-) -> anyhow::Result<(TurnaroundPlan, TurnPassage, Shortest)> {
+    plan: TurnaroundSpec,
+) -> anyhow::Result<(TurnaroundSpec, TurnPassage, Shortest)> {
     let progress = Progress::new("shortest turn", 1.0);
     let found = shortest_turn(*planned, dimensions, staging, &args.work.long_meter(), |share| progress.add(share));
     let Some(found) = found.context("the shortest S is not known, --work allows more")? else {
@@ -171,7 +172,7 @@ fn find_shortest(
         saving_m: planned.turn_length_m() - turnaround.turn_length_m(),
         limits: limits.map(|limit| limit.map(|obstacle| obstacle.to_string())),
     };
-    let plan = TurnaroundPlan { turn_diameter_m: turnaround.turn_diameter_m(), radius_ratio, ..plan };
+    let plan = TurnaroundSpec { turn_diameter_m: turnaround.turn_diameter_m(), radius_ratio, ..plan };
     Ok((plan, TurnPassage::Clear { closest }, shortest))
 }
 

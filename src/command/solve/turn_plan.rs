@@ -1,7 +1,9 @@
 //! The turn that a question is about.
 
 use anyhow::Context as _;
-use bench_dragon::config::{Config, HeadTimetable, Overrides, RoutePlan, TurnaroundPlan};
+use bench_dragon::config::{Config, Overrides};
+use bench_dragon_geometry::planner::HeadTimetable;
+use bench_dragon_geometry::route::{RouteSpec, TurnaroundSpec};
 
 use crate::cli::{ConfigArgs, TurnPlanArgs};
 use crate::command::{BadInput, load_config};
@@ -13,27 +15,27 @@ pub(super) fn asks_for_turn(args: &TurnPlanArgs) -> bool {
 
 /// The configuration with its turnaround, and the flags over it; the paper's turnaround where no file is named. A file with a
 /// spiral gives the turn its pitch, where flags ask for one.
-pub(super) fn planned_turn(args: &TurnPlanArgs) -> anyhow::Result<(Config, TurnaroundPlan)> {
+pub(super) fn planned_turn(args: &TurnPlanArgs) -> anyhow::Result<(Config, TurnaroundSpec)> {
     let config = load_config(&ConfigArgs { config: args.config.clone() }, Overrides::default())?;
     let plan = match (config.route(), &args.config) {
-        (RoutePlan::Turnaround(plan), _) => plan,
-        (RoutePlan::Spiral(_), None) => TurnaroundPlan::default(),
-        (RoutePlan::Spiral(spiral), Some(_)) if asks_for_turn(args) => {
-            TurnaroundPlan { pitch_m: spiral.pitch_m, ..TurnaroundPlan::default() }
+        (RouteSpec::Turnaround(plan), _) => plan,
+        (RouteSpec::Spiral(_), None) => TurnaroundSpec::default(),
+        (RouteSpec::Spiral(spiral), Some(_)) if asks_for_turn(args) => {
+            TurnaroundSpec { pitch_m: spiral.pitch_m, ..TurnaroundSpec::default() }
         }
-        (RoutePlan::Spiral(_), Some(path)) => {
+        (RouteSpec::Spiral(_), Some(path)) => {
             let error = "[route] kind is \"spiral\", must be \"turnaround\" for a question about a turn; \
                          --turn-diameter, --radius-ratio or --pitch makes it one";
             return Err(BadInput(error.to_owned())).with_context(|| path.display().to_string());
         }
     };
-    let plan = TurnaroundPlan {
+    let plan = TurnaroundSpec {
         pitch_m: args.pitch.unwrap_or(plan.pitch_m),
         turn_diameter_m: args.turn_diameter.unwrap_or(plan.turn_diameter_m),
         radius_ratio: args.radius_ratio.unwrap_or(plan.radius_ratio),
         ..plan
     };
-    Ok((config.with_route(RoutePlan::Turnaround(plan))?, plan))
+    Ok((config.with_route(RouteSpec::Turnaround(plan))?, plan))
 }
 
 /// Show time at which a head of this planned speed comes to a travel of a passage. Beyond the ends of the planned run, where a

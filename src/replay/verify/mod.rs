@@ -19,7 +19,7 @@
 //! then the frames. For an event may be recorded behind the frames of its tick.
 //!
 //! [`Simulation::tick`]: crate::server::Simulation::tick
-//! [`Instructions`]: crate::dragon::Instructions
+//! [`Instructions`]: bench_dragon_geometry::dragon::Instructions
 
 mod difference;
 mod events;

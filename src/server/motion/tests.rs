@@ -1,9 +1,9 @@
 //! The motion, tick by tick.
 
+use bench_dragon_geometry::planner::HeadTimetable;
 use proptest::prelude::*;
 
 use super::*;
-use crate::config::HeadTimetable;
 
 pub(super) fn plan() -> MotionPlan {
     MotionPlan::plain(0.001, 0.0, 400.0)

@@ -1,6 +1,7 @@
 //! A frame as a page draws it.
 
-use crate::dragon::PairClearance;
+use bench_dragon_geometry::clearance::PairClearance;
+
 use crate::observe::Still;
 
 /// Bytes before the handles.

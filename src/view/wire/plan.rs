@@ -1,9 +1,9 @@
 //! The planned clearance, as a page draws it.
 
+use bench_dragon_geometry::planner::ClosestApproach;
 use serde::Serialize;
 
 use crate::observe::PlannedClearance;
-use crate::plan::ClosestApproach;
 
 /// What lies ahead in a whole run: some 15 kB, 40 at most. Metres.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -1,10 +1,10 @@
 //! Alerts of the monitors.
 
+use bench_dragon_geometry::dragon::MAX_BENCHES;
 use bench_dragon_ipc::{Alert, AlertKind};
 
 use super::WireError;
 use super::fields::{Fields, concatenated, finite, pair_of, run_id};
-use crate::dragon::MAX_BENCHES;
 
 /// Encoding of alerts, see [`encode_alert`].
 pub const ALERT_ENCODING: &str = "application/octet-stream;bench_dragon.Alert.v1";

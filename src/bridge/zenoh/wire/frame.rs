@@ -1,10 +1,10 @@
 //! Frames: a header, then each handle.
 
+use bench_dragon_geometry::dragon::MAX_BENCHES;
 use bench_dragon_ipc::{FrameHeader, HandleState, ShowState};
 
 use super::WireError;
 use super::fields::{Fields, concatenated, finite, pair_of, run_id};
-use crate::dragon::MAX_BENCHES;
 
 /// Encoding of frames: a [`FrameHeader`] and its handles, see [`encode_frame`].
 pub const FRAME_ENCODING: &str = "application/octet-stream;bench_dragon.Frame.v1";

@@ -1,6 +1,6 @@
 //! The responses as JSON. Where a number is null, a reason tells why.
 
-use bench_dragon::plan::{Curve, Response, Sample, Sensitivity};
+use bench_dragon_geometry::planner::{Curve, Response, Sample, Sensitivity};
 use serde::Serialize;
 
 #[derive(Serialize)]

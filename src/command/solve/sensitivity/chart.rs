@@ -1,7 +1,7 @@
 //! The responses as a figure.
 
 use bench_dragon::figure;
-use bench_dragon::plan::{Curve, Response, Sensitivity};
+use bench_dragon_geometry::planner::{Curve, Response, Sensitivity};
 
 use super::tables::titled;
 
@@ -24,7 +24,7 @@ pub(super) fn chart(
 }
 
 fn points(sensitivity: &Sensitivity, curve: &Curve) -> Vec<(f64, Option<f64>)> {
-    let point = |(sample, step): (&bench_dragon::plan::Sample, i32)| {
+    let point = |(sample, step): (&bench_dragon_geometry::planner::Sample, i32)| {
         let change_percent = 100.0 * sensitivity.range * f64::from(step) / f64::from(sensitivity.steps);
         (change_percent, sample.value.clone().ok())
     };

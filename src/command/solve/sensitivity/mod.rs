@@ -1,8 +1,9 @@
 //! `solve sensitivity`: how do the answers change with each measure?
 
-use bench_dragon::config::{Config, Overrides, RoutePlan, TurnaroundPlan};
-use bench_dragon::plan::{Parameter, Response, Sensitivity, Setting};
+use bench_dragon::config::{Config, Overrides};
 use bench_dragon::table::{Exporter as _, Text, Xlsx};
+use bench_dragon_geometry::planner::{Parameter, Response, Sensitivity, Setting};
+use bench_dragon_geometry::route::{RouteSpec, TurnaroundSpec};
 
 use crate::cli::{Format, SensitivityArgs};
 use crate::command::output::{print_bytes, print_json, print_line};
@@ -42,8 +43,8 @@ pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<()> {
 
 fn sensitivity(config: &Config, args: &SensitivityArgs) -> Sensitivity {
     let planned_diameter_m = match config.route() {
-        RoutePlan::Spiral(_) => TurnaroundPlan::default().turn_diameter_m,
-        RoutePlan::Turnaround(plan) => plan.turn_diameter_m,
+        RouteSpec::Spiral(_) => TurnaroundSpec::default().turn_diameter_m,
+        RouteSpec::Turnaround(plan) => plan.turn_diameter_m,
     };
     let is_asked = |parameter: &Parameter| args.parameter.is_empty() || args.parameter.contains(parameter);
     Sensitivity {

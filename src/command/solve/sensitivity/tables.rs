@@ -1,7 +1,7 @@
 //! The responses as tables.
 
-use bench_dragon::plan::{Curve, Response, Sample, Sensitivity};
 use bench_dragon::table::{Cell, Column, Table};
+use bench_dragon_geometry::planner::{Curve, Response, Sample, Sensitivity};
 
 /// Decimals that people see.
 const DECIMALS: usize = 6;

@@ -1,0 +1,58 @@
+//! How long the planner's questions take on one core. Each answer is held against its published value first.
+#![allow(missing_docs, reason = "criterion's macros make public functions")]
+
+mod shared;
+
+use std::hint::black_box;
+
+use bench_dragon_geometry::clearance::first_contact;
+use bench_dragon_geometry::dragon::{ChainSolver, Meter};
+use bench_dragon_geometry::planner::{largest_speed_ratio, passage_through, smallest_pitch};
+use bench_dragon_geometry::route::Turnaround;
+use criterion::{Criterion, criterion_group, criterion_main};
+
+/// From the measures to the first contact: the run's end is found too.
+fn contact(criterion: &mut Criterion) {
+    let first = || {
+        let dragon = shared::dragon(223);
+        first_contact(&dragon, 0.0, dragon.end_travel_m())
+            .expect("no limit")
+            .expect("the paper's dragon touches itself")
+    };
+    let contact = first();
+    assert_eq!(contact.benches, [0, 8]);
+    assert!((contact.travel_m - 412.473_838).abs() <= 5.001e-7, "{contact:?}");
+    criterion.bench_function("first contact of the paper's dragon", |bencher| bencher.iter(first));
+}
+
+fn pitch(criterion: &mut Criterion) {
+    let dimensions = shared::dimensions(223);
+    let smallest = || {
+        smallest_pitch(black_box(&dimensions), 16.0, 9.0, 0.0, &Meter::unlimited()).expect("there is a smallest pitch")
+    };
+    assert!((smallest().pitch_m - 0.450_337).abs() <= 5.001e-7, "{:?}", smallest());
+    criterion.bench_function("smallest pitch to a circle of 9 m", |bencher| bencher.iter(smallest));
+}
+
+/// From the measures to the largest ratio on the whole passage of all benches.
+fn speed_limit(criterion: &mut Criterion) {
+    let turnaround = Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround is valid");
+    let largest = || {
+        let dragon = passage_through(black_box(turnaround), shared::dimensions(223), &Meter::unlimited())
+            .expect("the paper's dragon gets through");
+        largest_speed_ratio(&dragon).expect("every handle walks")
+    };
+    assert!((2.0 / largest().ratio - 1.246_266).abs() <= 5.001e-7, "{:?}", largest());
+    criterion.bench_function("speed limit of the paper's turnaround", |bencher| bencher.iter(largest));
+}
+
+fn chain(criterion: &mut Criterion) {
+    let dragon = shared::dragon(223);
+    let mut solver = ChainSolver::new(&dragon);
+    let mut tail = |travel_m| solver.solve(&dragon, travel_m).expect("within the run")[223];
+    assert!((tail(300.0).position.y - 9.301_164).abs() <= 5.001e-7);
+    criterion.bench_function("chain of 224 handles", |bencher| bencher.iter(|| tail(black_box(300.0))));
+}
+
+criterion_group!(planner, contact, pitch, speed_limit, chain);
+criterion_main!(planner);

@@ -1,0 +1,17 @@
+//! What the benches share: dragons, timing that is fair to every contestant, and where figures go.
+#![allow(dead_code, unreachable_pub, clippy::print_stdout, reason = "each bench uses a part of this, and prints")]
+
+mod arguments;
+mod figures;
+mod handle_state;
+mod paper;
+mod timing;
+
+#[allow(unused_imports, reason = "each bench uses a part of this")]
+pub use self::{
+    arguments::{require_no_arguments, seconds_or},
+    figures::Figures,
+    handle_state::HandleState,
+    paper::{dimensions, dragon},
+    timing::{interleaved, median, nanoseconds_a_call, quantile},
+};

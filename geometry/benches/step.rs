@@ -1,0 +1,122 @@
+//! How long one tick takes: from the head's travel to the whole frame, positions and velocities, for the paper's dragon
+//! and for one of 100,000 benches. The poses are held against the reference solver over the whole run first.
+
+mod shared;
+
+use std::hint::black_box;
+use std::sync::Arc;
+
+use bench_dragon_geometry::dragon::{ChainSolver, ChainStepper, Dragon, Instructions};
+use bench_dragon_geometry::route::Turnaround;
+use shared::{Figures, HandleState, interleaved, median, nanoseconds_a_call};
+
+/// 1 kHz and 1 m/s.
+const STEP_M: f64 = 1e-3;
+/// What a position may be off by, in metres.
+const TOLERANCE_M: f64 = 1e-9;
+/// Ticks between two at which a run is held against the reference solver, so that all phases of a link are met.
+const LOOK: u32 = 37;
+
+fn main() {
+    shared::require_no_arguments();
+    let mut figures = Figures::of("step");
+    let paper = Arc::new(shared::dragon(223));
+    let turn = Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround is valid");
+    let turn = Arc::new(Dragon::new(shared::dimensions(223), Arc::new(turn)).expect("the dragon stands"));
+    let large = Arc::new(shared::dragon(100_000));
+    figures.set("instructions", Instructions::best().name());
+
+    let errors = [whole_run(&paper), whole_run(&turn)];
+    figures.set("max_error_m", errors[0].position_m);
+    figures.set("max_velocity_error_mps", errors[0].velocity_mps);
+    figures.set("max_error_turnaround_m", errors[1].position_m);
+    figures.set("max_velocity_error_turnaround_mps", errors[1].velocity_mps);
+
+    let mut best = Walk::new(&paper, Instructions::best(), 0.0);
+    let mut portable = Walk::new(&paper, Instructions::portable(), 0.0);
+    let mut turning = Walk::new(&turn, Instructions::best(), 40.0);
+    let mut solver = ChainSolver::new(&paper);
+    let mut travel_m = 0.0;
+    let mut reference = || {
+        nanoseconds_a_call(20, || {
+            travel_m += STEP_M;
+            black_box(solver.solve(&paper, travel_m).expect("within the run"));
+        })
+    };
+    let [best_ns, portable_ns, turning_ns, reference_ns] = interleaved(
+        200,
+        [
+            &mut || nanoseconds_a_call(1000, || best.tick()),
+            &mut || nanoseconds_a_call(1000, || portable.tick()),
+            &mut || nanoseconds_a_call(200, || turning.tick()),
+            &mut reference,
+        ],
+    );
+    figures.set("ns_per_tick_223", median(&best_ns));
+    figures.set("ns_per_tick_223_portable", median(&portable_ns));
+    figures.set("ns_per_tick_223_turnaround", median(&turning_ns));
+    figures.set("ns_per_tick_223_reference", median(&reference_ns));
+    figures.set("speedup_vs_reference", median(&reference_ns) / median(&best_ns));
+
+    let mut large = Walk::new(&large, Instructions::best(), 0.0);
+    let [large_ns] = interleaved(40, [&mut || nanoseconds_a_call(20, || large.tick())]);
+    figures.set("ns_per_handle_100k", median(&large_ns) / 100_001.0);
+    figures.write();
+}
+
+/// A dragon that walks on tick by tick.
+struct Walk {
+    stepper: ChainStepper,
+    travel_m: f64,
+    frame: Vec<HandleState>,
+}
+
+impl Walk {
+    fn new(dragon: &Arc<Dragon>, instructions: Instructions, travel_m: f64) -> Self {
+        let frame = vec![HandleState::default(); dragon.dimensions().handles()];
+        let stepper = ChainStepper::with_instructions(Arc::clone(dragon), instructions);
+        let mut walk = Self { stepper, travel_m, frame };
+        walk.tick();
+        walk
+    }
+
+    fn tick(&mut self) {
+        self.travel_m += STEP_M;
+        self.stepper.step(self.travel_m, 1.0, black_box(&mut self.frame), HandleState::new).expect("within the run");
+    }
+}
+
+/// The largest errors of a run.
+#[derive(Clone, Copy, Debug, Default)]
+struct Errors {
+    position_m: f64,
+    velocity_mps: f64,
+}
+
+/// Walks a dragon's whole run tick by tick.
+///
+/// # Panics
+/// Where a position is off by more than [`TOLERANCE_M`].
+fn whole_run(dragon: &Arc<Dragon>) -> Errors {
+    let mut walk = Walk::new(dragon, Instructions::best(), dragon.start_travel_m());
+    let mut solver = ChainSolver::new(dragon);
+    let mut errors = Errors::default();
+    let ticks = ((dragon.end_travel_m() - dragon.start_travel_m()) / STEP_M) as u32 - 2;
+    for tick in 0..ticks {
+        walk.tick();
+        if tick % LOOK == 0 {
+            let exact = solver.solve(dragon, walk.travel_m).expect("within the run");
+            for (ours, exact) in walk.frame.iter().zip(exact) {
+                let velocity = exact.tangent * exact.speed_ratio;
+                for axis in 0..2 {
+                    let off_m = (ours.position_m[axis] - exact.position[axis]).abs();
+                    let off_mps = (ours.velocity_mps[axis] - velocity[axis]).abs();
+                    assert!(off_m <= TOLERANCE_M, "off by {off_m} m at {} m of travel", walk.travel_m);
+                    errors.position_m = errors.position_m.max(off_m);
+                    errors.velocity_mps = errors.velocity_mps.max(off_mps);
+                }
+            }
+        }
+    }
+    errors
+}

@@ -1,0 +1,119 @@
+//! How two benches on a coil move, seen from the one further ahead.
+//!
+//! On the spiral r = b·θ take x, the angle θ of the front handle of the bench further ahead, for the parameter and its
+//! direction for that of a turning frame. A handle at the angle θ, with q = dθ/dx, has in this frame the radius b·θ and
+//! the angle θ − x, so its velocity is (b·q, r·(q − 1)) and its acceleration (b·q' − r·(q − 1)², r·q' + 2b·q·(q − 1)),
+//! radially and across. What is needed, then, is how near q is to 1.
+//!
+//! A link between the angles x and y = F(x), δ = y − x < π, has x² + y² − 2x·y·cos δ = (d/b)². Differentiated, with
+//! D = x·y·sin δ + y − x·cos δ, t = tan(δ/2) and z = 1/x + 1/y:
+//!
+//! - f := 1 − F' = (x + y)·(1 − cos δ)/D, so 0 < f ≤ z·t;
+//! - F'' = (f·(2·sin δ·(y + x·F') − x·y·cos δ·f) − f² − 2F'·(1 − cos δ))/D, so |F''| ≤ z²·t·(2 + t²)·(1 + z²).
+//!
+//! As F' < 1, z and t are greatest at the later end of a way. While the dragon walks, F' > 0, and q is the product of
+//! the F' of the links ahead: 0 ≤ 1 − q ≤ Σ z·t, and |q'| ≤ Σ |F''|.
+//!
+//! A bench's heading u turns by ψ in its own frame, the one in which its front handle only moves inward, so |ψ'| ≤
+//! (sum of the handles' speeds)/d and |u''| ≤ (sum of their accelerations)/d there. In the frame of x it turns by
+//! ψ'·q + q − 1, from which its rate and the rate of that follow.
+
+use std::f64::consts::FRAC_PI_2;
+
+use glam::DVec2;
+
+use super::pair_motion::BenchMotion;
+use super::pose::Pose;
+use crate::dragon::Dragon;
+
+/// Bounds on the motion of two benches from one pose to a later one, per radian of x, if all of it is on the coil of the
+/// route.
+pub(super) fn on_coil(
+    dragon: &Dragon,
+    [first, second]: [usize; 2],
+    earlier: &Pose,
+    later: &Pose,
+) -> Option<[BenchMotion; 2]> {
+    let coil = dragon.route().coil()?;
+    let b = coil.radius_per_radian_m;
+    let angle = |pose: &Pose, handle: usize| coil.angle(pose.handles[handle].place);
+    let mut front_angle = angle(later, first)?;
+    let mut sum = Lag::default();
+    let mut benches = [None; 2];
+    for bench in first..=second {
+        let rear_angle = angle(later, bench + 1)?;
+        let link = Lag::between(front_angle, rear_angle)?;
+        let ahead = sum;
+        sum = Lag { lag: sum.lag + link.lag, rate: sum.rate + link.rate };
+        if bench == first || bench == second {
+            let [front_m, rear_m] = [b * angle(earlier, bench)?, b * angle(earlier, bench + 1)?];
+            let handles = [HandleMotion::new(b, front_m, ahead), HandleMotion::new(b, rear_m, sum)];
+            let own_rear = HandleMotion::new(b, rear_m, link);
+            benches[usize::from(bench == second)] = Some(bench_motion(dragon, bench, b, handles, own_rear));
+        }
+        front_angle = rear_angle;
+    }
+    Some([benches[0]?, benches[1]?])
+}
+
+/// Bounds on how a handle falls behind another one: 1 − q and |q'|. For a single link they are z·t and |F''|.
+#[derive(Clone, Copy, Debug, Default)]
+struct Lag {
+    lag: f64,
+    rate: f64,
+}
+
+impl Lag {
+    fn between(front_angle: f64, rear_angle: f64) -> Option<Self> {
+        let half_angle = 0.5 * (rear_angle - front_angle);
+        if half_angle >= FRAC_PI_2 || front_angle <= 0.0 {
+            return None;
+        }
+        let (t, z) = (half_angle.tan(), 1.0 / front_angle + 1.0 / rear_angle);
+        Some(Self { lag: z * t, rate: z * z * t * (2.0 + t * t) * (1.0 + z * z) })
+    }
+}
+
+/// Bounds on a handle's motion.
+#[derive(Clone, Copy, Debug)]
+struct HandleMotion {
+    lag: Lag,
+    speed_m: f64,
+    acceleration_m: f64,
+}
+
+impl HandleMotion {
+    /// A handle at most `radius_m` from the centre that falls behind so.
+    fn new(b: f64, radius_m: f64, Lag { lag, rate }: Lag) -> Self {
+        let lag = lag.min(1.0);
+        Self {
+            lag: Lag { lag, rate },
+            speed_m: DVec2::new(b, radius_m * lag).length(),
+            acceleration_m: rate * DVec2::new(b, radius_m).length()
+                + lag * DVec2::new(2.0 * b, radius_m * lag).length(),
+        }
+    }
+}
+
+/// A bench with its two handles seen from the pair's first bench, and its rear handle seen from its own.
+fn bench_motion(
+    dragon: &Dragon,
+    bench: usize,
+    b: f64,
+    [front, rear]: [HandleMotion; 2],
+    own_rear: HandleMotion,
+) -> BenchMotion {
+    let link_m = dragon.dimensions().link_m(bench);
+    let own_turn = (b + own_rear.speed_m) / link_m;
+    let own_turn_rate = own_rear.acceleration_m / link_m;
+    let turn = own_turn + front.lag.lag;
+    BenchMotion {
+        speed_m: front.speed_m.max(rear.speed_m),
+        along_m: 0.0,
+        across_m: front.acceleration_m.max(rear.acceleration_m),
+        sine: 1.0,
+        curvature: 0.0,
+        turn,
+        turn_rate: own_turn_rate + (own_turn + 1.0) * front.lag.rate + turn * turn,
+    }
+}

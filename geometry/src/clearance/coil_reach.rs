@@ -1,0 +1,298 @@
+//! Which turns of a coil benches reach, and so which of them can touch at all.
+//!
+//! On the spiral r = b·θ with pitch p = 2π·b let a point near a bench have the *excess* e = |x| − b·φ, where φ is its
+//! polar angle counted on from those of the bench's handles: how far outside its own turn it lies. If two benches have a
+//! point in common, its two angles differ by a whole number m of turns, and so its two excesses by m·p.
+//!
+//! Take a bench with link d, holes h from its ends and width w, and let o be the distance from a hole to the corners
+//! around it. Let its front handle A stand at the angle θ and the radius r or further out, its rear handle be B, and
+//! K·d < 2 with the curvature K at θ, so that the link's arc s is at least d and at most (2/K)·asin(K·d/2) (see `run`).
+//! Seen from the foot of the perpendicular from the centre onto the link, which is q long, A lies τ ahead and B τ' behind.
+//!
+//! - τ + τ' = d and τ'² − τ² = |B|² − |A|² = 2b·∫ θ/√(1 + θ²) ds, which is from 2b·d·θ/√(1 + θ²) to 2b·s. That bounds
+//!   τ and τ', and with q² = |A|² − τ² also q.
+//! - Across the board, away from the centre, e grows, and along it e is convex, if (q − w/2)² ≥ 2b·(τ' + h): in the
+//!   direction ψ from the perpendicular, its derivatives are cos ψ ± (b/|x|)·sin ψ and
+//!   (cos² ψ ± (2b/|x|)·cos ψ·sin ψ)/|x|.
+//! - So e is greatest at an outer corner. As e = 0 at the handles, it is there D(q, τ) + b·asin(o/r) or D(q, τ') at
+//!   most, with D(q, τ) = |(q + w/2, τ + h)| − |(q, τ)|. That falls with q and grows with τ if h·q ≥ τ·w/2, and is
+//!   never over o.
+//! - And e is least on the inner edge: (q − w/2)/cos ψ − b·ψ − |A| − b·atan(τ/q) ≥
+//!   −(w/2 + (|A| − q) + b·atan(τ/q) + b²/(2q − w)).
+//!
+//! The angles of a board are those of its handles, give or take asin(o/r). A body bench in between keeps two benches
+//! apart if its link, which turns by d/√(b² + |B|²) at least, turns by more than 2·asin(o/r). The bench behind then has
+//! the larger angles, so m ≥ 1, and it stands at r + p − b·(s/r + 2·asin(o/r)) or further out. All these bounds hold
+//! the better, the further out the front handle stands.
+//!
+//! On a way out, A is the rear handle and B the front one, and all is the same. Counted from its own half turn, a bench
+//! there and one on the way in have angles that differ by an odd number of half turns at a common point, and excesses
+//! that differ by p/2 or more, either way round. All other benches have at least a part of their link's stretch between
+//! the two ways, within the circle of radius R. Both their handles then have |x|² ≤ R² + p·d/2, as above, if K·d < 2
+//! there, and |x| ≤ R + 2·d in any case; and none of their points is further out than that and o.
+//!
+//! Boards within a clearance c of each other have a point in common once each is grown by c/2 on every side. So the
+//! same bounds rule out clearances of c and less, with h + c/2 and w + c in place of h and w.
+
+use std::f64::consts::TAU;
+
+use crate::dragon::Dragon;
+use crate::dragon::dimensions::Dimensions;
+use crate::numerics::turning_point;
+use crate::route::Coil;
+
+/// Width to which [`CoilReach::clear_from`] is known, in radians: less than 1 mm on most spirals.
+const ANGLE_TOLERANCE: f64 = 1e-4;
+
+/// The benches of a dragon on the coil of its route.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CoilReach {
+    coil: Coil,
+    /// Of the boards, grown by half of the clearance on every side.
+    dimensions: Dimensions,
+    /// A bound on |curvature| between the way in and the way out.
+    turn_curvature: f64,
+}
+
+impl CoilReach {
+    /// The reach of a dragon whose route has a coil, for benches within `clearance_m` of each other: to *touch* means that,
+    /// in all that follows.
+    pub(super) fn of(dragon: &Dragon, clearance_m: f64) -> Option<Self> {
+        dragon.route().coil().map(|coil| {
+            let turn_end = coil.way_out.unwrap_or(coil.end_place);
+            let turn_curvature = dragon.route().curvature_bound(coil.end_place, turn_end);
+            Self { coil, dimensions: dragon.dimensions().grown(clearance_m), turn_curvature }
+        })
+    }
+
+    /// θ at a place, or none beyond the coil.
+    pub(super) fn angle(&self, place: f64) -> Option<f64> {
+        self.coil.angle(place)
+    }
+
+    /// The place with this θ.
+    pub(super) fn place(&self, angle: f64) -> f64 {
+        self.coil.place(angle)
+    }
+
+    /// The greatest number of turns out at which `bench` may touch another one behind it, with its front handle at
+    /// `angle` or further out, or none if it cannot be told. Zero rules out all of these contacts.
+    pub(super) fn turns(&self, bench: usize, angle: f64) -> Option<f64> {
+        let b = self.coil.radius_per_radian_m;
+        let ahead = self.stand(bench, angle)?;
+        let body = self.stand(1, angle)?;
+        let overhang_angle = self.overhang_angle(angle);
+        let angle_behind = angle + TAU - 2.0 * overhang_angle - body.turn;
+        let behind = self.stand(1, angle_behind.max(angle))?;
+        let reach_m = ahead.outward_m + behind.inward_m;
+        self.keeps_apart(angle).then(|| (reach_m / (TAU * b)).floor())
+    }
+
+    /// By how much the angles of a board may exceed those of its handles if they are at `angle` or further out.
+    pub(super) fn overhang_angle(&self, angle: f64) -> f64 {
+        (self.dimensions.overhang_m() / (self.coil.radius_per_radian_m * angle)).min(1.0).asin()
+    }
+
+    /// An angle such that no two benches touch with the head there or further out; none above `highest`.
+    ///
+    /// It is the least such angle that the bounds yield, to [`ANGLE_TOLERANCE`].
+    pub(super) fn clear_from(&self, highest: f64) -> Option<f64> {
+        let clear = |angle| [0, 1].iter().all(|&bench| self.turns(bench, angle) == Some(0.0));
+        clear(highest).then(|| turning_point(self.coil.end_angle, highest, ANGLE_TOLERANCE, clear).1)
+    }
+
+    /// A place on the way out such that no bench touches one behind it, with its rear handle there or further on; none
+    /// beyond `highest`. Found as [`clear_from`](Self::clear_from) is.
+    pub(super) fn clear_out_from(&self, highest: f64) -> Option<f64> {
+        let way_out = self.coil.way_out?;
+        let clear = |angle| [0, 1].iter().all(|&bench| self.is_clear_out(bench, angle) == Some(true));
+        let highest_angle = self.coil.angle_out(highest).filter(|&angle| clear(angle))?;
+        let (_, angle) = turning_point(self.coil.end_angle, highest_angle, ANGLE_TOLERANCE, clear);
+        Some(way_out + (angle - self.coil.end_angle))
+    }
+
+    /// Whether `bench` touches none behind it, with its rear handle at `angle` on the way out.
+    fn is_clear_out(&self, bench: usize, angle: f64) -> Option<bool> {
+        let (b, end_angle) = (self.coil.radius_per_radian_m, self.coil.end_angle);
+        let (ours, theirs) = (self.stand(bench, angle)?, self.stand(1, end_angle)?);
+        let same_way_m = theirs.outward_m + ours.inward_m;
+        let other_way_m = same_way_m.max(ours.outward_m + theirs.inward_m);
+        let inmost_m = b * (angle - self.overhang_angle(angle)) - ours.inward_m;
+        let passes_turn = inmost_m > self.turn_reach_m() && self.keeps_apart(end_angle);
+        Some(passes_turn && same_way_m < TAU * b && other_way_m < 0.5 * TAU * b)
+    }
+
+    /// Distance from the centre that no bench reaches whose handles are not both on one of the two ways.
+    fn turn_reach_m(&self) -> f64 {
+        let b = self.coil.radius_per_radian_m;
+        let (radius_m, link_m) = (b * self.coil.end_angle, self.dimensions.link_m(1));
+        let is_slight = self.turn_curvature * link_m < 2.0;
+        let furthest_m =
+            if is_slight { radius_m.hypot((0.5 * TAU * b * link_m).sqrt()) } else { radius_m + 2.0 * link_m };
+        furthest_m + self.dimensions.overhang_m()
+    }
+
+    /// A place on the way in such that benches behind it keep further than `distance_m` from the centre.
+    pub(super) fn beyond(&self, distance_m: f64) -> Option<f64> {
+        let body = self.stand(1, self.coil.end_angle)?;
+        let angle = (distance_m + body.inward_m) / self.coil.radius_per_radian_m;
+        Some(self.place(angle.max(self.coil.end_angle) + self.overhang_angle(self.coil.end_angle)))
+    }
+
+    /// Bounds for a bench with its front handle at `angle` or further out, where they can be told.
+    fn stand(&self, bench: usize, angle: f64) -> Option<Stand> {
+        let b = self.coil.radius_per_radian_m;
+        let (link_m, hole_m) = (self.dimensions.link_m(bench), self.dimensions.hole_offset_m());
+        let half_width_m = 0.5 * self.dimensions.width_m();
+        let squared = 1.0 + angle * angle;
+        let half_bend = 0.5 * link_m * (1.0 + squared) / (b * squared * squared.sqrt());
+        if half_bend >= 1.0 {
+            return None;
+        }
+        let stretch = half_bend.asin() / half_bend;
+        let ahead_m = (0.5 * link_m - b * angle / squared.sqrt()).max(b * stretch - 0.5 * link_m);
+        let behind_m = 0.5 * link_m + b * stretch;
+        let foot_m = ((b * angle).powi(2) - ahead_m * ahead_m).max(0.0).sqrt();
+        let edge_m = foot_m - half_width_m;
+        if edge_m <= 0.0 || edge_m * edge_m < 2.0 * b * (behind_m + hole_m) {
+            return None;
+        }
+        let corner_m = |along_m: f64| {
+            if hole_m * foot_m >= along_m * half_width_m {
+                (foot_m + half_width_m).hypot(along_m + hole_m) - foot_m.hypot(along_m)
+            } else {
+                self.dimensions.overhang_m()
+            }
+        };
+        Some(Stand {
+            turn: link_m * stretch / (b * angle),
+            outward_m: corner_m(behind_m).max(corner_m(ahead_m) + b * self.overhang_angle(angle)),
+            inward_m: half_width_m
+                + (foot_m.hypot(ahead_m) - foot_m)
+                + b * (ahead_m / foot_m).atan()
+                + 0.5 * b * b / edge_m,
+        })
+    }
+
+    /// Whether two benches with one between them have no angle in common, with the front handle of the latter at `angle`
+    /// or further out; and whether the angles of a board's corners grow with those of its handles, which they do where
+    /// θ + asin(o/(b·θ)) grows.
+    fn keeps_apart(&self, angle: f64) -> bool {
+        let b = self.coil.radius_per_radian_m;
+        let (link_m, overhang_m) = (self.dimensions.link_m(1), self.dimensions.overhang_m());
+        let radius_m = b * angle;
+        let tangent_m = (radius_m * radius_m - overhang_m * overhang_m).max(0.0).sqrt();
+        let turn = link_m / (b * b + radius_m * radius_m + 0.5 * TAU * b * link_m).sqrt();
+        radius_m * tangent_m > overhang_m * b && turn > 2.0 * self.overhang_angle(angle)
+    }
+}
+
+/// What is known of a bench on the coil.
+struct Stand {
+    /// Angle between its handles, at most.
+    turn: f64,
+    /// Excess of its board, at most.
+    outward_m: f64,
+    /// The same inward.
+    inward_m: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::DVec2;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::dragon::{Board, ChainSolver, Handle};
+    use crate::route::{Route, Spiral, Turnaround};
+
+    const BENCHES: usize = 40;
+
+    /// A dragon on a spiral, and its handles somewhere on its run.
+    fn standing_dragons() -> impl Strategy<Value = (Dragon, Vec<Handle>)> {
+        let benches = (1.0..4.0_f64, 1.0..3.0_f64, 0.05..0.5_f64, 0.0..0.45_f64);
+        let spirals = (1.05..6.0_f64, 1.0..12.0_f64);
+        let any = (benches, spirals, 0.0..1.0_f64);
+        any.prop_filter_map("cannot stand", |((head_m, body_m, width_m, hole_m), (pitch, turns), part)| {
+            let dimensions = Dimensions::new(BENCHES, head_m, body_m, width_m, hole_m).ok()?;
+            let dragon = Dragon::new(dimensions, Arc::new(Spiral::new(pitch * width_m, turns).ok()?)).ok()?;
+            let travel_m = part * dragon.end_travel_m();
+            let handles = ChainSolver::new(&dragon).solve(&dragon, travel_m).ok()?.to_vec();
+            Some((dragon, handles))
+        })
+    }
+
+    /// Points all around a board.
+    fn edge(board: &Board) -> impl Iterator<Item = DVec2> {
+        let corners = board.corners();
+        let side = move |k: usize| (0..=50).map(move |i| corners[k].lerp(corners[(k + 1) % 4], f64::from(i) / 50.0));
+        (0..4).flat_map(side)
+    }
+
+    /// A point's angle, counted on from that of a handle.
+    fn angle_at(handle: &Handle, point: DVec2) -> f64 {
+        handle.position.angle_to(point) - handle.place
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn boards_keep_to_their_turn_as_the_bounds_say((dragon, handles) in standing_dragons()) {
+            let reach = CoilReach::of(&dragon, 0.0).expect("a spiral is a coil");
+            for bench in 0..BENCHES {
+                let (front, rear) = (&handles[bench], &handles[bench + 1]);
+                let Some(stand) = reach.stand(bench, -handles[bench.min(1)].place) else { continue };
+                prop_assert!(front.place - rear.place <= stand.turn, "link {bench} turns by more than {}", stand.turn);
+                for point in edge(&dragon.board(bench, front, rear)) {
+                    let excess_m = point.length() - reach.coil.radius_per_radian_m * angle_at(front, point);
+                    let bounds = -stand.inward_m - 1e-12..=stand.outward_m + 1e-12;
+                    prop_assert!(bounds.contains(&excess_m), "bench {bench}: {excess_m} m is not in {bounds:?}");
+                }
+            }
+        }
+
+        #[test]
+        fn benches_on_the_way_out_are_clear_where_the_bounds_say(
+            lengths in (1.0..3.0_f64, 1.0..3.0_f64, 0.1..0.4_f64, 0.0..0.3_f64),
+            turn in (0.6..2.5_f64, 3.0..9.0_f64, 0.5..2.0_f64),
+            part in 0.0..1.0_f64,
+        ) {
+            let ((head_m, body_m, width_m, hole_m), (pitch_m, diameter_m, ratio)) = (lengths, turn);
+            let dimensions = Dimensions::new(BENCHES, head_m, body_m, width_m, hole_m).expect("valid benches");
+            let turnaround = Turnaround::new(pitch_m, diameter_m, ratio).expect("a valid turn");
+            let turnaround = turnaround.between(-1.0, 200.0).expect("a valid span");
+            let Ok(dragon) = Dragon::new(dimensions, Arc::new(turnaround)) else { return Ok(()) };
+            let reach = CoilReach::of(&dragon, 0.0).expect("the way in is a coil");
+            let Some(clear_from) = reach.clear_out_from(turnaround.place(dragon.end_travel_m())) else { return Ok(()) };
+            let from_m = turnaround.travel(clear_from);
+            let travel_m = from_m + part * part * (dragon.end_travel_m() - from_m);
+            let mut solver = ChainSolver::new(&dragon);
+            let handles = solver.solve(&dragon, travel_m).expect("within the run");
+            let mut boards = Vec::new();
+            dragon.place_boards(handles, &mut boards);
+            for first in (0..2).filter(|bench| handles[bench + 1].place >= clear_from) {
+                for second in first + 2..BENCHES {
+                    prop_assert!(!boards[first].overlaps(&boards[second]), "{first} and {second} at {travel_m} m");
+                }
+            }
+        }
+
+        #[test]
+        fn benches_with_one_between_them_have_no_angle_in_common((dragon, handles) in standing_dragons()) {
+            let reach = CoilReach::of(&dragon, 0.0).expect("a spiral is a coil");
+            prop_assume!(reach.keeps_apart(-handles[0].place));
+            let angles = |bench: usize| {
+                let board = dragon.board(bench, &handles[bench], &handles[bench + 1]);
+                edge(&board).map(|point| angle_at(&handles[bench], point)).collect::<Vec<_>>()
+            };
+            for bench in 2..BENCHES {
+                let last = angles(bench - 2).into_iter().fold(0.0, f64::max);
+                let first = angles(bench).into_iter().fold(f64::INFINITY, f64::min);
+                prop_assert!(last < first, "bench {} ends at {last}, bench {bench} begins at {first}", bench - 2);
+            }
+        }
+    }
+}

@@ -1,0 +1,347 @@
+//! When boards touch, or come within a clearance, over a whole run or from one frame to the next.
+
+use std::f64::consts::TAU;
+use std::ops::ControlFlow;
+
+use glam::DVec2;
+
+use super::coil_reach::CoilReach;
+use super::contact::{Contact, PairEvent};
+use super::follower::Follower;
+use super::passage::drift_of_walks_m;
+use super::pose::Pose;
+use super::search::ClearanceSearch;
+use crate::dragon::Dragon;
+use crate::dragon::board::Board;
+use crate::dragon::meter::Spent;
+
+/// Longest way looked at as one, in lengths of the shorter link: longer ones would be halved anyway.
+const STRIDE_LINKS: f64 = 0.25;
+
+/// The first contact with the head between two travels, as [`ContactSearch::first`] finds it.
+///
+/// # Errors
+/// As [`ContactSearch::first`].
+pub fn first_contact(dragon: &Dragon, from_travel_m: f64, to_travel_m: f64) -> Result<Option<Contact>, Spent> {
+    ContactSearch::new(dragon).first(from_travel_m, to_travel_m)
+}
+
+/// The first travel between two at which the clearance of some pair falls to `clearance_m`, as [`ContactSearch::first`]
+/// finds it: [`first_contact`] with a clearance of 0.
+///
+/// ```
+/// use std::sync::Arc;
+/// use bench_dragon_geometry::{clearance::first_within, dragon::{Dimensions, Dragon}, route::Spiral};
+///
+/// let paper = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275)?;
+/// let dragon = Dragon::new(paper, Arc::new(Spiral::new(0.55, 16.0)?))?;
+/// let near = first_within(&dragon, 0.05, 0.0, dragon.end_travel_m())?.expect("the dragon comes to touch itself");
+/// assert!(near.travel_m < 412.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// As [`ContactSearch::first`].
+///
+/// # Panics
+/// With a clearance that is negative or not finite.
+pub fn first_within(
+    dragon: &Dragon,
+    clearance_m: f64,
+    from_travel_m: f64,
+    to_travel_m: f64,
+) -> Result<Option<Contact>, Spent> {
+    ContactSearch::within(dragon, clearance_m).first(from_travel_m, to_travel_m)
+}
+
+/// What a sweep has found.
+#[derive(Clone, Copy, Debug)]
+pub struct Sweep<'a> {
+    /// The changes of pairs, in order.
+    pub events: &'a [PairEvent],
+    /// Travel up to which they are all; the sweep's end, unless the work for it was too much.
+    pub reached_m: f64,
+}
+
+/// Searches a dragon's run for contacts, or for pairs that come within a clearance: to *touch* means either here. Keeps its
+/// buffers and its last pose: sweeps that follow on each other solve one chain each as long as nothing is near.
+#[derive(Clone, Debug)]
+pub struct ContactSearch {
+    dragon: Dragon,
+    /// Boards this near to each other touch.
+    clearance_m: f64,
+    reach: Option<CoilReach>,
+    /// Travel before which no two benches touch, for the bounds of the coil say so.
+    clear_to_m: f64,
+    /// Place of handle 2 from which on the first two benches touch none, for the bounds of the way out say so.
+    clear_from: f64,
+    earlier: Pose,
+    later: Pose,
+    /// Places of the handles where [`first`](Self::first) began, as long as some handle stands where none before it
+    /// was seen.
+    beginning: Vec<f64>,
+    /// Where the last such search ended without a contact, if `earlier` still is there.
+    searched_to_m: Option<f64>,
+    near: ClearanceSearch,
+    pairs: Vec<[usize; 2]>,
+    events: Vec<PairEvent>,
+}
+
+impl ContactSearch {
+    /// A search for contacts over the run of `dragon`.
+    pub fn new(dragon: &Dragon) -> Self {
+        Self::within(dragon, 0.0)
+    }
+
+    /// A search for pairs whose clearance is `clearance_m` or less.
+    ///
+    /// # Panics
+    /// With a clearance that is negative or not finite.
+    pub fn within(dragon: &Dragon, clearance_m: f64) -> Self {
+        assert!(clearance_m >= 0.0 && clearance_m.is_finite(), "a search for a clearance of {clearance_m} m");
+        let reach = CoilReach::of(dragon, clearance_m);
+        Self {
+            dragon: dragon.clone(),
+            clearance_m,
+            reach,
+            clear_to_m: reach.and_then(|reach| clear_to_m(dragon, &reach)).unwrap_or(f64::NEG_INFINITY),
+            clear_from: reach.and_then(|reach| clear_from(dragon, &reach)).unwrap_or(f64::INFINITY),
+            earlier: Pose::default(),
+            later: Pose::default(),
+            beginning: Vec::new(),
+            searched_to_m: None,
+            near: ClearanceSearch::default(),
+            pairs: Vec::new(),
+            events: Vec::new(),
+        }
+    }
+
+    /// The first travel between two at which some pair touches, to 10⁻¹¹ m; what lies outside the run is left out.
+    ///
+    /// The chain behind a handle is a function of that handle's place, and body links are alike. So once every handle
+    /// has come to where the one before it stood at the beginning, any pair lies where the pair one bench further ahead
+    /// has lain before, and only pairs with one of the first two benches are looked at. They alone are looked at from
+    /// the beginning where the bounds of the coil rule out all contacts there, and on from where the last search ended;
+    /// and only until those bounds rule out all contacts of these two.
+    ///
+    /// # Errors
+    /// The dragon's meter is spent before the search is finished, or so many pairs are near each other that they cannot be
+    /// followed. No benches touch up to the travel that was reached.
+    pub fn first(&mut self, from_travel_m: f64, to_travel_m: f64) -> Result<Option<Contact>, Spent> {
+        let Some((from_m, to_m)) = self.within_run(from_travel_m, to_travel_m) else { return Ok(None) };
+        let from_m = from_m.max(self.clear_to_m);
+        if from_m > to_m || self.dragon.dimensions().benches() < 3 {
+            return Ok(None);
+        }
+        let goes_on = self.searched_to_m.take() == Some(from_m);
+        if !goes_on && let Some(contact) = self.begin(from_m) {
+            return Ok(Some(contact));
+        }
+        while self.earlier.travel_m < to_m {
+            let reached_m = self.earlier.travel_m;
+            self.stride(to_m);
+            let all_collected = if self.repeats() {
+                if self.is_clear_from_here() {
+                    break;
+                }
+                self.collect_leading_pairs();
+                true
+            } else {
+                self.collect_pairs()
+            };
+            let touch = self.earliest_touch();
+            if !all_collected || self.dragon.meter().is_spent() {
+                return Err(self.dragon.meter().spent(reached_m));
+            }
+            if touch.is_some() {
+                return Ok(touch);
+            }
+            self.advance();
+        }
+        self.searched_to_m = Some(to_m);
+        Ok(None)
+    }
+
+    /// Places the dragon where a search begins. If a pair touches there, that is the search's end.
+    fn begin(&mut self, from_m: f64) -> Option<Contact> {
+        self.beginning.clear();
+        if from_m == self.clear_to_m {
+            self.earlier.place_head(&self.dragon, from_m);
+            return None;
+        }
+        self.place(from_m);
+        let nearest = self.near.nearest(&self.earlier.boards)?;
+        if nearest.clearance_m <= self.clearance_m {
+            return Some(Contact { travel_m: from_m, benches: nearest.benches, point: nearest.point });
+        }
+        self.beginning.extend(self.earlier.handles.iter().map(|handle| handle.place));
+        None
+    }
+
+    /// Every change of a pair between two travels, in order, each to 10⁻¹¹ m; what lies outside the run is left out.
+    ///
+    /// A pair touches where its clearance comes down to the one searched for, and parts where it comes up from there; whether
+    /// it is in touch at `from_travel_m` is for the caller to know. Allocates nothing when no pair is near and the search has
+    /// swept before.
+    ///
+    /// Where the dragon's meter is spent on the way, the sweep ends with the stride before, as [`Sweep::reached_m`] says.
+    pub fn sweep(&mut self, from_travel_m: f64, to_travel_m: f64) -> Sweep<'_> {
+        self.events.clear();
+        let Some((from_m, to_m)) = self.within_run(from_travel_m, to_travel_m) else {
+            return Sweep { events: &self.events, reached_m: to_travel_m };
+        };
+        self.place(from_m);
+        while self.earlier.travel_m < to_m {
+            self.stride(to_m);
+            let begin = self.events.len();
+            if !self.collect_pairs() || !self.follow_pairs() {
+                self.events.truncate(begin);
+                self.searched_to_m = None;
+                break;
+            }
+            self.advance();
+        }
+        let reached_m = if self.earlier.travel_m < to_m { self.earlier.travel_m } else { to_travel_m };
+        self.events.sort_unstable_by(PairEvent::order);
+        Sweep { events: &self.events, reached_m }
+    }
+
+    /// Takes note of all changes of the collected pairs on a stride. Whether the work for it was allowed.
+    fn follow_pairs(&mut self) -> bool {
+        let Self { dragon, clearance_m, earlier, later, pairs, events, .. } = self;
+        for &benches in &*pairs {
+            let _ = Follower::follow(dragon, benches, *clearance_m, earlier, later, &mut |event| {
+                events.push(event);
+                ControlFlow::Continue(())
+            });
+            if dragon.meter().is_spent() {
+                return false;
+            }
+        }
+        true
+    }
+
+    fn within_run(&self, from_travel_m: f64, to_travel_m: f64) -> Option<(f64, f64)> {
+        let from_m = from_travel_m.max(self.dragon.start_travel_m());
+        let to_m = to_travel_m.min(self.dragon.end_travel_m());
+        (from_m <= to_m).then_some((from_m, to_m))
+    }
+
+    /// Places the whole dragon, unless it stands there already.
+    fn place(&mut self, travel_m: f64) {
+        self.searched_to_m = None;
+        if !self.earlier.is_at(travel_m) {
+            self.earlier.place_head(&self.dragon, travel_m);
+        }
+        self.earlier.extend_to(&self.dragon, usize::MAX);
+    }
+
+    /// Places the head of `later` at the end of the next way, at most at `to_m`.
+    fn stride(&mut self, to_m: f64) {
+        let dimensions = self.dragon.dimensions();
+        let stride_m = STRIDE_LINKS * dimensions.link_m(0).min(dimensions.link_m(1));
+        self.later.place_head(&self.dragon, to_m.min(self.earlier.travel_m + stride_m));
+    }
+
+    fn advance(&mut self) {
+        std::mem::swap(&mut self.earlier, &mut self.later);
+    }
+
+    /// Whether each body handle has come to where the one before it stood at the beginning.
+    fn repeats(&mut self) -> bool {
+        let body = self.earlier.handles.iter().skip(2);
+        if body.zip(self.beginning.iter().skip(1)).all(|(handle, &place)| handle.place >= place) {
+            self.beginning.clear();
+        }
+        self.beginning.is_empty()
+    }
+
+    /// Whether the first two benches touch none from here on.
+    fn is_clear_from_here(&mut self) -> bool {
+        self.earlier.extend_to(&self.dragon, 2);
+        self.earlier.handles[2].place >= self.clear_from
+    }
+
+    /// Collects all pairs that could be in touch somewhere on the way. Whether there were not too many for that.
+    fn collect_pairs(&mut self) -> bool {
+        self.later.extend_to(&self.dragon, usize::MAX);
+        let furthest_m = (0..self.earlier.boards.len()).map(|bench| self.drift_m(bench)).fold(0.0, f64::max);
+        let reach_m = self.clearance_m + 2.0 * furthest_m;
+        self.pairs.clear();
+        self.pairs.extend(self.near.within(&self.earlier.boards, reach_m).iter().map(|pair| pair.benches));
+        self.dragon.meter().add(self.near.take_steps());
+        self.earlier.boards.len() < 3 || self.near.has_found_all(reach_m)
+    }
+
+    /// The same for pairs with the head or the bench behind it.
+    fn collect_leading_pairs(&mut self) {
+        self.pairs.clear();
+        self.extend_within_reach(2);
+        for first in 0..2.min(self.later.boards.len()) {
+            let drift_m = self.drift_m(first);
+            self.dragon.meter().add(self.later.boards.len() as u64);
+            for second in first + 2..self.later.boards.len() {
+                let boards = &self.earlier.boards;
+                let (ours, theirs) = (&boards[first], &boards[second]);
+                let gap_m = ours.centre.distance(theirs.centre) - ours.radius_m() - theirs.radius_m();
+                if gap_m <= self.clearance_m + drift_m + self.drift_m(second) {
+                    self.pairs.push([first, second]);
+                }
+            }
+        }
+    }
+
+    /// Puts up benches at both ends of the way until none of the rest can touch the first `leading` ones.
+    fn extend_within_reach(&mut self, leading: usize) {
+        let Self { dragon, clearance_m, reach, earlier, later, .. } = self;
+        earlier.extend_to(dragon, leading);
+        later.extend_to(dragon, leading);
+        let limit = reach.and_then(|reach| {
+            let Some(front_angle) = reach.angle(later.handles[0].place) else {
+                let reach_m = |bench| furthest_m(&earlier.boards[bench]) + drift_between(dragon, bench, earlier, later);
+                return reach.beyond(*clearance_m + (0..leading).map(reach_m).fold(0.0, f64::max));
+            };
+            let turns = reach.turns(0, front_angle)?.max(reach.turns(1, front_angle)?);
+            let rear_angle = reach.angle(earlier.handles[leading].place)?;
+            Some(reach.place(rear_angle + TAU * turns + 2.0 * reach.overhang_angle(front_angle)))
+        });
+        later.extend_while(dragon, |_, place| limit.is_none_or(|limit| place >= limit));
+        earlier.extend_to(dragon, later.boards.len());
+    }
+
+    fn drift_m(&self, bench: usize) -> f64 {
+        drift_between(&self.dragon, bench, &self.earlier, &self.later)
+    }
+
+    /// The first touch of any of the collected pairs.
+    fn earliest_touch(&self) -> Option<Contact> {
+        let touch = |&benches: &[usize; 2]| {
+            let (dragon, clearance_m) = (&self.dragon, self.clearance_m);
+            Follower::follow(dragon, benches, clearance_m, &self.earlier, &self.later, &mut ControlFlow::Break)
+                .break_value()
+        };
+        let allowed = |_: &&[usize; 2]| !self.dragon.meter().is_spent();
+        self.pairs.iter().take_while(allowed).filter_map(touch).min_by(PairEvent::order).map(|event| *event.contact())
+    }
+}
+
+fn drift_between(dragon: &Dragon, bench: usize, earlier: &Pose, later: &Pose) -> f64 {
+    drift_of_walks_m(dragon, bench, earlier.walks_m(later, bench))
+}
+
+/// Distance from the centre to the board's furthest point.
+fn furthest_m(board: &Board) -> f64 {
+    board.corners().into_iter().map(DVec2::length).fold(0.0, f64::max)
+}
+
+/// Travel up to which the bounds of the coil rule out all contacts.
+fn clear_to_m(dragon: &Dragon, reach: &CoilReach) -> Option<f64> {
+    let start = dragon.route().place(dragon.start_travel_m());
+    let angle = reach.clear_from(reach.angle(start)?)?;
+    Some(dragon.route().travel(reach.place(angle)))
+}
+
+/// Place of a bench's rear handle from which on the bounds of the way out rule out all contacts.
+fn clear_from(dragon: &Dragon, reach: &CoilReach) -> Option<f64> {
+    reach.clear_out_from(dragon.route().place(dragon.end_travel_m()))
+}

@@ -1,0 +1,63 @@
+//! How two benches on any route move, per metre that the front handle of the one further ahead walks.
+//!
+//! How each link between them moves is bounded (see `link_motion`, whose words are used here). With v the speed of a link's
+//! front handle, its rear handle has the speed g·v, which changes by at most |g'|·v² + g·|v'|, and g is at most what it is
+//! at an end of the way, give or take |g'| times half of what the front handle walks. So the bounds add up from link to
+//! link. A handle's acceleration is at most |v'| along its tangent and K·v² across it; the tangent makes an angle with the
+//! link whose sine is bounded too, and what both handles' accelerations are across the link turns it.
+
+use super::link_motion::LinkMotion;
+use super::pair_motion::BenchMotion;
+use super::pose::Pose;
+use crate::dragon::Dragon;
+
+/// Bounds on the motion of two benches from one pose to a later one, or infinities.
+pub(super) fn along_curve(
+    dragon: &Dragon,
+    [first, second]: [usize; 2],
+    earlier: &Pose,
+    later: &Pose,
+) -> [BenchMotion; 2] {
+    let mut front = HandleMotion { speed: 1.0, speed_rate: 0.0 };
+    let mut benches = [BenchMotion::default(); 2];
+    for bench in first..=second {
+        let seats = [earlier.seat(bench), later.seat(bench)];
+        let link = LinkMotion::new(dragon, bench, &seats[0], &seats[1]);
+        let ratio = seats.iter().map(|seat| seat.rear.speed_ratio / seat.front.speed_ratio).fold(0.0, f64::max);
+        let walk_m = seats[1].front_travel_m - seats[0].front_travel_m;
+        let rear = front.rear(link.ratio.min(ratio + 0.5 * link.ratio_rate * walk_m), link.ratio_rate);
+        if bench == first || bench == second {
+            let across = |handle: HandleMotion| link.curvature * handle.speed * handle.speed;
+            let turned_m = |handle: HandleMotion| link.sine * handle.speed_rate + across(handle);
+            let link_m = dragon.dimensions().link_m(bench);
+            let turn = link.sine * (front.speed + rear.speed) / link_m;
+            benches[usize::from(bench == second)] = BenchMotion {
+                speed_m: front.speed.max(rear.speed),
+                along_m: front.speed_rate.max(rear.speed_rate),
+                across_m: across(front).max(across(rear)),
+                sine: link.sine,
+                curvature: link.curvature,
+                turn,
+                turn_rate: (turned_m(front) + turned_m(rear)) / link_m + turn * turn,
+            };
+        }
+        front = rear;
+    }
+    benches
+}
+
+/// Bounds on a handle's motion.
+#[derive(Clone, Copy, Debug)]
+struct HandleMotion {
+    /// v.
+    speed: f64,
+    /// |v'|.
+    speed_rate: f64,
+}
+
+impl HandleMotion {
+    /// The rear handle of a link with these bounds on g and |g'|.
+    fn rear(self, ratio: f64, ratio_rate: f64) -> Self {
+        Self { speed: ratio * self.speed, speed_rate: ratio_rate * self.speed * self.speed + ratio * self.speed_rate }
+    }
+}

@@ -1,0 +1,87 @@
+//! How a link moves on the way from one seat to a later one.
+//!
+//! The only facts used are that both handles walk forward along the route, that their distance d is fixed, and that the
+//! route's curvature there is at most some K. With s the arc walked by the front handle, p and r the handles, u the
+//! heading, and α and β the angles between the heading and the tangents at front and rear:
+//!
+//! - |p'| = 1 and |p''| ≤ K;
+//! - |r'| = g = cos α / cos β (rigid link), |r''| ≤ |g'| + K·g²;
+//! - |u'| = ω ≤ (sin α + g·sin β) / d, for u turns by what the handles move across it, and |u''| ≤ (|p''| + |r''|) / d;
+//! - |α'| ≤ K + ω and |β'| ≤ K·g + ω, so |g'| ≤ sin α·(K + ω)/cos β + sin β·(K·g + ω)/cos² β.
+
+use super::pose::Seat;
+use crate::dragon::Dragon;
+
+/// Bounds on a link's motion per metre that its front handle walks, or infinities.
+pub(super) struct LinkMotion {
+    /// K.
+    pub(super) curvature: f64,
+    /// Of α and β.
+    pub(super) sine: f64,
+    /// g, and so the speed of either handle.
+    pub(super) ratio: f64,
+    /// |g'|.
+    pub(super) ratio_rate: f64,
+    /// |u'|.
+    pub(super) turn: f64,
+    /// |p''| and |r''|.
+    pub(super) acceleration: f64,
+    /// |u''|.
+    pub(super) turn_rate: f64,
+}
+
+impl LinkMotion {
+    /// The motion of a bench's link from one seat to a later one.
+    pub(super) fn new(dragon: &Dragon, bench: usize, earlier: &Seat, later: &Seat) -> Self {
+        let length_m = dragon.dimensions().link_m(bench);
+        let curvature = dragon.route().curvature_bound(earlier.rear.place, later.front.place);
+        let walk_m = later.front_travel_m - earlier.front_travel_m;
+        let Angles { sine, rear_cosine } = Angles::new(length_m, curvature, earlier, walk_m);
+        let ratio = 1.0 / rear_cosine;
+        let turn = sine * (1.0 + ratio) / length_m;
+        let ratio_rate = ratio * sine * (curvature + turn) + ratio * ratio * sine * (curvature * ratio + turn);
+        let rear = ratio_rate + curvature * ratio * ratio;
+        Self {
+            curvature,
+            sine,
+            ratio,
+            ratio_rate,
+            turn,
+            acceleration: curvature.max(rear),
+            turn_rate: (curvature + rear) / length_m,
+        }
+    }
+}
+
+/// Bounds on the angles between a link and the tangents at its handles.
+struct Angles {
+    /// Sine, at most.
+    sine: f64,
+    /// Cosine at the rear handle, at least.
+    rear_cosine: f64,
+}
+
+impl Angles {
+    /// Bounds on the angles over a way of `walk_m` of front arc, taken from the curvature alone if that is small.
+    ///
+    /// A curve with |κ| ≤ K that is left at angle 0 has, after an arc s ≤ π/K, a chord at an angle of at most K·s/2 and
+    /// at least (2/K)·sin(K·s/2) long. So for a chord of length d with K·d < 2 the sines of its end angles are at most
+    /// K·d/2.
+    fn new(length_m: f64, curvature: f64, earlier: &Seat, walk_m: f64) -> Self {
+        let sine = 0.5 * curvature * length_m;
+        if sine < 0.75 {
+            Self { sine, rear_cosine: (1.0 - sine * sine).sqrt() }
+        } else {
+            Self::steep(length_m, curvature, earlier, walk_m)
+        }
+    }
+
+    /// Bounds from the rear angle at the beginning: while its cosine is at least half of what it is there, its rate has
+    /// a bound; if that cannot use up the half on the way, the cosine stays so all the way, else there is no bound.
+    fn steep(length_m: f64, curvature: f64, earlier: &Seat, walk_m: f64) -> Self {
+        let rear_cosine = 0.5 * earlier.rear.tangent.dot(earlier.board.heading);
+        let ratio = 1.0 / rear_cosine;
+        let rate = curvature * ratio + (1.0 + ratio) / length_m;
+        Self { sine: 1.0, rear_cosine: if rate * walk_m <= rear_cosine { rear_cosine } else { 0.0 } }
+    }
+}

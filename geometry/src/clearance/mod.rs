@@ -1,0 +1,23 @@
+//! How far the boards of a dragon are apart, when two of them touch, and what may be said of a whole stretch of travel.
+
+mod approach_search;
+mod coil_motion;
+mod coil_reach;
+mod contact;
+mod contact_search;
+mod curve_motion;
+mod follower;
+mod grid;
+mod link_motion;
+mod near_pairs;
+mod pair_motion;
+mod passage;
+mod pose;
+mod proven_travel;
+mod search;
+
+pub(crate) use approach_search::{ApproachSearch, Pairs, Piece};
+pub use contact::{Contact, PairEvent};
+pub use contact_search::{ContactSearch, Sweep, first_contact, first_within};
+pub use proven_travel::ProvenTravel;
+pub use search::{ClearanceSearch, PairClearance};

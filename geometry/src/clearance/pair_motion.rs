@@ -1,0 +1,267 @@
+//! How two benches move against each other on the way from one pose to a later one.
+//!
+//! A parameter grows steadily on the way: on a coil an angle (see `coil_motion`, which also takes a frame that turns with
+//! it), elsewhere an arc (see `curve_motion`). Seen from a board with the centre m and the heading u, a corner c of the
+//! other board has the coordinates u·(c − m) and u⊥·(c − m). Their second derivatives are those of c and m in that
+//! direction, and at most 2·|u'|·(|c'| + |m'|) + |u''|·|c − m| besides. If they are at most E, then over a stretch ℓ of
+//! the parameter the coordinate stays within E·ℓ²/8 of the straight line between its two ends.
+//!
+//! A line that is fixed to the one board keeps the other one at a distance if all corners of that stay beyond it. And the
+//! boards stay within a distance of each other if one corner does, because the distance to a rectangle is convex.
+//!
+//! A handle's acceleration is in part along its tangent. Across a board that part counts as little as the tangent points
+//! that way: so boards that slide along each other are not thought to part because they get faster or slower.
+//!
+//! What stays within [`GRAZE_M`] of the straight line is taken to lie on it. So boards that slide along each other with a
+//! clearance that is 0 all along but for rounding are settled in the end, and not looked at ever more closely.
+
+use glam::DVec2;
+
+use super::coil_motion::on_coil;
+use super::curve_motion::along_curve;
+use super::pose::{Pose, Seat};
+use crate::dragon::Dragon;
+
+/// Gap up to which boards are in touch, in metres: a few times the rounding of a handle's position.
+pub(super) const GRAZE_M: f64 = 1e-12;
+
+/// Bounds on the motion of a pair over a way and all parts of it, per unit of the parameter, or infinities.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PairMotion {
+    benches: [BenchMotion; 2],
+    overhang_m: f64,
+    is_on_coil: bool,
+}
+
+/// Bounds on a bench's motion.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct BenchMotion {
+    /// Of either handle, and so of the centre.
+    pub(super) speed_m: f64,
+    /// Acceleration of either handle along its tangent.
+    pub(super) along_m: f64,
+    /// Acceleration of either handle but for that part.
+    pub(super) across_m: f64,
+    /// Sines of the angles between the heading and the tangents at the handles.
+    pub(super) sine: f64,
+    /// Curvature of the route under the bench, for as much as the tangents turn.
+    pub(super) curvature: f64,
+    /// |u'|.
+    pub(super) turn: f64,
+    /// |u''|.
+    pub(super) turn_rate: f64,
+}
+
+impl PairMotion {
+    /// The motion of two benches from one pose to a later one, if it is on the coil of the route.
+    pub(super) fn on_coil(dragon: &Dragon, benches: [usize; 2], earlier: &Pose, later: &Pose) -> Option<Self> {
+        let benches = on_coil(dragon, benches, earlier, later)?;
+        Some(Self { benches, overhang_m: dragon.dimensions().overhang_m(), is_on_coil: true })
+    }
+
+    /// The same on any route.
+    pub(super) fn along_curve(dragon: &Dragon, benches: [usize; 2], earlier: &Pose, later: &Pose) -> Self {
+        let benches = along_curve(dragon, benches, earlier, later);
+        Self { benches, overhang_m: dragon.dimensions().overhang_m(), is_on_coil: false }
+    }
+
+    /// Whether the bounds are those of a coil, which are much the same on every part of a way.
+    pub(super) fn is_on_coil(&self) -> bool {
+        self.is_on_coil
+    }
+
+    /// The pair on a part of the way.
+    pub(super) fn between(&self, earlier: &[Seat; 2], later: &[Seat; 2]) -> Encounter {
+        let stretch = if self.is_on_coil {
+            later[0].front.place - earlier[0].front.place
+        } else {
+            later[0].front_travel_m - earlier[0].front_travel_m
+        };
+        Encounter { seen: [0, 1].map(|viewer| self.seen_from(viewer, [earlier, later], stretch)) }
+    }
+
+    /// The corners of one board as the other one sees them at the two ends of a way.
+    fn seen_from(&self, viewer: usize, ends: [&[Seat; 2]; 2], stretch: f64) -> Seen {
+        let (from, to) = (&self.benches[viewer], &self.benches[1 - viewer]);
+        let speed_m = from.speed_m + to.speed_m + self.overhang_m * to.turn;
+        let both_m = from.across_m + to.across_m + self.overhang_m * to.turn_rate + 2.0 * from.turn * speed_m;
+        let swing = 0.5 * (from.turn + to.curvature * to.speed_m) * stretch;
+        let sine = (sine_seen(viewer, ends) + swing).min(1.0);
+        let fixed_m = DVec2::new(from.along_m + to.along_m, from.sine * from.along_m + sine * to.along_m) + both_m;
+        let corners = ends.map(|seats| {
+            let board = &seats[viewer].board;
+            seats[1 - viewer].board.corners().map(|corner| board.local(corner))
+        });
+        let corner = |k: usize| {
+            let at = [corners[0][k], corners[1][k]];
+            let distance_m = at[0].length().max(at[1].length()) + 0.5 * speed_m * stretch;
+            let leeway_m = 0.125 * (fixed_m + from.turn_rate * distance_m) * stretch * stretch;
+            Corner { at, leeway_m: DVec2::new(leeway(leeway_m.x), leeway(leeway_m.y)) }
+        };
+        let board = &ends[0][viewer].board;
+        Seen { half_size: DVec2::new(board.half_length, board.half_width), corners: [0, 1, 2, 3].map(corner) }
+    }
+}
+
+/// How much the other board's handles move across the viewer's board at the ends of a way, as a part of their speed.
+fn sine_seen(viewer: usize, ends: [&[Seat; 2]; 2]) -> f64 {
+    let across = |seats: &[Seat; 2]| {
+        let (heading, other) = (seats[viewer].board.heading, &seats[1 - viewer]);
+        heading.perp_dot(other.front.tangent).abs().max(heading.perp_dot(other.rear.tangent).abs())
+    };
+    across(ends[0]).max(across(ends[1]))
+}
+
+/// A leeway as it counts: none if it is rounding, and no end of it if it is not a number for bounds that are infinite.
+fn leeway(metres: f64) -> f64 {
+    if metres <= GRAZE_M {
+        0.0
+    } else if metres.is_nan() {
+        f64::INFINITY
+    } else {
+        metres
+    }
+}
+
+/// Two boards on a way, each seen from the other.
+pub(super) struct Encounter {
+    seen: [Seen; 2],
+}
+
+impl Encounter {
+    /// Whether boards that are further apart than `clearance_m` at both ends stay so: because all corners of one stay beyond
+    /// the same edge of the other, by that much.
+    pub(super) fn stays_apart(&self, clearance_m: f64) -> bool {
+        self.seen.iter().any(|seen| {
+            let beyond = |part: fn(DVec2) -> f64| {
+                let is_beyond = |corner: &Corner| {
+                    let (half_size, leeway_m) = (part(seen.half_size).abs(), part(corner.leeway_m).abs());
+                    corner.at.into_iter().all(|at| part(at) > half_size + clearance_m + leeway_m)
+                };
+                seen.corners.iter().all(is_beyond)
+            };
+            beyond(|at| at.y) || beyond(|at| -at.y) || beyond(|at| at.x) || beyond(|at| -at.x)
+        })
+    }
+
+    /// The same for boards whose corners are nearest to each other: because all corners of one stay beyond a line that is
+    /// square to a unit vector. `directions` has it for either viewer, along and across its board, towards the other.
+    pub(super) fn stays_apart_along(&self, directions: [DVec2; 2], clearance_m: f64) -> bool {
+        self.seen.iter().zip(directions).any(|(seen, direction)| {
+            let edge_m = seen.half_size.dot(direction.abs()) + clearance_m;
+            let is_beyond = |corner: &Corner| {
+                let leeway_m = corner.leeway_m.dot(direction.abs());
+                corner.at.into_iter().all(|at| at.dot(direction) > edge_m + leeway_m)
+            };
+            seen.corners.iter().all(is_beyond)
+        })
+    }
+
+    /// Whether boards that are within `clearance_m` of each other at both ends stay so: because a corner of one stays as near
+    /// to the other.
+    pub(super) fn stays_touching(&self, clearance_m: f64) -> bool {
+        self.seen.iter().any(|seen| {
+            let held = |corner: &Corner| {
+                let outside_m = |at: DVec2| (at.abs() + corner.leeway_m - seen.half_size - GRAZE_M).max(DVec2::ZERO);
+                corner.at.into_iter().all(|at| outside_m(at).length() <= clearance_m)
+            };
+            seen.corners.iter().any(held)
+        })
+    }
+}
+
+/// A board's corners seen from another board.
+struct Seen {
+    /// Of the board that they are seen from.
+    half_size: DVec2,
+    corners: [Corner; 4],
+}
+
+struct Corner {
+    /// Where it is seen at either end of the way.
+    at: [DVec2; 2],
+    /// How far it may get from the straight line between the two, along and across.
+    leeway_m: DVec2,
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::dragon::Dimensions;
+    use crate::route::{Route, Spiral, Turnaround};
+
+    fn pose(dragon: &Dragon, travel_m: f64) -> Pose {
+        let mut pose = Pose::default();
+        pose.place_head(dragon, travel_m);
+        pose.extend_to(dragon, usize::MAX);
+        pose
+    }
+
+    fn spirals() -> impl Strategy<Value = Arc<dyn Route>> {
+        (0.3..3.0_f64, 1.0..12.0_f64).prop_map(|(pitch_m, turns)| {
+            let spiral = Spiral::new(pitch_m, turns).expect("a valid spiral");
+            Arc::new(spiral) as Arc<dyn Route>
+        })
+    }
+
+    fn turnarounds() -> impl Strategy<Value = Arc<dyn Route>> {
+        (0.5..2.5_f64, 4.0..12.0_f64, 0.5..2.0_f64).prop_map(|(pitch_m, diameter_m, ratio)| {
+            let turnaround = Turnaround::new(pitch_m, diameter_m, ratio).expect("a valid turn");
+            Arc::new(turnaround.between(-2.0, 60.0).expect("a valid span")) as Arc<dyn Route>
+        })
+    }
+
+    /// A pair of benches of a dragon on a route, with the dragon at the ends of a way and somewhere between.
+    fn ways(routes: impl Strategy<Value = Arc<dyn Route>>) -> impl Strategy<Value = (Dragon, [usize; 2], [Pose; 3])> {
+        let benches = (1.0..4.0_f64, 1.0..3.0_f64, 0.05..0.3_f64, 0.0..0.45_f64);
+        let ways = (0.0..1.0_f64, 0.01..0.6_f64, 0.01..0.99_f64);
+        let any = (benches, routes, (0_usize..5, 2_usize..25), ways);
+        any.prop_filter_map("cannot stand", |(benches, route, (first, gap), (part, length_m, between))| {
+            let (head_m, body_m, width_m, hole_m) = benches;
+            let dimensions = Dimensions::new(30, head_m, body_m, width_m, hole_m).ok()?;
+            let dragon = Dragon::new(dimensions, route).ok()?;
+            let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+            let from_m = start_m + part * (end_m - start_m);
+            let to_m = (from_m + length_m).min(end_m);
+            let poses = [from_m, from_m + between * (to_m - from_m), to_m].map(|travel_m| pose(&dragon, travel_m));
+            Some((dragon, [first, first + gap], poses))
+        })
+    }
+
+    /// The second derivative's bound says more than the leeway at the middle: it falls off towards the ends.
+    fn assert_leeway(motion: &PairMotion, pair: [usize; 2], poses: &[Pose; 3]) -> Result<(), TestCaseError> {
+        let [earlier, between, later] = poses.each_ref().map(|pose| pair.map(|bench| pose.seat(bench)));
+        let parameter = |seats: &[Seat; 2]| {
+            if motion.is_on_coil { seats[0].front.place } else { seats[0].front_travel_m }
+        };
+        let passed = (parameter(&between) - parameter(&earlier)) / (parameter(&later) - parameter(&earlier));
+        for (viewer, seen) in motion.between(&earlier, &later).seen.iter().enumerate() {
+            for (corner, point) in seen.corners.iter().zip(between[1 - viewer].board.corners()) {
+                let off = between[viewer].board.local(point) - corner.at[0].lerp(corner.at[1], passed);
+                let leeway_m = corner.leeway_m * 4.0 * passed * (1.0 - passed);
+                prop_assert!(off.abs().cmple(leeway_m + 1e-11).all(), "{off} is more than {leeway_m}");
+            }
+        }
+        Ok(())
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn corners_stay_within_their_leeway_on_spirals((dragon, pair, poses) in ways(spirals())) {
+            if let Some(motion) = PairMotion::on_coil(&dragon, pair, &poses[0], &poses[2]) {
+                assert_leeway(&motion, pair, &poses)?;
+            }
+        }
+
+        #[test]
+        fn corners_stay_within_their_leeway_on_turnarounds((dragon, pair, poses) in ways(turnarounds())) {
+            assert_leeway(&PairMotion::along_curve(&dragon, pair, &poses[0], &poses[2]), pair, &poses)?;
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! The dragon at one travel, or as much of it as is wanted, from the head.
+
+use crate::dragon::Dragon;
+use crate::dragon::board::Board;
+use crate::dragon::chain::Handle;
+
+/// Handles and boards at one travel, in buffers that are kept.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Pose {
+    pub(super) travel_m: f64,
+    pub(super) handles: Vec<Handle>,
+    /// Travel of each handle.
+    handle_travels_m: Vec<f64>,
+    pub(super) boards: Vec<Board>,
+}
+
+impl Pose {
+    /// Puts the dragon's head at `travel_m`, which must lie within the run, and nothing behind it.
+    pub(super) fn place_head(&mut self, dragon: &Dragon, travel_m: f64) {
+        self.travel_m = travel_m;
+        self.handles.clear();
+        self.handle_travels_m.clear();
+        self.boards.clear();
+        let mut chain = dragon.chain(travel_m).expect("the travel lies within the run");
+        self.push(dragon, chain.next().expect("a dragon has a head"));
+    }
+
+    /// Puts up benches behind those that stand already, until there are as many as that, or all.
+    pub(super) fn extend_to(&mut self, dragon: &Dragon, benches: usize) {
+        self.extend_while(dragon, |index, _| index < benches);
+    }
+
+    /// Puts up benches behind those that stand already as long as `wanted` is true of the index and place of their front
+    /// handles.
+    pub(super) fn extend_while(&mut self, dragon: &Dragon, wanted: impl Fn(usize, f64) -> bool) {
+        let mut chain = dragon.chain_behind(self.boards.len(), &self.handles[self.boards.len()]);
+        let benches = dragon.dimensions().benches();
+        while self.boards.len() < benches && wanted(self.boards.len(), self.handles[self.boards.len()].place) {
+            self.push(dragon, chain.next().expect("every link meets the route during the run"));
+        }
+    }
+
+    fn push(&mut self, dragon: &Dragon, handle: Handle) {
+        if let Some(front) = self.handles.last() {
+            self.boards.push(dragon.board(self.boards.len(), front, &handle));
+        }
+        self.handles.push(handle);
+        self.handle_travels_m.push(dragon.route().travel(handle.place));
+    }
+
+    pub(super) fn is_at(&self, travel_m: f64) -> bool {
+        !self.handles.is_empty() && self.travel_m == travel_m
+    }
+
+    /// What a bench's two handles walk up to a later pose.
+    pub(super) fn walks_m(&self, later: &Self, bench: usize) -> [f64; 2] {
+        [bench, bench + 1].map(|handle| later.handle_travels_m[handle] - self.handle_travels_m[handle])
+    }
+
+    pub(super) fn seat(&self, bench: usize) -> Seat {
+        Seat {
+            front: self.handles[bench],
+            rear: self.handles[bench + 1],
+            front_travel_m: self.handle_travels_m[bench],
+            rear_travel_m: self.handle_travels_m[bench + 1],
+            board: self.boards[bench],
+        }
+    }
+}
+
+/// A bench with its handles at one travel of the head.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seat {
+    pub(super) front: Handle,
+    pub(super) rear: Handle,
+    /// The front handle's travel.
+    pub(super) front_travel_m: f64,
+    /// The rear handle's travel.
+    pub(super) rear_travel_m: f64,
+    pub(super) board: Board,
+}
+
+impl Seat {
+    pub(super) fn new(dragon: &Dragon, bench: usize, front: Handle, rear: Handle) -> Self {
+        let [front_travel_m, rear_travel_m] = [front, rear].map(|handle| dragon.route().travel(handle.place));
+        Self { front, rear, front_travel_m, rear_travel_m, board: dragon.board(bench, &front, &rear) }
+    }
+}

@@ -1,0 +1,79 @@
+//! Proven travel: an interval of travel on which no two benches come nearer than a margin.
+//!
+//! *Method.* At the beginning, every pair's clearance is measured. From there the dragon walks stride by stride. On each
+//! stride, the areas that two boards may cover bound their clearance from below. Intervals are bisected until the bound
+//! exceeds the margin. Where this fails at [`RESOLUTION_M`], the proven travel ends.
+//!
+//! *Guarantee.* No clearance is under the margin on proven travel, up to the rounding of the poses, some 10⁻¹² m. Proven
+//! travel ends at most [`RESOLUTION_M`] before the first violation that the bound can see.
+
+use super::approach_search::{ApproachSearch, MarginViolation, Pairs};
+use super::search::PairClearance;
+use crate::dragon::Dragon;
+
+/// Shortest interval that is bisected, in metres of travel.
+const RESOLUTION_M: f64 = 1e-9;
+
+/// An interval of proven travel, which grows.
+#[derive(Clone, Debug)]
+pub struct ProvenTravel<'a> {
+    dragon: &'a Dragon,
+    search: ApproachSearch<'a>,
+    margin_m: f64,
+    begin_m: f64,
+    end_m: f64,
+    violation: Option<MarginViolation>,
+}
+
+impl<'a> ProvenTravel<'a> {
+    /// The interval at one travel of the run: nothing but that travel.
+    ///
+    /// # Errors
+    /// The nearest pair, where it is nearer than the margin.
+    pub fn at(dragon: &'a Dragon, margin_m: f64, travel_m: f64) -> Result<Self, PairClearance> {
+        let mut search = ApproachSearch::new(dragon, Pairs::UnrepeatedSince(travel_m), travel_m);
+        match search.nearest() {
+            Some(nearest) if nearest.clearance_m < margin_m => Err(nearest),
+            _ => Ok(Self { dragon, search, margin_m, begin_m: travel_m, end_m: travel_m, violation: None }),
+        }
+    }
+
+    /// Proves more, up to `to_m`, and places at most `handles` handles, or those of one stride. Where the dragon's meter is
+    /// spent within the first stride, proven travel ends before that stride for good.
+    pub fn extend(&mut self, to_m: f64, handles: usize) {
+        let to_m = to_m.min(self.dragon.end_travel_m());
+        let stride_m = ApproachSearch::stride_m(self.dragon);
+        self.dragon.meter().restart();
+        for stride in 0..=handles / self.dragon.dimensions().handles() {
+            if self.violation.is_some() || self.end_m >= to_m {
+                return;
+            }
+            let next_m = to_m.min(self.end_m + stride_m);
+            match self.search.walk_over(next_m, self.margin_m, RESOLUTION_M) {
+                Ok(()) => self.end_m = next_m,
+                Err(_) if self.dragon.meter().is_spent() && stride > 0 => return,
+                Err(violation) => (self.end_m, self.violation) = (violation.travel_m, Some(violation)),
+            }
+        }
+    }
+
+    /// Where it begins, in metres of the head's travel.
+    pub fn begin_m(&self) -> f64 {
+        self.begin_m
+    }
+
+    /// Where it ends so far.
+    pub fn end_m(&self) -> f64 {
+        self.end_m
+    }
+
+    /// Whether a travel lies within it.
+    pub fn contains(&self, travel_m: f64) -> bool {
+        (self.begin_m..=self.end_m).contains(&travel_m)
+    }
+
+    /// Whether it can grow no further.
+    pub fn is_whole(&self) -> bool {
+        self.violation.is_some() || self.end_m >= self.dragon.end_travel_m()
+    }
+}

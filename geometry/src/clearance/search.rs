@@ -1,0 +1,137 @@
+//! Which benches are near to each other.
+//!
+//! Neighbours share a hinge and are never a pair. Candidates come from a list of the pairs that may be near, which is
+//! kept as long as it lasts; a candidate's exact clearance is worked out only if the gaps along the boards' own axes do
+//! not already rule it out.
+
+use glam::DVec2;
+
+use super::near_pairs::{MAX_PAIRS, NearPairs};
+use crate::dragon::board::Board;
+
+/// Two benches and how near they are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairClearance {
+    /// Lower index first; not neighbours.
+    pub benches: [usize; 2],
+    /// Distance of the boards where they are apart, minus the penetration depth where they overlap.
+    pub clearance_m: f64,
+    /// Midway between the nearest points; inside the overlap if there is one.
+    pub point: DVec2,
+}
+
+impl PairClearance {
+    pub(super) fn of(boards: &[Board], benches: [usize; 2]) -> Self {
+        let approach = boards[benches[0]].approach(&boards[benches[1]]);
+        Self { benches, clearance_m: approach.clearance_m, point: approach.point }
+    }
+
+    pub(super) fn order(&self, other: &Self) -> std::cmp::Ordering {
+        self.clearance_m.total_cmp(&other.clearance_m).then(self.benches.cmp(&other.benches))
+    }
+}
+
+/// Searches boards for near pairs. Keeps its buffers, so that once it has seen as many boards and as many near pairs it
+/// allocates nothing.
+///
+/// What it finds is a function of the boards alone. It is quickest where they have moved little since the last search:
+/// then most pairs are known to be still apart (see `near_pairs`), and the last nearest pair bounds the least clearance.
+#[derive(Clone, Debug, Default)]
+pub struct ClearanceSearch {
+    near: NearPairs,
+    found: Vec<PairClearance>,
+    last_nearest: Option<[usize; 2]>,
+}
+
+impl ClearanceSearch {
+    /// A search that finds at most twice so many pairs, the nearest; others find two million.
+    ///
+    /// # Panics
+    /// With no room at all.
+    pub fn with_room(pairs: usize) -> Self {
+        assert!((1..=MAX_PAIRS).contains(&pairs), "room for {pairs} pairs");
+        Self { near: NearPairs::with_room(pairs), ..Self::default() }
+    }
+
+    /// Every pair with a clearance of at most `reach_m`, nearest first, equal ones by their indices. Of more than some two
+    /// million it finds the nearest.
+    pub fn within(&mut self, boards: &[Board], reach_m: f64) -> &[PairClearance] {
+        self.found.clear();
+        if boards.len() >= 3 {
+            self.near.follow(boards);
+            self.collect(boards, reach_m, reach_m);
+        }
+        &self.found
+    }
+
+    /// Whether the last search, up to this clearance, has found every pair: there were not too many for it.
+    pub(super) fn has_found_all(&self, reach_m: f64) -> bool {
+        self.near.reaches(reach_m)
+    }
+
+    /// The steps of work since the last time that this was asked.
+    pub(crate) fn take_steps(&mut self) -> u64 {
+        self.near.take_steps() + self.found.len() as u64
+    }
+
+    /// The pair with the least clearance, of equal ones the one with the lowest indices; none with fewer than three
+    /// boards.
+    pub fn nearest(&mut self, boards: &[Board]) -> Option<PairClearance> {
+        self.nearest_and_within(boards, f64::NEG_INFINITY).first().copied()
+    }
+
+    /// The nearest pair however far apart it is, and every other one with a clearance of at most `reach_m`: the same as
+    /// [`nearest`](Self::nearest) and [`within`](Self::within) in one search. Nothing with fewer than three boards.
+    pub fn nearest_and_within(&mut self, boards: &[Board], reach_m: f64) -> &[PairClearance] {
+        self.found.clear();
+        if boards.len() >= 3 {
+            self.near.follow(boards);
+            let last = self.last_nearest.filter(|benches| benches[1] < boards.len()).unwrap_or([0, 2]);
+            let mut limit_m = reach_m.max(boards[last[0]].clearance(&boards[last[1]]));
+            if !self.near.reaches(limit_m) {
+                limit_m = reach_m.max(least_clearance_of(boards, last[0]).min(limit_m));
+            }
+            self.collect(boards, reach_m, limit_m);
+            self.last_nearest = self.found.first().map(|pair| pair.benches);
+            let within = self.found.partition_point(|pair| pair.clearance_m <= reach_m);
+            self.found.truncate(within.max(1));
+        }
+        &self.found
+    }
+
+    /// Finds all pairs within `reach_m`, and if none is then some within `limit_m`, the nearest one included.
+    fn collect(&mut self, boards: &[Board], reach_m: f64, mut limit_m: f64) {
+        let Self { near, found, .. } = self;
+        if !near.reaches(limit_m) {
+            near.renew(boards, limit_m);
+        }
+        for pair in near.list() {
+            if pair.gap_m > limit_m + near.slack_m() {
+                continue;
+            }
+            let benches = pair.benches();
+            if boards[benches[0]].gap_m(&boards[benches[1]]) > limit_m + near.rounding_m() {
+                continue;
+            }
+            let pair = PairClearance::of(boards, benches);
+            if pair.clearance_m <= limit_m {
+                limit_m = reach_m.max(pair.clearance_m);
+                found.push(pair);
+            }
+        }
+        found.sort_unstable_by(PairClearance::order);
+    }
+}
+
+/// The least clearance of one bench's pairs, which where boards lie close is hardly more than the least of all.
+fn least_clearance_of(boards: &[Board], bench: usize) -> f64 {
+    let mut least_m = f64::INFINITY;
+    for other in (0..boards.len()).filter(|other| other.abs_diff(bench) > 1) {
+        // In this order, for rounding may depend on it.
+        let (first, second) = (&boards[bench.min(other)], &boards[bench.max(other)]);
+        if first.gap_m(second) < least_m {
+            least_m = first.clearance(second).min(least_m);
+        }
+    }
+    least_m
+}

@@ -1,0 +1,137 @@
+//! The chain rule: each handle stands on the route, behind the one before it.
+//!
+//! Handle i + 1 is the nearest point of the route *behind* handle i, along the route, at the distance of bench i's
+//! link. Links are rigid, so the two handles of a bench have equal velocity components along it, and every speed
+//! follows from the head's.
+
+use glam::DVec2;
+use thiserror::Error;
+
+use super::Dragon;
+use super::dimensions::Dimensions;
+use super::link::{Link, MAX_STEPS};
+use super::meter::Meter;
+use crate::route::{Route, RoutePoint};
+
+/// A handle: the front hinge of the bench of the same index, or the tail's rear hinge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Handle {
+    /// Place on the route.
+    pub place: f64,
+    /// Metres.
+    pub position: DVec2,
+    /// Unit vector in which the handle moves.
+    pub tangent: DVec2,
+    /// Speed ÷ head speed.
+    pub speed_ratio: f64,
+}
+
+impl Handle {
+    fn new(place: f64, point: RoutePoint, speed_ratio: f64) -> Self {
+        Self { place, position: point.position, tangent: point.tangent, speed_ratio }
+    }
+}
+
+/// There is no chain at this travel.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[error("travel_m is {travel_m}, must be from {start_travel_m} to {end_travel_m}, where the run ends")]
+pub struct ChainBroken {
+    /// The travel asked for.
+    pub travel_m: f64,
+    /// Where the run begins.
+    pub start_travel_m: f64,
+    /// Where the run ends.
+    pub end_travel_m: f64,
+}
+
+/// The handles of a dragon at one travel, from the head backwards, each solved when it is asked for. Allocates nothing.
+#[derive(Clone, Debug)]
+pub struct Chain<'a> {
+    route: &'a dyn Route,
+    dimensions: &'a Dimensions,
+    meter: &'a Meter,
+    /// The last handle handed out, or the head before that; none where the chain ends early.
+    last: Option<(f64, RoutePoint, f64)>,
+    handed_out: usize,
+}
+
+impl<'a> Chain<'a> {
+    /// A chain whose head stands at `travel_m`, whether or not a dragon can walk there: it ends at a link that nowhere
+    /// behind meets the route.
+    pub(crate) fn new(route: &'a dyn Route, dimensions: &'a Dimensions, meter: &'a Meter, travel_m: f64) -> Self {
+        Self::from_place(route, dimensions, meter, route.place(travel_m))
+    }
+
+    /// The same with the head at a place.
+    pub(crate) fn from_place(route: &'a dyn Route, dimensions: &'a Dimensions, meter: &'a Meter, place: f64) -> Self {
+        Self { route, dimensions, meter, last: Some((place, route.point(place), 1.0)), handed_out: 0 }
+    }
+
+    /// The rest of a chain behind its handle of this index.
+    pub(crate) fn behind(
+        route: &'a dyn Route,
+        dimensions: &'a Dimensions,
+        meter: &'a Meter,
+        index: usize,
+        handle: &Handle,
+    ) -> Self {
+        let last = Some((handle.place, route.point(handle.place), handle.speed_ratio));
+        Self { route, dimensions, meter, last, handed_out: index + 1 }
+    }
+
+    fn follow_link(&self) -> Option<(f64, RoutePoint, f64)> {
+        let (place, front, speed_ratio) = self.last?;
+        let link = Link { route: self.route, front, length_m: self.dimensions.link_m(self.handed_out - 1) };
+        let rear = link.rear(place);
+        self.meter.add(u64::from(rear.map_or(MAX_STEPS, |rear| rear.looks)));
+        let rear = rear?;
+        Some((rear.place, rear.point, speed_ratio * rear.speed_ratio()))
+    }
+}
+
+impl Iterator for Chain<'_> {
+    type Item = Handle;
+
+    fn next(&mut self) -> Option<Handle> {
+        if self.handed_out == self.dimensions.handles() {
+            return None;
+        }
+        if self.handed_out > 0 {
+            self.last = self.follow_link();
+        }
+        let (place, point, speed_ratio) = self.last?;
+        self.handed_out += 1;
+        Some(Handle::new(place, point, speed_ratio))
+    }
+}
+
+/// Solves the chain into a buffer that it keeps.
+///
+/// A solution depends on the travel alone, not on earlier ones. Every link has its length to some 10⁻¹³ m; no call
+/// allocates as long as the dragon has no more benches than the one that the solver was made for.
+#[derive(Clone, Debug)]
+pub struct ChainSolver {
+    handles: Vec<Handle>,
+}
+
+impl ChainSolver {
+    /// A solver with room for the handles of `dragon`.
+    pub fn new(dragon: &Dragon) -> Self {
+        Self { handles: Vec::with_capacity(dragon.dimensions().handles()) }
+    }
+
+    /// The handles with the head at `travel_m`, head first.
+    ///
+    /// # Errors
+    /// The travel must lie within the dragon's run.
+    ///
+    /// # Panics
+    /// If a link has no solution during the run, which [`Dragon::new`] rules out.
+    pub fn solve(&mut self, dragon: &Dragon, travel_m: f64) -> Result<&[Handle], ChainBroken> {
+        let chain = dragon.chain(travel_m)?;
+        self.handles.clear();
+        self.handles.extend(chain);
+        assert_eq!(self.handles.len(), dragon.dimensions().handles(), "every link meets the route during the run");
+        Ok(&self.handles)
+    }
+}

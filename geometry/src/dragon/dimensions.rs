@@ -1,0 +1,220 @@
+//! How many benches a dragon has and how big they are.
+
+use std::ops::RangeInclusive;
+
+use thiserror::Error;
+
+use crate::number::Number;
+
+/// Benches of the longest dragon.
+pub const MAX_BENCHES: usize = 100_000;
+/// Lengths of a board, in metres.
+pub const LENGTH_M: RangeInclusive<f64> = 0.02..=100.0;
+/// Widths of a board, in metres.
+pub const WIDTH_M: RangeInclusive<f64> = 0.01..=100.0;
+/// Least distance between the two hinges of a bench, in metres.
+pub const LEAST_LINK_M: f64 = 0.01;
+/// A board is at most this many times as long, and as wide, as its two hinges are apart.
+pub const MOST_PER_LINK: f64 = 20.0;
+/// A board is at most this many times as long as it is wide.
+pub const MOST_PER_WIDTH: f64 = 100.0;
+
+/// Why dimensions cannot be those of a dragon.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum DimensionsError {
+    /// Not a number of benches.
+    #[error("benches is {0}, must be from 1 to {MAX_BENCHES}")]
+    Benches(usize),
+    /// Not the length or the width of a board.
+    #[error("{key} is {}, must be from {lowest} to {highest}", Number(*value))]
+    Size {
+        /// The configuration's name of the value.
+        key: &'static str,
+        /// Metres.
+        value: f64,
+        /// Least allowed value.
+        lowest: f64,
+        /// Greatest allowed value.
+        highest: f64,
+    },
+    /// Not a place for a hole.
+    #[error(
+        "hole_offset_m is {}, must be at least 0 and under {}, half of the shortest bench",
+        Number(*value),
+        Number(*limit)
+    )]
+    HoleOffset {
+        /// Metres.
+        value: f64,
+        /// Metres.
+        limit: f64,
+    },
+    /// Hinges too near to each other for the board between them.
+    #[error(
+        "hole_offset_m is {}: the hinges of a bench with {key} {} are {} m apart, must be at least {}",
+        Number(*hole_offset_m),
+        Number(*length_m),
+        Number(*link_m),
+        Number(*least_m)
+    )]
+    Link {
+        /// The configuration's name of the bench's length.
+        key: &'static str,
+        /// Length of the board in metres.
+        length_m: f64,
+        /// Metres.
+        hole_offset_m: f64,
+        /// Metres from hinge to hinge.
+        link_m: f64,
+        /// Least allowed value, [`LEAST_LINK_M`] or more for a large board.
+        least_m: f64,
+    },
+    /// A board too narrow for its length.
+    #[error(
+        "width_m is {}, must be at least {}, a hundredth of {key} {}",
+        Number(*width_m),
+        Number(length_m / MOST_PER_WIDTH),
+        Number(*length_m)
+    )]
+    Narrow {
+        /// The configuration's name of the board's length.
+        key: &'static str,
+        /// Metres.
+        length_m: f64,
+        /// Metres.
+        width_m: f64,
+    },
+}
+
+/// The benches of a dragon: a board each, with two hinge holes `hole_offset_m` from its ends. Bench 0 is the head.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dimensions {
+    benches: usize,
+    head_length_m: f64,
+    body_length_m: f64,
+    width_m: f64,
+    hole_offset_m: f64,
+}
+
+impl Dimensions {
+    /// Dimensions of a dragon, in metres.
+    ///
+    /// ```
+    /// use crate::dragon::Dimensions;
+    ///
+    /// let paper = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275)?;
+    /// assert_eq!(paper.handles(), 224);
+    /// assert!((paper.link_m(0) - 2.86).abs() < 1e-15);
+    ///
+    /// let error = Dimensions::new(223, 3.41, 2.20, 0.30, 1.2).unwrap_err();
+    /// let text = "hole_offset_m is 1.2, must be at least 0 and under 1.1, half of the shortest bench";
+    /// assert_eq!(error.to_string(), text);
+    /// # Ok::<(), crate::dragon::DimensionsError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// 1 to [`MAX_BENCHES`] benches; lengths of [`LENGTH_M`] and a width of [`WIDTH_M`]; hinges at least [`LEAST_LINK_M`]
+    /// apart; proportions up to [`MOST_PER_LINK`] and [`MOST_PER_WIDTH`]. The proportions bound how many boards can lie
+    /// near to one, and so the work of a search.
+    pub fn new(
+        benches: usize,
+        head_length_m: f64,
+        body_length_m: f64,
+        width_m: f64,
+        hole_offset_m: f64,
+    ) -> Result<Self, DimensionsError> {
+        if !(1..=MAX_BENCHES).contains(&benches) {
+            return Err(DimensionsError::Benches(benches));
+        }
+        let lengths = [("head_length_m", head_length_m), ("body_length_m", body_length_m)];
+        for (key, length_m) in lengths {
+            require(key, length_m, &LENGTH_M)?;
+        }
+        require("width_m", width_m, &WIDTH_M)?;
+        let limit = 0.5 * head_length_m.min(body_length_m);
+        if !(hole_offset_m >= 0.0 && hole_offset_m < limit) {
+            return Err(DimensionsError::HoleOffset { value: hole_offset_m, limit });
+        }
+        for (key, length_m) in lengths {
+            let link_m = length_m - 2.0 * hole_offset_m;
+            let least_m = LEAST_LINK_M.max(length_m.max(width_m) / MOST_PER_LINK);
+            if link_m < least_m {
+                return Err(DimensionsError::Link { key, length_m, hole_offset_m, link_m, least_m });
+            }
+            if length_m > MOST_PER_WIDTH * width_m {
+                return Err(DimensionsError::Narrow { key, length_m, width_m });
+            }
+        }
+        Ok(Self { benches, head_length_m, body_length_m, width_m, hole_offset_m })
+    }
+
+    /// The same benches, but for their number, which must not be 0.
+    pub(crate) fn with_benches(self, benches: usize) -> Self {
+        assert!(benches > 0, "a dragon of no benches");
+        Self { benches, ..self }
+    }
+
+    /// The same links under boards that reach further by half of `clearance_m` on every side. Boards within `clearance_m` of
+    /// each other overlap when both are grown so; the converse need not hold, because the corners of a grown board are square.
+    pub(crate) fn grown(self, clearance_m: f64) -> Self {
+        Self {
+            head_length_m: self.head_length_m + clearance_m,
+            body_length_m: self.body_length_m + clearance_m,
+            width_m: self.width_m + clearance_m,
+            hole_offset_m: self.hole_offset_m + 0.5 * clearance_m,
+            ..self
+        }
+    }
+
+    /// Number of benches, N.
+    pub fn benches(&self) -> usize {
+        self.benches
+    }
+
+    /// Number of handles, N + 1.
+    pub fn handles(&self) -> usize {
+        self.benches + 1
+    }
+
+    /// Length of the head's board.
+    pub fn head_length_m(&self) -> f64 {
+        self.head_length_m
+    }
+
+    /// Length of every other board.
+    pub fn body_length_m(&self) -> f64 {
+        self.body_length_m
+    }
+
+    /// Width of every board.
+    pub fn width_m(&self) -> f64 {
+        self.width_m
+    }
+
+    /// Distance of a hinge hole from its end of the board.
+    pub fn hole_offset_m(&self) -> f64 {
+        self.hole_offset_m
+    }
+
+    /// Length of a bench's board.
+    pub fn length_m(&self, bench: usize) -> f64 {
+        if bench == 0 { self.head_length_m } else { self.body_length_m }
+    }
+
+    /// Distance between the two hinges of a bench.
+    pub fn link_m(&self, bench: usize) -> f64 {
+        self.length_m(bench) - 2.0 * self.hole_offset_m
+    }
+
+    /// Distance between a hinge and the nearest corners of its board.
+    pub fn overhang_m(&self) -> f64 {
+        self.hole_offset_m.hypot(0.5 * self.width_m)
+    }
+}
+
+fn require(key: &'static str, value: f64, allowed: &RangeInclusive<f64>) -> Result<(), DimensionsError> {
+    if allowed.contains(&value) {
+        return Ok(());
+    }
+    Err(DimensionsError::Size { key, value, lowest: *allowed.start(), highest: *allowed.end() })
+}

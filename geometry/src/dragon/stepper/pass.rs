@@ -1,0 +1,111 @@
+//! One pass over the chain, from the head to the tail.
+
+use glam::DVec2;
+
+use super::curve::Curve;
+use super::lanes::{HANDLES, LANES, ROWS};
+use super::scratch::{Ahead, Links, Scratch};
+use super::section::{Section, Step};
+use crate::dragon::chain::{Chain, Handle};
+use crate::dragon::dimensions::Dimensions;
+use crate::dragon::meter::UNLIMITED;
+
+/// How a pass comes from the last pose to its own.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Way {
+    /// The pose is the last one.
+    Stand,
+    /// The head has taken a small step.
+    Walk(Step),
+    /// Nothing is known of the last pose.
+    Afresh,
+}
+
+/// The work of one pose.
+#[derive(Debug)]
+pub(super) struct Pass<'a, H, R> {
+    pub(super) curve: Curve<'a>,
+    /// The dragon's, with as many benches as fill whole sections.
+    pub(super) dimensions: &'a Dimensions,
+    /// Of the first section, and of every other one.
+    pub(super) links: &'a [Links; 2],
+    pub(super) sections: &'a mut [Section],
+    pub(super) scratch: &'a mut Scratch,
+    pub(super) way: Way,
+    pub(super) head: Ahead,
+    pub(super) speed_mps: f64,
+    pub(super) records: &'a mut [H],
+    /// Makes a record of a position in metres and a velocity in metres per second.
+    pub(super) record: R,
+}
+
+impl<H, R: Fn(DVec2, DVec2) -> H> Pass<'_, H, R> {
+    /// Moves every section and writes every record. Compiled once for each set of instructions, and so always inlined
+    /// with all that it calls but what is rare.
+    #[inline(always)]
+    pub(super) fn run<const FUSED: bool>(self) {
+        let Self { curve, dimensions, links, sections, scratch, way, head, speed_mps, records, record } = self;
+        let (head_record, records) = records.split_first_mut().expect("a dragon has a head");
+        *head_record = record(head.position_m.into(), DVec2::from(head.tangent_m) * (head.rate * speed_mps));
+        let mut ahead = head;
+        for (number, (section, records)) in sections.iter_mut().zip(records.chunks_mut(HANDLES)).enumerate() {
+            let followed = match way {
+                Way::Walk(step) if section.is_placed() => {
+                    section.follow::<FUSED>(scratch, curve, &links[number.min(1)], &ahead, step)
+                }
+                _ => false,
+            };
+            if !followed {
+                if !(matches!(way, Way::Stand) && section.is_placed()) {
+                    place(section, scratch, curve, dimensions, number * HANDLES, &ahead);
+                }
+                // In the same way at the first pose as at all others, so that what stands does not stir.
+                if section.is_placed() {
+                    section.stand::<FUSED>(scratch, curve);
+                }
+            }
+            write(section, scratch, speed_mps, records, &record);
+            ahead = section.last(scratch);
+        }
+    }
+}
+
+/// Finds each handle of a section behind the one of this index by the reference solver.
+#[cold]
+#[inline(never)]
+fn place(
+    section: &mut Section,
+    scratch: &mut Scratch,
+    curve: Curve<'_>,
+    dimensions: &Dimensions,
+    index: usize,
+    ahead: &Ahead,
+) {
+    let point = curve.route.point(ahead.place);
+    let handle = Handle {
+        place: ahead.place,
+        position: point.position,
+        tangent: point.tangent,
+        speed_ratio: ahead.rate * point.pace_m,
+    };
+    let chain = Chain::behind(curve.route, dimensions, &UNLIMITED, index, &handle);
+    section.place(scratch, chain.map(|handle| (handle, curve.route.point(handle.place).pace_m)));
+}
+
+/// Writes the records of a section's handles, as many as there are.
+#[inline(always)]
+fn write<H>(
+    section: &Section,
+    scratch: &mut Scratch,
+    speed_mps: f64,
+    records: &mut [H],
+    make: &impl Fn(DVec2, DVec2) -> H,
+) {
+    section.set_velocities(scratch, speed_mps);
+    for (lane, records) in (0..LANES).zip(records.chunks_mut(ROWS)) {
+        for (row, record) in (0..ROWS).zip(records) {
+            let (position_m, velocity_mps) = scratch.moving(row * LANES + lane);
+            *record = make(position_m.into(), velocity_mps.into());
+        }
+    }
+}

@@ -1,0 +1,338 @@
+//! Derivatives of the planner's answers, by the implicit function theorem.
+//!
+//! With s the head's travel, q any parameter, c(s, q) the clearance of the pair that decides, and R(s, q) the speed ratio
+//! of the handle that decides:
+//!
+//! - *First contact.* c stays 0, so ds/dq = −(∂c/∂q) / (∂c/∂s), and the time is that of the head's timetable at s.
+//! - *Least clearance.* At a minimum within the passage ∂c/∂s = 0, so the least clearance changes by ∂c/∂q alone (the
+//!   envelope theorem). At an end of the passage, which moves by ds/dq, it changes by ∂c/∂q + ∂c/∂s·ds/dq.
+//! - *Largest speed ratio.* At a smooth maximum likewise by ∂R/∂q. Where a handle passes a joint of the route, R has a
+//!   kink, and a maximum at a kink moves with it: the handle's travel τ stays that of the joint, τ', so
+//!   ds/dq = (dτ'/dq − ∂τ/∂q) / (∂τ/∂s), and R changes by ∂R/∂q + ∂R/∂s·ds/dq, which is the same on both sides.
+//! - *Smallest pitch.* The clearance of the limiting pair comes down to 0 at its least, so with dc/dq that of the least
+//!   clearance, dp/dq = −(dc/dq) / (dc/dp).
+//!
+//! All of these are exact but for rounding, and for the travel at which they are taken: at a smooth extremum that is
+//! first refined to where ∂c/∂s or ∂R/∂s is 0.
+
+use thiserror::Error;
+
+use crate::clearance::{ClearanceSearch, Contact};
+use crate::planner::HeadTimetable;
+
+use super::Parameter;
+use super::board_variation::{Kink, TIE_M};
+use super::local::{Local, Rates, VariedDragon};
+use super::pitch::PitchLimit;
+use super::speed_limit::LargestRatio;
+
+/// Travel within which an extremum counts as lying at an end of the passage, or a handle on a joint, in metres.
+const PLACE_TOLERANCE_M: f64 = 1e-8;
+
+/// How far from a given place an extremum's exact place is looked for, in metres: a clearance known to 10⁻⁹ m leaves its
+/// place open by the root of that over the curvature of c, which is seldom under 10⁻³ per metre.
+const LONGEST_REACH_M: f64 = 1e-2;
+
+/// Bound on halvings towards an extremum.
+const MAX_HALVINGS: usize = 60;
+
+/// Why there is no derivative.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum Undefined {
+    /// The clearance that decides has a kink.
+    #[error("the clearance that decides has a kink: {0}")]
+    Kink(#[from] Kink),
+    /// The head brakes for the run's end.
+    #[error("the head brakes for the end of the run there")]
+    Brakes,
+    /// More than one pair touches.
+    #[error("more than one pair touches at once")]
+    Tie,
+    /// Benches overlap from the beginning.
+    #[error("benches touch at the start already")]
+    TouchAtStart,
+    /// The boards graze each other.
+    #[error("the benches only graze each other: any change makes or breaks the contact")]
+    Graze,
+    /// There is no smooth extremum where one was said to be.
+    #[error("it is decided at a kink")]
+    NoSmoothExtremum,
+    /// More than one handle stands on a joint.
+    #[error("more than one handle passes a joint of the route at once")]
+    Joints,
+    /// The end of the passage decides.
+    #[error("it is decided at the end of the passage")]
+    PassageEnd,
+    /// The head's link comes to a stop.
+    #[error("it is decided by handle 1, which comes to a stop")]
+    Stop,
+    /// The spiral's start decides.
+    #[error("it is decided by where the spiral starts")]
+    Start,
+    /// The pitch is what is asked for.
+    #[error("the pitch is the answer, whatever is planned")]
+    OwnPitch,
+}
+
+/// A derivative for each parameter, in their order.
+pub(super) type Derivatives = [Result<f64, Undefined>; Parameter::ALL.len()];
+
+fn derivatives(of: impl Fn(Parameter) -> Result<f64, Undefined>) -> Derivatives {
+    Parameter::ALL.map(of)
+}
+
+/// Of the time of the first contact of a run.
+pub(super) fn of_contact_time(varied: &VariedDragon, contact: &Contact, timetable: &HeadTimetable) -> Derivatives {
+    let rates = touching_rates(varied, contact);
+    let there = timetable.speed_and_time_rate(contact.travel_m).ok_or(Undefined::Brakes);
+    derivatives(|parameter| {
+        if parameter == Parameter::Speed {
+            return there.map(|(_, per_speed)| per_speed);
+        }
+        let (speed_mps, _) = there?;
+        rates.map(|rates| -rates.of(parameter) / (rates.travel * speed_mps))
+    })
+}
+
+fn touching_rates(varied: &VariedDragon, contact: &Contact) -> Result<Rates, Undefined> {
+    let dragon = &varied.dragon;
+    let handles: Vec<_> = dragon.chain(contact.travel_m).expect("a contact lies within the run").collect();
+    let mut boards = Vec::new();
+    dragon.place_boards(&handles, &mut boards);
+    let mut search = ClearanceSearch::default();
+    let touching = search.within(&boards, TIE_M);
+    if touching.first().is_none_or(|pair| pair.clearance_m < -TIE_M) {
+        return Err(Undefined::TouchAtStart);
+    }
+    if touching.len() > 1 {
+        return Err(Undefined::Tie);
+    }
+    let rates = at(varied, contact.travel_m, contact.benches).clearance(contact.benches)?;
+    if rates.travel < 0.0 { Ok(rates) } else { Err(Undefined::Graze) }
+}
+
+/// Of the least clearance over a run, which these benches have at `travel_m`.
+pub(super) fn of_least_clearance(varied: &VariedDragon, travel_m: f64, benches: [usize; 2]) -> Derivatives {
+    let extremum = Extremum::of_clearance(varied, travel_m, benches);
+    derivatives(|parameter| extremum?.rate(parameter))
+}
+
+/// Of the smallest pitch that a contact limits, on the passage at that pitch.
+pub(super) fn of_touching_pitch(passage: &VariedDragon, contact: &Contact) -> Derivatives {
+    let extremum = Extremum::of_clearance(passage, contact.travel_m, contact.benches);
+    of_pitch(|parameter| Ok(-extremum?.rate(parameter)? / extremum?.rate(Parameter::Pitch)?))
+}
+
+/// Of the smallest pitch that no contact limits.
+pub(super) fn of_untouching_pitch(limit: &PitchLimit) -> Derivatives {
+    of_pitch(|parameter| match limit {
+        PitchLimit::Width => Ok(if parameter == Parameter::Width { 1.0 } else { 0.0 }),
+        PitchLimit::Start => Err(Undefined::Start),
+        PitchLimit::Stop | PitchLimit::Contact(_) => Err(Undefined::Stop),
+    })
+}
+
+fn of_pitch(of_measure: impl Fn(Parameter) -> Result<f64, Undefined>) -> Derivatives {
+    derivatives(|parameter| match parameter {
+        Parameter::Pitch => Err(Undefined::OwnPitch),
+        Parameter::Speed => Ok(0.0),
+        _ => of_measure(parameter),
+    })
+}
+
+/// Of the largest speed ratio over a run.
+pub(super) fn of_largest_ratio(varied: &VariedDragon, largest: &LargestRatio) -> Derivatives {
+    let extremum = Extremum::of_ratio(varied, largest);
+    derivatives(|parameter| extremum?.rate(parameter))
+}
+
+/// An extremum over the travel, and what it moves with.
+#[derive(Clone, Copy, Debug)]
+struct Extremum {
+    value: Rates,
+    motion: Motion,
+}
+
+/// What an extremum's travel moves with.
+#[derive(Clone, Copy, Debug)]
+enum Motion {
+    /// It is smooth: whatever it moves with, the value does not change by it.
+    Free,
+    /// The travel is fixed.
+    Fixed,
+    /// This number stays 0.
+    Bound(Rates),
+    /// Not known.
+    PassageEnd,
+}
+
+impl Extremum {
+    fn of_clearance(varied: &VariedDragon, travel_m: f64, benches: [usize; 2]) -> Result<Self, Undefined> {
+        if let Some(motion) = end_motion(varied, travel_m) {
+            return Ok(Self { value: at(varied, travel_m, benches).clearance(benches)?, motion });
+        }
+        let closing = |travel_m| at(varied, travel_m, benches).closing(benches).map_err(Undefined::from);
+        let travel_m = stationary(varied, travel_m, closing)?;
+        Ok(Self { value: at(varied, travel_m, benches).clearance(benches)?, motion: Motion::Free })
+    }
+
+    fn of_ratio(varied: &VariedDragon, largest: &LargestRatio) -> Result<Self, Undefined> {
+        let at = |travel_m| Local::new(varied, travel_m, largest.handle + 1);
+        let local = at(largest.travel_m);
+        let value = local.speed_ratio();
+        if largest.handle == 0 {
+            return Ok(Self { value, motion: Motion::Free });
+        }
+        if let Some(motion) = end_motion(varied, largest.travel_m) {
+            return Ok(Self { value, motion });
+        }
+        match *local.on_joints(PLACE_TOLERANCE_M) {
+            [] => {
+                let travel_m = stationary(varied, largest.travel_m, |travel_m| Ok(-at(travel_m).speed_ratio().travel))?;
+                Ok(Self { value: at(travel_m).speed_ratio(), motion: Motion::Free })
+            }
+            [(handle, joint)] => {
+                let joint = varied.family.joint_variations()[joint];
+                Ok(Self { value, motion: Motion::Bound(local.handle_travel(handle).less_pitch(joint)) })
+            }
+            _ => Err(Undefined::Joints),
+        }
+    }
+
+    /// Of the value, per unit of a parameter.
+    fn rate(&self, parameter: Parameter) -> Result<f64, Undefined> {
+        let held = self.value.of(parameter);
+        match self.motion {
+            Motion::Free | Motion::Fixed => Ok(held),
+            Motion::Bound(bound) => Ok(held - self.value.travel * bound.of(parameter) / bound.travel),
+            Motion::PassageEnd => Err(Undefined::PassageEnd),
+        }
+    }
+}
+
+/// What an extremum at an end of the run moves with; none if it is at neither.
+fn end_motion(varied: &VariedDragon, travel_m: f64) -> Option<Motion> {
+    let (start_m, end_m) = (varied.dragon.start_travel_m(), varied.dragon.end_travel_m());
+    if travel_m <= start_m + PLACE_TOLERANCE_M {
+        Some(Motion::Fixed)
+    } else if travel_m < end_m - PLACE_TOLERANCE_M {
+        None
+    } else if varied.family.joints().is_empty() {
+        // A spiral ends where the head is on the circle.
+        Some(Motion::Bound(Local::new(varied, travel_m, 1).head_radius()))
+    } else {
+        Some(Motion::PassageEnd)
+    }
+}
+
+/// The travel near a given one at which a slope turns from negative to positive, to rounding, by bisection.
+fn stationary(
+    varied: &VariedDragon,
+    near_m: f64,
+    slope: impl Fn(f64) -> Result<f64, Undefined>,
+) -> Result<f64, Undefined> {
+    let (start_m, end_m) = (varied.dragon.start_travel_m(), varied.dragon.end_travel_m());
+    let mut reach_m = PLACE_TOLERANCE_M;
+    let (mut low_m, mut high_m) = loop {
+        let (low_m, high_m) = ((near_m - reach_m).max(start_m), (near_m + reach_m).min(end_m));
+        if slope(low_m)? <= 0.0 && slope(high_m)? >= 0.0 {
+            break (low_m, high_m);
+        }
+        if reach_m > LONGEST_REACH_M {
+            return Err(Undefined::NoSmoothExtremum);
+        }
+        reach_m *= 4.0;
+    };
+    let steepest = slope(low_m)?.abs().max(slope(high_m)?.abs());
+    for _ in 0..MAX_HALVINGS {
+        let middle_m = 0.5 * (low_m + high_m);
+        if middle_m <= low_m || middle_m >= high_m {
+            break;
+        }
+        if slope(middle_m)? < 0.0 { low_m = middle_m } else { high_m = middle_m }
+    }
+    // Where the slope jumps over 0, no halving makes it small.
+    let left = slope(low_m)?.abs().min(slope(high_m)?.abs());
+    if left <= steepest.mul_add(1e-3, 1e-9) { Ok(low_m) } else { Err(Undefined::NoSmoothExtremum) }
+}
+
+fn at(varied: &VariedDragon, travel_m: f64, benches: [usize; 2]) -> Local<'_> {
+    Local::new(varied, travel_m, benches[1] + 2)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::dragon::{Dimensions, Dragon};
+    use crate::planner::Setting;
+    use crate::route::{RouteSpec, TurnaroundSpec};
+
+    /// Half of a difference in metres: its square over the error, some 10⁻⁸, is far above the rounding of a speed ratio.
+    const STEP_M: f64 = 1e-4;
+
+    fn walk(setting: &Setting) -> VariedDragon {
+        let RouteSpec::Turnaround(plan) = setting.route else { panic!("these tests are about turnarounds") };
+        let family = Arc::new(plan.turnaround(setting.speed_mps).expect("a valid turnaround"));
+        let dragon = Dragon::new(setting.dimensions, family.clone()).expect("it stands on its way in");
+        VariedDragon { dragon, family }
+    }
+
+    /// The head's travel with a handle on a joint.
+    fn crossing_m(varied: &VariedDragon, handle: usize, joint: usize) -> f64 {
+        let dragon = &varied.dragon;
+        let place = dragon.route().joints()[joint];
+        let (mut low_m, mut high_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+        for _ in 0..80 {
+            let middle_m = 0.5 * (low_m + high_m);
+            let reached = dragon.chain(middle_m).expect("within the run").nth(handle).expect("it has the handle");
+            if reached.place < place { low_m = middle_m } else { high_m = middle_m }
+        }
+        low_m
+    }
+
+    fn ratio(varied: &VariedDragon, handle: usize, travel_m: f64) -> f64 {
+        varied.dragon.chain(travel_m).expect("within the run").nth(handle).expect("it has the handle").speed_ratio
+    }
+
+    /// The paper's dragon has many such maxima, of which none is the largest.
+    #[test]
+    fn a_maximum_at_a_kink_moves_with_the_joint() {
+        let dimensions = Dimensions::new(12, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
+        let setting = Setting {
+            dimensions,
+            route: RouteSpec::Turnaround(TurnaroundSpec::default()),
+            speed_mps: 1.0,
+            accel_mps2: None,
+        };
+        let planned = walk(&setting);
+        let mut kinks = 0;
+        for (crossing, joint, handle) in (0..12)
+            .flat_map(|crossing| (0..3).flat_map(move |joint| (1..12).map(move |handle| (crossing, joint, handle))))
+        {
+            let travel_m = crossing_m(&planned, crossing, joint);
+            let here = ratio(&planned, handle, travel_m);
+            let largest = LargestRatio { ratio: here, travel_m, handle };
+            if crossing > handle || [-1e-6, 1e-6].iter().any(|by| ratio(&planned, handle, travel_m + by) >= here) {
+                continue;
+            }
+            kinks += 1;
+            let derivatives = of_largest_ratio(&planned, &largest);
+            for parameter in Parameter::ALL.into_iter().filter(|parameter| *parameter != Parameter::Speed) {
+                let moved = |by_m: f64| {
+                    let setting = setting.with(parameter, setting.value(parameter) + by_m).expect("a small change");
+                    let varied = walk(&setting);
+                    ratio(&varied, handle, crossing_m(&varied, crossing, joint))
+                };
+                let expected = (moved(STEP_M) - moved(-STEP_M)) / (2.0 * STEP_M);
+                let actual = derivatives[parameter as usize].expect("one handle is on a joint");
+                assert!(
+                    (actual - expected).abs() <= 1e-5 * (1.0 + expected.abs()),
+                    "handle {handle} with handle {crossing} on joint {joint}, {parameter}: {actual}, not {expected}"
+                );
+            }
+        }
+        assert!(kinks > 0, "there are maxima at kinks");
+    }
+}

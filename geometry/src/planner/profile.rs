@@ -1,0 +1,167 @@
+//! How near benches are to each other as the dragon walks on.
+//!
+//! *Method.* A near miss is a local minimum of the least clearance of all pairs, and so one of the clearance of the pair
+//! that decides it. Ways on which the bounds of `dragon::approach_search` keep a pair over the limit are done; on what
+//! is left, pieces of 1/256 of a link's length, the minima of each pair are refined by Brent's method, and those stay at
+//! which no other pair is nearer.
+//!
+//! *Guarantee.* Every time that any pair comes under the limit, however shortly, is looked at. A near miss is right to
+//! rounding, some 10⁻¹² m. Two of the same pair that lie within one piece are taken for one.
+
+use std::collections::BTreeMap;
+
+use super::cores::on_all_cores;
+use super::least_clearance::ClosestApproach;
+use super::strides::Strides;
+use crate::clearance::{ApproachSearch, Pairs, Piece};
+use crate::dragon::{Dragon, Spent};
+
+/// Rounding of a clearance in metres: valleys that are not this deep are none.
+const ROUNDING_M: f64 = 1e-12;
+
+/// Travel in metres within which valleys are one: that of pairs as near as each other, told apart by rounding alone.
+const SAME_M: f64 = 1e-5;
+
+/// Travels that a core takes at a time.
+const TRAVELS_AT_A_TIME: usize = 16;
+
+/// What was found on a way, or on the part of it that the dragon's meter allowed to look at.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// In order of travel.
+    pub approaches: Vec<ClosestApproach>,
+    /// Travel up to which the way was looked at, where that is not all of it.
+    pub ends_early_m: Option<f64>,
+}
+
+/// The nearest two benches with the head at each of these travels of the run; none with fewer than three benches.
+///
+/// `progress` hears of every travel that is done, from any thread.
+pub fn clearance_profile(dragon: &Dragon, travels_m: &[f64], progress: impl Fn() + Sync) -> Found {
+    let chunks: Vec<&[f64]> = travels_m.chunks(TRAVELS_AT_A_TIME).collect();
+    let points = on_all_cores(dragon.meter(), chunks.len(), |chunk, meter| {
+        let chunk = chunks[chunk];
+        let dragon = dragon.metered(meter);
+        let mut search = ApproachSearch::new(&dragon, Pairs::All, chunk[0]);
+        let point = |&travel_m: &f64| {
+            search.stand(travel_m);
+            progress();
+            Some(ClosestApproach { travel_m, pair: search.nearest()? })
+        };
+        // A chunk that is broken off does not count.
+        chunk.iter().take_while(|_| !meter.is_spent()).filter_map(point).collect::<Vec<_>>()
+    });
+    let looked_at = (points.len() * TRAVELS_AT_A_TIME).min(travels_m.len());
+    let last = looked_at.checked_sub(1).map_or(dragon.start_travel_m(), |last| travels_m[last]);
+    Found {
+        approaches: points.into_iter().flatten().collect(),
+        ends_early_m: (looked_at < travels_m.len()).then_some(last),
+    }
+}
+
+/// The near misses with the head between two travels of the run, between which no benches touch: every local minimum of
+/// the least clearance under `limit_m`, in order of travel.
+///
+/// Where several pairs are as near as each other, as they are on an arc, the one with the lowest indices counts.
+/// `progress` hears of the share of the way that is done, from any thread.
+pub fn near_misses(
+    dragon: &Dragon,
+    from_travel_m: f64,
+    to_travel_m: f64,
+    limit_m: f64,
+    progress: impl Fn(f64) + Sync,
+) -> Found {
+    if dragon.dimensions().benches() < 3 || from_travel_m == to_travel_m {
+        return Found { approaches: Vec::new(), ends_early_m: None };
+    }
+    let meter = dragon.meter();
+    let strides = Strides::of(dragon, from_travel_m, to_travel_m);
+    // What is left of the other half is for the near misses themselves.
+    let looking = meter.half();
+    let stretches = on_all_cores(&looking, strides.stretches(), |stretch, meter| {
+        progress(1.0 / strides.stretches() as f64);
+        pieces(&dragon.metered(meter), &strides, stretch, limit_m)
+    });
+    meter.add(looking.done());
+    let mut reached_m = strides.reached_m(stretches.len());
+    let mut ways: BTreeMap<[usize; 2], Vec<Piece>> = BTreeMap::new();
+    for pieces in stretches {
+        let Ok(pieces) = pieces.map_err(|spent| reached_m = spent.reached_m) else { break };
+        for piece in pieces {
+            ways.entry(piece.benches).or_default().push(piece);
+        }
+    }
+    let mut brackets: Vec<Bracket> = ways.values().flat_map(|way| brackets(way)).collect();
+    brackets.sort_by(|first, second| first.travels_m[0].total_cmp(&second.travels_m[0]));
+    let valleys = on_all_cores(meter, brackets.len(), |bracket, meter| {
+        brackets[bracket].near_miss(&dragon.metered(meter), limit_m)
+    });
+    // A near miss is told of where all that begins before it was looked at.
+    reached_m = brackets.get(valleys.len()).map_or(reached_m, |bracket| bracket.travels_m[0].min(reached_m));
+    let mut valleys: Vec<ClosestApproach> =
+        valleys.into_iter().flatten().filter(|valley| valley.travel_m <= reached_m).collect();
+    valleys.sort_by(|first, second| {
+        let order = first.travel_m.total_cmp(&second.travel_m);
+        order.then_with(|| first.pair.benches.cmp(&second.pair.benches))
+    });
+    valleys.dedup_by(|later, earlier| {
+        let same = later.travel_m - earlier.travel_m <= SAME_M;
+        if same {
+            earlier.pair.benches = earlier.pair.benches.min(later.pair.benches);
+        }
+        same
+    });
+    Found { approaches: valleys, ends_early_m: (reached_m < to_travel_m).then_some(reached_m) }
+}
+
+/// The pieces of a stretch on which a pair may come under the limit.
+fn pieces(dragon: &Dragon, strides: &Strides, stretch: usize, limit_m: f64) -> Result<Vec<Piece>, Spent> {
+    let ends_m = strides.stretch(stretch, dragon);
+    let mut pieces = Vec::new();
+    let mut search = ApproachSearch::new(dragon, Pairs::All, ends_m[0]);
+    for &to_m in &ends_m[1..] {
+        search.walk(to_m, &|| limit_m, &mut |piece| pieces.push(piece))?;
+    }
+    Ok(pieces)
+}
+
+/// A short way on which the clearance of a pair has a minimum, perhaps at an end.
+struct Bracket {
+    benches: [usize; 2],
+    travels_m: [f64; 2],
+}
+
+/// The brackets of a pair's minima, from its pieces in order of travel.
+fn brackets(way: &[Piece]) -> Vec<Bracket> {
+    let mut brackets = Vec::new();
+    for (i, piece) in way.iter().enumerate() {
+        let [low_m, high_m] = piece.travels_m;
+        let after = way.get(i + 1).filter(|after| after.travels_m[0] == high_m);
+        let follows = i > 0 && way[i - 1].travels_m[1] == low_m;
+        let falls = piece.clearances_m[1] < piece.clearances_m[0];
+        if !follows && !falls {
+            brackets.push(Bracket { benches: piece.benches, travels_m: piece.travels_m });
+        }
+        if falls && after.is_none_or(|after| after.clearances_m[1] >= after.clearances_m[0]) {
+            let end_m = after.map_or(high_m, |after| after.travels_m[1]);
+            brackets.push(Bracket { benches: piece.benches, travels_m: [low_m, end_m] });
+        }
+    }
+    brackets
+}
+
+impl Bracket {
+    /// The minimum, if it lies within, is under the limit, and no other pair is nearer there.
+    fn near_miss(&self, dragon: &Dragon, limit_m: f64) -> Option<ClosestApproach> {
+        let [from_m, to_m] = self.travels_m;
+        let valley = ClosestApproach::between(dragon, self.benches, from_m, to_m);
+        let floor_m = valley.pair.clearance_m;
+        let deep =
+            |travel_m| ClosestApproach::at(dragon, self.benches, travel_m).pair.clearance_m > floor_m + ROUNDING_M;
+        if floor_m >= limit_m || !deep(from_m) || !deep(to_m) {
+            return None;
+        }
+        let nearest = ApproachSearch::new(dragon, Pairs::All, valley.travel_m).nearest()?;
+        (nearest.clearance_m >= floor_m - ROUNDING_M).then_some(valley)
+    }
+}

@@ -1,0 +1,66 @@
+//! What a choreographer plans with, and any one measure of it changed.
+
+use crate::dragon::{Dimensions, DimensionsError};
+use crate::planner::HeadTimetable;
+use crate::route::RouteSpec;
+
+use super::Parameter;
+
+/// A dragon and its route as planned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setting {
+    /// The benches.
+    pub dimensions: Dimensions,
+    /// The route.
+    pub route: RouteSpec,
+    /// Speed of the head in m/s.
+    pub speed_mps: f64,
+    /// Greatest acceleration of the head in m/s²; without one it starts and stops at once.
+    pub accel_mps2: Option<f64>,
+}
+
+impl Setting {
+    /// When the head is where on a run to `end_travel_m`.
+    pub(super) fn timetable(&self, end_travel_m: f64) -> HeadTimetable {
+        HeadTimetable::new(self.speed_mps, self.accel_mps2, self.route.start_s(), end_travel_m)
+    }
+
+    /// The value of a parameter.
+    pub fn value(&self, parameter: Parameter) -> f64 {
+        match parameter {
+            Parameter::Pitch => match self.route {
+                RouteSpec::Spiral(plan) => plan.pitch_m,
+                RouteSpec::Turnaround(plan) => plan.pitch_m,
+            },
+            Parameter::HeadLength => self.dimensions.head_length_m(),
+            Parameter::BodyLength => self.dimensions.body_length_m(),
+            Parameter::Width => self.dimensions.width_m(),
+            Parameter::HoleOffset => self.dimensions.hole_offset_m(),
+            Parameter::Speed => self.speed_mps,
+        }
+    }
+
+    /// The same with another value of one parameter. A pitch is not checked until a dragon walks it.
+    ///
+    /// # Errors
+    /// Impossible measures of a bench.
+    pub fn with(&self, parameter: Parameter, value: f64) -> Result<Self, DimensionsError> {
+        let mut changed = *self;
+        match (parameter, &mut changed.route) {
+            (Parameter::Speed, _) => changed.speed_mps = value,
+            (Parameter::Pitch, RouteSpec::Spiral(plan)) => plan.pitch_m = value,
+            (Parameter::Pitch, RouteSpec::Turnaround(plan)) => plan.pitch_m = value,
+            _ => {
+                let measure = |of| if of == parameter { value } else { self.value(of) };
+                changed.dimensions = Dimensions::new(
+                    self.dimensions.benches(),
+                    measure(Parameter::HeadLength),
+                    measure(Parameter::BodyLength),
+                    measure(Parameter::Width),
+                    measure(Parameter::HoleOffset),
+                )?;
+            }
+        }
+        Ok(changed)
+    }
+}

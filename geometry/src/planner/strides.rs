@@ -1,0 +1,68 @@
+//! A way cut into strides, and these into stretches for one core at a time.
+
+use std::ops::RangeInclusive;
+
+use crate::clearance::ApproachSearch;
+use crate::dragon::Dragon;
+
+/// Strides that a core takes at a time.
+const STRIDES_AT_A_TIME: usize = 16;
+
+/// What a stretch takes at least, in steps of work: so a limit of work bounds how many there are.
+const STEPS_PER_STRETCH: u64 = 1_000;
+
+/// A way that is looked at stride by stride.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Strides {
+    from_m: f64,
+    to_m: f64,
+    count: usize,
+}
+
+impl Strides {
+    /// The way of the head between two travels, in strides of equal length.
+    pub(super) fn of(dragon: &Dragon, from_m: f64, to_m: f64) -> Self {
+        let count = ((to_m - from_m) / ApproachSearch::stride_m(dragon)).ceil().max(1.0) as usize;
+        Self { from_m, to_m, count }
+    }
+
+    /// Travel at the end of the strides up to this one; the way's end beyond the last.
+    pub(super) fn end_m(&self, strides: usize) -> f64 {
+        if strides >= self.count {
+            return self.to_m;
+        }
+        self.from_m + (self.to_m - self.from_m) * (strides as f64 / self.count as f64)
+    }
+
+    /// Number of stretches.
+    pub(super) fn stretches(&self) -> usize {
+        self.count.div_ceil(STRIDES_AT_A_TIME)
+    }
+
+    /// The travels at the ends of a stretch's strides, each stretch beginning where the one before it ends. Counts a part of
+    /// the work on the dragon's meter.
+    pub(super) fn stretch(&self, stretch: usize, dragon: &Dragon) -> Vec<f64> {
+        dragon.meter().add(STEPS_PER_STRETCH);
+        self.ends_of(stretch).map(|stride| self.end_m(stride)).collect()
+    }
+
+    /// Travel up to which so many stretches go.
+    pub(super) fn reached_m(&self, stretches: usize) -> f64 {
+        self.end_m(stretches.saturating_mul(STRIDES_AT_A_TIME))
+    }
+
+    /// The strides around a travel: from the end of the one before to the end of the one behind.
+    pub(super) fn around(&self, travel_m: f64) -> [f64; 2] {
+        let share = (travel_m - self.from_m) / (self.to_m - self.from_m);
+        let mut behind = (share * self.count as f64) as usize;
+        while behind < self.count && self.end_m(behind) < travel_m {
+            behind += 1;
+        }
+        [self.end_m(behind.saturating_sub(1)), self.end_m(behind + 1)]
+    }
+
+    fn ends_of(&self, stretch: usize) -> RangeInclusive<usize> {
+        let first = stretch * STRIDES_AT_A_TIME;
+        first..=(first + STRIDES_AT_A_TIME).min(self.count)
+    }
+}

@@ -1,0 +1,181 @@
+//! The head's timetable: at which show time it is where, on a run from its start that nobody interferes with.
+//!
+//! The head starts from rest, speeds up evenly to the planned speed, walks at it, and brakes evenly so that it rests exactly
+//! at the run's end. Where the run is too short for the planned speed it brakes as soon as it no longer speeds up. Without a
+//! greatest acceleration it walks at the planned speed all along. This is the walk of the server (`server::motion`), which
+//! plans it phase by phase because commands may change it; a test there holds the two against each other.
+
+/// When the head is where. Times are show times in seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeadTimetable {
+    start_s: f64,
+    start_m: f64,
+    end_m: f64,
+    speed_mps: f64,
+    ramps: Option<Ramps>,
+}
+
+/// The ramps at both ends, which are alike.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Ramps {
+    accel_mps2: f64,
+    /// Speed between them.
+    top_mps: f64,
+    /// Travel of each.
+    length_m: f64,
+}
+
+impl HeadTimetable {
+    /// A run that begins at a show time, where the planned speed puts the head (at `speed_mps` × `start_s` of travel), and
+    /// that ends at a travel. The speed, and the acceleration if there is one, are above 0.
+    ///
+    /// ```
+    /// use bench_dragon_geometry::planner::HeadTimetable;
+    ///
+    /// // 2 s and 1 m to reach 1 m/s, 8 s at it, and 2 s to rest.
+    /// let timetable = HeadTimetable::new(1.0, Some(0.5), 0.0, 10.0);
+    /// assert_eq!((timetable.time_s(1.0), timetable.time_s(9.0), timetable.time_s(10.0)), (2.0, 10.0, 12.0));
+    /// assert_eq!((timetable.travel_m(1.0), timetable.speed_mps(1.0)), (0.25, 0.5));
+    /// ```
+    pub fn new(speed_mps: f64, accel_mps2: Option<f64>, start_s: f64, end_travel_m: f64) -> Self {
+        let start_m = speed_mps * start_s;
+        let run_m = (end_travel_m - start_m).max(0.0);
+        let ramps = accel_mps2.map(|accel_mps2| {
+            let full_m = speed_mps * speed_mps / (2.0 * accel_mps2);
+            if 2.0 * full_m <= run_m {
+                Ramps { accel_mps2, top_mps: speed_mps, length_m: full_m }
+            } else {
+                Ramps { accel_mps2, top_mps: (accel_mps2 * run_m).sqrt(), length_m: 0.5 * run_m }
+            }
+        });
+        Self { start_s, start_m, end_m: start_m + run_m, speed_mps, ramps }
+    }
+
+    /// Show time at which the head arrives at a travel. With ramps, a travel beyond the run's ends counts as the nearer end.
+    pub fn time_s(&self, travel_m: f64) -> f64 {
+        let Some(Ramps { accel_mps2, length_m, top_mps }) = self.ramps else { return travel_m / self.speed_mps };
+        let walked_m = (travel_m - self.start_m).max(0.0);
+        let left_m = (self.end_m - travel_m).max(0.0);
+        if walked_m <= length_m {
+            self.start_s + (2.0 * walked_m / accel_mps2).sqrt()
+        } else if left_m >= length_m {
+            self.start_s + (walked_m + length_m) / top_mps
+        } else {
+            self.end_s() - (2.0 * left_m / accel_mps2).sqrt()
+        }
+    }
+
+    /// Travel of the head at a show time. With ramps, the head rests at the run's ends before and after it.
+    pub fn travel_m(&self, time_s: f64) -> f64 {
+        let Some(Ramps { accel_mps2, length_m, top_mps }) = self.ramps else { return self.speed_mps * time_s };
+        let (elapsed_s, left_s) = ((time_s - self.start_s).max(0.0), (self.end_s() - time_s).max(0.0));
+        let ramp_s = top_mps / accel_mps2;
+        if elapsed_s <= ramp_s {
+            self.start_m + 0.5 * accel_mps2 * elapsed_s * elapsed_s
+        } else if left_s >= ramp_s {
+            self.start_m + top_mps * elapsed_s - length_m
+        } else {
+            self.end_m - 0.5 * accel_mps2 * left_s * left_s
+        }
+    }
+
+    /// Speed of the head at a show time, in metres per show second: 0 at both ends of a run with ramps.
+    pub fn speed_mps(&self, time_s: f64) -> f64 {
+        let Some(Ramps { accel_mps2, top_mps, .. }) = self.ramps else { return self.speed_mps };
+        let ramped_s = (time_s - self.start_s).min(self.end_s() - time_s).max(0.0);
+        (accel_mps2 * ramped_s).min(top_mps)
+    }
+
+    /// Show time at which the head rests at the run's end.
+    pub fn end_s(&self) -> f64 {
+        match self.ramps {
+            None => self.end_m / self.speed_mps,
+            Some(Ramps { top_mps: 0.0, .. }) => self.start_s,
+            Some(Ramps { top_mps, length_m, .. }) => {
+                self.start_s + (self.end_m - self.start_m + 2.0 * length_m) / top_mps
+            }
+        }
+    }
+
+    /// The head's speed at a travel, one over which is the growth of [`time_s`](Self::time_s) per metre, and the growth of
+    /// `time_s` per m/s of planned speed with the travel as it is. None where the head brakes for the run's end: there
+    /// `time_s` depends on where that is too.
+    pub(crate) fn speed_and_time_rate(&self, travel_m: f64) -> Option<(f64, f64)> {
+        let Some(Ramps { accel_mps2, length_m, top_mps }) = self.ramps else {
+            return Some((self.speed_mps, -travel_m / (self.speed_mps * self.speed_mps)));
+        };
+        let walked_m = travel_m - self.start_m;
+        if walked_m < length_m {
+            let speed_mps = (2.0 * accel_mps2 * walked_m).sqrt();
+            return Some((speed_mps, -self.start_s / speed_mps));
+        }
+        let cruises = self.end_m - travel_m > length_m;
+        cruises.then(|| (top_mps, 0.5 / accel_mps2 - travel_m / (top_mps * top_mps)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn without_an_acceleration_time_is_travel_over_speed_to_the_bit() {
+        let timetable = HeadTimetable::new(0.7, None, -3.0, 51.3);
+        for travel_m in [-2.1, 0.0, 0.1, 17.3, 51.3] {
+            assert_eq!(timetable.time_s(travel_m), travel_m / 0.7);
+        }
+        assert_eq!((timetable.travel_m(17.3), timetable.speed_mps(-3.0)), (0.7 * 17.3, 0.7));
+    }
+
+    #[test]
+    fn a_run_too_short_for_the_planned_speed_brakes_from_its_middle() {
+        let timetable = HeadTimetable::new(5.0, Some(1.0), 0.0, 4.0);
+        assert_eq!((timetable.end_s(), timetable.time_s(2.0)), (4.0, 2.0));
+        assert_eq!((timetable.speed_mps(2.0), timetable.travel_m(3.0)), (2.0, 3.5));
+    }
+
+    #[test]
+    fn a_run_without_length_is_over_at_once() {
+        let timetable = HeadTimetable::new(2.0, Some(1.0), 3.0, 6.0);
+        assert_eq!((timetable.end_s(), timetable.time_s(6.0), timetable.travel_m(9.0)), (3.0, 3.0, 6.0));
+    }
+
+    proptest! {
+        #[test]
+        fn time_and_travel_are_inverse(
+            speed_mps in 0.01..10.0_f64,
+            accel_mps2 in prop::option::of(0.001..20.0_f64),
+            start_s in -100.0..100.0_f64,
+            run_m in 0.01..500.0_f64,
+            part in 0.0..1.0_f64,
+        ) {
+            let timetable = HeadTimetable::new(speed_mps, accel_mps2, start_s, speed_mps * start_s + run_m);
+            let travel_m = speed_mps * start_s + part * run_m;
+            let again_m = timetable.travel_m(timetable.time_s(travel_m));
+            prop_assert!((again_m - travel_m).abs() < 1e-9, "{travel_m} becomes {again_m}");
+        }
+
+        #[test]
+        fn rates_are_those_of_differences(
+            speed_mps in 0.5..5.0_f64,
+            accel_mps2 in prop::option::of(0.1..5.0_f64),
+            start_s in -50.0..0.0_f64,
+            part in 0.05..0.95_f64,
+        ) {
+            let with = |speed_mps| HeadTimetable::new(speed_mps, accel_mps2, start_s, 200.0);
+            let travel_m = speed_mps * start_s + part * (200.0 - speed_mps * start_s);
+            let Some((there_mps, per_speed)) = with(speed_mps).speed_and_time_rate(travel_m) else { return Ok(()) };
+            let step = 1e-6;
+            let ends = [travel_m - step, travel_m + step].map(|travel_m| with(speed_mps).speed_and_time_rate(travel_m));
+            let near = |rates: Option<(f64, f64)>| rates.is_some_and(|rates| (rates.0 - there_mps).abs() < 1e-3);
+            // Not across the end of a ramp.
+            prop_assume!(ends.into_iter().all(near));
+            let by_travel = with(speed_mps).time_s(travel_m + step) - with(speed_mps).time_s(travel_m - step);
+            let by_speed = with(speed_mps + step).time_s(travel_m) - with(speed_mps - step).time_s(travel_m);
+            prop_assert!((by_travel / (2.0 * step) * there_mps - 1.0).abs() < 1e-4);
+            prop_assert!((by_speed / (2.0 * step) - per_speed).abs() < 1e-3 * (1.0 + per_speed.abs()));
+        }
+    }
+}

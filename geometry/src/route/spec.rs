@@ -1,0 +1,92 @@
+//! The route as it is planned: what a choreographer sets.
+
+use std::sync::Arc;
+
+use super::{Route, RouteError, Spiral, Turnaround};
+
+/// A route as planned. Times are show times in seconds; the route itself knows travel alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RouteSpec {
+    /// Inward on a spiral, from t = 0 to its centre.
+    Spiral(SpiralSpec),
+    /// In on a spiral, round in an S, and out again.
+    Turnaround(TurnaroundSpec),
+}
+
+/// A spiral as planned; the paper's by default.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpiralSpec {
+    /// Distance between neighbouring turns.
+    pub pitch_m: f64,
+    /// Turns from the centre at which the head starts.
+    pub start_turns: f64,
+}
+
+impl Default for SpiralSpec {
+    fn default() -> Self {
+        Self { pitch_m: 0.55, start_turns: 16.0 }
+    }
+}
+
+/// A turnaround as planned; the paper's by default.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TurnaroundSpec {
+    /// Distance between neighbouring turns.
+    pub pitch_m: f64,
+    /// Diameter of the circle that the S lies in.
+    pub turn_diameter_m: f64,
+    /// Radius of the entry arc ÷ that of the exit arc.
+    pub radius_ratio: f64,
+    /// Show time at which the plan begins; the head enters the circle at 0.
+    pub start_s: f64,
+    /// Show time at which the plan ends.
+    pub end_s: f64,
+}
+
+impl Default for TurnaroundSpec {
+    fn default() -> Self {
+        Self { pitch_m: 1.7, turn_diameter_m: 9.0, radius_ratio: 2.0, start_s: -100.0, end_s: 100.0 }
+    }
+}
+
+impl SpiralSpec {
+    /// The curve.
+    ///
+    /// # Errors
+    /// As [`Spiral::new`].
+    pub fn spiral(&self) -> Result<Spiral, RouteError> {
+        Spiral::new(self.pitch_m, self.start_turns)
+    }
+}
+
+impl TurnaroundSpec {
+    /// The curve, walked between the planned times at a speed of the head in m/s.
+    ///
+    /// # Errors
+    /// As [`Turnaround::new`] and [`Turnaround::between`].
+    pub fn turnaround(&self, head_speed_mps: f64) -> Result<Turnaround, RouteError> {
+        Turnaround::new(self.pitch_m, self.turn_diameter_m, self.radius_ratio)?
+            .between(head_speed_mps * self.start_s, head_speed_mps * self.end_s)
+    }
+}
+
+impl RouteSpec {
+    /// Show time at which the plan begins.
+    pub fn start_s(&self) -> f64 {
+        match self {
+            Self::Spiral(_) => 0.0,
+            Self::Turnaround(plan) => plan.start_s,
+        }
+    }
+
+    /// The route, planned for a speed of the head in m/s.
+    ///
+    /// # Errors
+    /// Values out of range.
+    pub fn route(&self, head_speed_mps: f64) -> Result<Arc<dyn Route>, RouteError> {
+        Ok(match self {
+            Self::Spiral(plan) => Arc::new(plan.spiral()?),
+            Self::Turnaround(plan) => Arc::new(plan.turnaround(head_speed_mps)?),
+        })
+    }
+}

@@ -1,0 +1,116 @@
+//! The dragon on a route that is no spiral: a straight line that bends into a circle. Its curvature jumps, and handles
+//! are at times faster than the head.
+
+use std::sync::Arc;
+
+use bench_dragon_geometry::clearance::first_contact;
+use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, RunEnd};
+use bench_dragon_geometry::route::{Route, RoutePoint};
+use glam::DVec2;
+
+/// Along +x up to the origin, where t = 0 is 1 m further back, then left around a circle. A place is the travel from
+/// the origin.
+#[derive(Debug)]
+struct Bend {
+    radius_m: f64,
+    end_m: f64,
+}
+
+impl Route for Bend {
+    fn start_travel_m(&self) -> f64 {
+        0.0
+    }
+
+    fn end_travel_m(&self) -> f64 {
+        1.0 + self.end_m
+    }
+
+    fn pitch_m(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    fn travel(&self, place: f64) -> f64 {
+        1.0 + place
+    }
+
+    fn place(&self, travel_m: f64) -> f64 {
+        travel_m - 1.0
+    }
+
+    fn point(&self, place: f64) -> RoutePoint {
+        let angle = place.max(0.0) / self.radius_m;
+        let on_circle = self.radius_m * DVec2::new(angle.sin(), 1.0 - angle.cos());
+        let position = on_circle + DVec2::new(place.min(0.0), 0.0);
+        RoutePoint { position, tangent: DVec2::from_angle(angle), pace_m: 1.0 }
+    }
+
+    fn step_back(&self, place: f64, arc_m: f64) -> f64 {
+        place - arc_m
+    }
+
+    fn curvature_bound(&self, _rear: f64, front: f64) -> f64 {
+        if front > 0.0 { 1.0 / self.radius_m } else { 0.0 }
+    }
+}
+
+fn dragon(benches: usize, radius_m: f64, end_m: f64) -> Dragon {
+    let dimensions = Dimensions::new(benches, 2.2, 2.2, 0.3, 0.1).expect("valid benches");
+    Dragon::new(dimensions, Arc::new(Bend { radius_m, end_m })).expect("the dragon stands on the line")
+}
+
+fn some_pair_overlaps(dragon: &Dragon, travel_m: f64) -> bool {
+    let mut boards: Vec<Board> = Vec::new();
+    let mut solver = ChainSolver::new(dragon);
+    dragon.place_boards(solver.solve(dragon, travel_m).expect("within the run"), &mut boards);
+    (2..boards.len()).any(|second| (0..second - 1).any(|first| boards[first].overlaps(&boards[second])))
+}
+
+#[test]
+fn on_the_line_every_handle_is_as_fast_as_the_head() {
+    let dragon = dragon(5, 3.0, 6.0);
+    assert!(dragon.chain(0.5).expect("within the run").all(|handle| handle.speed_ratio == 1.0));
+    assert_eq!((dragon.end_travel_m(), dragon.run_end()), (7.0, RunEnd::RouteEnd));
+}
+
+#[test]
+fn on_the_circle_every_handle_is_as_fast_as_the_head() {
+    let dragon = dragon(3, 3.0, 18.0);
+    for handle in dragon.chain(17.0).expect("within the run") {
+        assert!((handle.speed_ratio - 1.0).abs() < 1e-12 && handle.place > 0.0, "{handle:?}");
+    }
+}
+
+/// The head has turned by φ, the rear handle is still a = −r·tan φ before the circle, square to the head's direction:
+/// r²·(sin φ − tan φ)² + r²·(1 − cos φ)² = d².
+#[test]
+fn handle_stops_where_the_bend_is_too_tight() {
+    let (radius_m, link_m) = (0.8, 2.0);
+    let dragon = dragon(1, radius_m, 10.0);
+    assert_eq!(dragon.run_end(), RunEnd::HandleStops { handle: 1 });
+    let angle: f64 = (dragon.end_travel_m() - 1.0) / radius_m;
+    let squared = (angle.sin() - angle.tan()).powi(2) + (1.0 - angle.cos()).powi(2);
+    assert!((radius_m * squared.sqrt() - link_m).abs() < 1e-9, "the run ends at {} m", dragon.end_travel_m());
+}
+
+#[test]
+fn first_contact_is_where_a_fine_walk_first_sees_an_overlap() {
+    let (mut contacts, step_m) = (0, 1e-3);
+    for benches in [3, 6, 9] {
+        for radius_m in [1.2, 1.5, 2.0, 3.0] {
+            let dragon = dragon(benches, radius_m, 12.0 * radius_m);
+            let steps = (dragon.end_travel_m() / step_m) as u32;
+            let travels = (0..=steps).map(|step| f64::from(step) * step_m);
+            let overlap_m = travels.into_iter().find(|&travel_m| some_pair_overlaps(&dragon, travel_m));
+            let contact = first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("no limit");
+            let contact_m = contact.map(|contact| contact.travel_m);
+            let agree = match (contact_m, overlap_m) {
+                (Some(contact_m), Some(overlap_m)) => contact_m <= overlap_m && contact_m > overlap_m - step_m,
+                (None, None) => true,
+                _ => false,
+            };
+            assert!(agree, "{benches} benches, radius {radius_m} m: {contact:?} but {overlap_m:?}");
+            contacts += u32::from(contact.is_some());
+        }
+    }
+    assert!(contacts > 0, "some of the dragons bite their tails");
+}

@@ -1,0 +1,151 @@
+//! What holds for every dragon on every spiral, at any travel.
+
+use std::sync::Arc;
+
+use bench_dragon_geometry::dragon::{ChainSolver, Dimensions, Dragon, Handle, RunEnd};
+use bench_dragon_geometry::route::{Route, Spiral};
+use proptest::prelude::*;
+
+/// Dragons that can stand at the start of a spiral.
+fn dragons() -> impl Strategy<Value = Dragon> {
+    let benches = (1_usize..60, 0.5..4.0_f64, 0.5..4.0_f64, 0.05..0.5_f64, 0.0..0.4_f64);
+    let spirals = (1.02..5.0_f64, 2.0..20.0_f64);
+    (benches, spirals).prop_filter_map("cannot stand", |((count, head_m, body_m, width_m, hole), (pitch, turns))| {
+        let hole_offset_m = hole * head_m.min(body_m);
+        let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole_offset_m).ok()?;
+        Dragon::new(dimensions, Arc::new(Spiral::new(pitch * width_m, turns).ok()?)).ok()
+    })
+}
+
+/// A dragon and a part of its run.
+fn walks() -> impl Strategy<Value = (Dragon, f64)> {
+    (dragons(), 0.0..=1.0_f64).prop_map(|(dragon, part)| {
+        let travel_m = part * dragon.end_travel_m();
+        (dragon, travel_m)
+    })
+}
+
+fn solve(dragon: &Dragon, travel_m: f64) -> Vec<Handle> {
+    ChainSolver::new(dragon).solve(dragon, travel_m).expect("within the run").to_vec()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn every_link_keeps_its_length((dragon, travel_m) in walks()) {
+        for (bench, ends) in solve(&dragon, travel_m).windows(2).enumerate() {
+            let error_m = ends[0].position.distance(ends[1].position) - dragon.dimensions().link_m(bench);
+            prop_assert!(error_m.abs() < 1e-12, "link {bench} is off by {error_m} m");
+        }
+    }
+
+    #[test]
+    fn every_handle_stands_on_the_route_behind_the_one_before((dragon, travel_m) in walks()) {
+        let handles = solve(&dragon, travel_m);
+        prop_assert!(handles.windows(2).all(|ends| ends[1].place < ends[0].place));
+        for handle in handles {
+            let point = dragon.route().point(handle.place);
+            prop_assert_eq!((point.position, point.tangent), (handle.position, handle.tangent));
+        }
+    }
+
+    #[test]
+    fn no_place_nearer_along_the_route_is_at_the_links_length((dragon, travel_m) in walks()) {
+        for (bench, ends) in solve(&dragon, travel_m).windows(2).enumerate() {
+            let link_m = dragon.dimensions().link_m(bench);
+            for part in 1..400 {
+                let place = ends[0].place + (ends[1].place - ends[0].place) * f64::from(part) / 400.0;
+                let distance_m = ends[0].position.distance(dragon.route().point(place).position);
+                prop_assert!(distance_m < link_m, "link {bench} could end {part}/400 of its way back");
+            }
+        }
+    }
+
+    #[test]
+    fn speeds_are_those_of_the_positions(dragon in dragons(), part in 0.01..0.95_f64) {
+        let (travel_m, half_step_m) = (part * dragon.end_travel_m(), 1e-5);
+        let (before, after) = (solve(&dragon, travel_m - half_step_m), solve(&dragon, travel_m + half_step_m));
+        for (index, handle) in solve(&dragon, travel_m).iter().enumerate() {
+            let velocity = (after[index].position - before[index].position) / (2.0 * half_step_m);
+            let error = velocity - handle.speed_ratio * handle.tangent;
+            prop_assert!(error.length() < 1e-6, "handle {index} moves at {velocity}, not at {}", handle.speed_ratio);
+        }
+    }
+
+    #[test]
+    fn every_handle_moves_forward((dragon, travel_m) in walks()) {
+        for (index, handle) in solve(&dragon, travel_m).iter().enumerate() {
+            prop_assert!(handle.speed_ratio > 0.0, "handle {index} has ratio {}", handle.speed_ratio);
+        }
+    }
+
+    /// On the way in the route is tighter at a link's front. The chord then makes the larger angle there (Vogt's
+    /// theorem), as long as the link does not span half a turn.
+    #[test]
+    fn no_handle_is_faster_than_the_one_before_on_the_way_in((dragon, travel_m) in walks()) {
+        for (bench, ends) in solve(&dragon, travel_m).windows(2).enumerate() {
+            if dragon.route().curvature_bound(ends[1].place, ends[0].place) * dragon.dimensions().link_m(bench) < 2.0 {
+                let ratio = ends[1].speed_ratio / ends[0].speed_ratio;
+                prop_assert!(ratio <= 1.0 + 1e-12, "bench {bench} has ratio {ratio}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_pose_depends_on_its_travel_alone((dragon, travel_m) in walks(), other in 0.0..=1.0_f64) {
+        let mut solver = ChainSolver::new(&dragon);
+        let first = solver.solve(&dragon, travel_m).expect("within the run").to_vec();
+        solver.solve(&dragon, other * dragon.end_travel_m()).expect("within the run");
+        prop_assert_eq!(solver.solve(&dragon, travel_m).expect("within the run"), &first[..]);
+    }
+
+    #[test]
+    fn a_run_that_a_handle_ends_ends_as_it_comes_to_a_stop(dragon in dragons()) {
+        let handles = solve(&dragon, dragon.end_travel_m());
+        match dragon.run_end() {
+            RunEnd::RouteEnd => prop_assert_eq!(dragon.end_travel_m(), dragon.route().end_travel_m()),
+            RunEnd::HandleStops { handle } => {
+                prop_assert!(handles[handle].speed_ratio.abs() < 1e-5, "ratio {}", handles[handle].speed_ratio);
+                prop_assert!(handles[..handle].iter().all(|ahead| ahead.speed_ratio > 1e-5));
+            }
+            RunEnd::HandleJumps { handle } => {
+                prop_assert!(dragon.dimensions().link_m(handle - 1) > dragon.route().pitch_m());
+            }
+        }
+    }
+
+    #[test]
+    fn place_and_travel_are_inverse(pitch_m in 0.01..100.0_f64, turns in 0.1..1000.0_f64, part in -1.0..1.0_f64) {
+        let spiral = Spiral::new(pitch_m, turns).expect("a valid spiral");
+        let travel_m = part * spiral.end_travel_m();
+        let error_m = spiral.travel(spiral.place(travel_m)) - travel_m;
+        prop_assert!(error_m.abs() <= 1e-14 * spiral.end_travel_m(), "off by {error_m} m at {travel_m} m");
+    }
+
+    #[test]
+    fn a_step_back_walks_a_third_of_its_arc_at_least_and_never_more(
+        pitch_m in 0.01..100.0_f64,
+        turns in 0.1..100.0_f64,
+        part in 0.0..=1.0_f64,
+        arc_m in 1e-6..1000.0_f64,
+    ) {
+        let spiral = Spiral::new(pitch_m, turns).expect("a valid spiral");
+        let place = spiral.place(part * spiral.end_travel_m());
+        let walked_m = spiral.travel(place) - spiral.travel(spiral.step_back(place, arc_m));
+        let rounding_m = 1e-13 * (spiral.end_travel_m() + arc_m);
+        prop_assert!(walked_m <= arc_m + rounding_m, "{walked_m} m of {arc_m} m");
+        prop_assert!(3.0 * walked_m >= arc_m - rounding_m, "{walked_m} m of {arc_m} m");
+    }
+
+    #[test]
+    fn curvature_bound_is_how_fast_the_tangent_turns(pitch_m in 0.1..10.0_f64, turns in 0.1..50.0_f64) {
+        let spiral = Spiral::new(pitch_m, turns).expect("a valid spiral");
+        let place = spiral.place(0.0);
+        let half_step = 1e-5;
+        let [before, here, after] = [place - half_step, place, place + half_step].map(|place| spiral.point(place));
+        let curvature = before.tangent.angle_to(after.tangent).abs() / (2.0 * half_step * here.pace_m);
+        let bound = spiral.curvature_bound(place, place);
+        prop_assert!((curvature - bound).abs() < 1e-6 * bound, "{curvature} against {bound}");
+    }
+}

@@ -1,0 +1,184 @@
+//! The search for near pairs against all pairs: what it finds must not depend on what it has searched before.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance};
+use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon};
+use bench_dragon_geometry::route::{Route, Spiral, Turnaround};
+use glam::DVec2;
+use proptest::prelude::*;
+
+/// Boards further apart than this are no pairs that a dragon's search is held against: some pair is always nearer.
+const FAR_M: f64 = 3.0;
+
+fn board(spread_m: f64) -> impl Strategy<Value = Board> {
+    let centres = (-spread_m..spread_m, -spread_m..spread_m);
+    (centres, 0.0..TAU, 0.2..2.0_f64, 0.05..0.5_f64).prop_map(|((x, y), angle, half_length, half_width)| Board {
+        centre: DVec2::new(x, y),
+        heading: DVec2::from_angle(angle),
+        half_length,
+        half_width,
+    })
+}
+
+/// From a heap in which most boards overlap to a few boards far apart.
+fn board_sets() -> impl Strategy<Value = Vec<Board>> {
+    (0.5..60.0_f64).prop_flat_map(|spread_m| prop::collection::vec(board(spread_m), 0..60))
+}
+
+/// How the boards of a set move from one search to the next: how far at most, and by which turn.
+fn moves() -> impl Strategy<Value = Vec<(f64, f64)>> {
+    prop::collection::vec((prop_oneof![Just(0.0), 1e-6..1e-2_f64, 1e-2..10.0_f64], 0.0..TAU), 1..40)
+}
+
+/// Each board in a direction of its own, and about its centre.
+fn moved(boards: &mut [Board], far_m: f64, turn: f64) {
+    for (board, i) in boards.iter_mut().zip(0..) {
+        let direction = DVec2::from_angle(turn * f64::from(i));
+        board.centre += far_m * direction;
+        board.heading = board.heading.rotate(DVec2::from_angle(far_m * direction.y));
+    }
+}
+
+fn all_pairs(boards: &[Board], far_m: f64) -> Vec<PairClearance> {
+    let mut pairs = Vec::new();
+    for first in 0..boards.len() {
+        for second in first + 2..boards.len() {
+            let (ours, theirs) = (&boards[first], &boards[second]);
+            if ours.centre.distance(theirs.centre) - ours.radius_m() - theirs.radius_m() <= far_m {
+                let approach = ours.approach(theirs);
+                let benches = [first, second];
+                pairs.push(PairClearance { benches, clearance_m: approach.clearance_m, point: approach.point });
+            }
+        }
+    }
+    pairs.sort_by(|a, b| a.clearance_m.total_cmp(&b.clearance_m).then(a.benches.cmp(&b.benches)));
+    pairs
+}
+
+/// Holds all three questions against all pairs, in an order that no answer may depend on.
+fn assert_finds_all(search: &mut ClearanceSearch, boards: &[Board], reach_m: f64, far_m: f64) {
+    let pairs = all_pairs(boards, far_m);
+    let within: Vec<_> = pairs.iter().filter(|pair| pair.clearance_m <= reach_m).copied().collect();
+    let nearest = pairs.first().copied();
+    let both = if within.is_empty() { nearest.into_iter().collect() } else { within.clone() };
+    assert_eq!(search.nearest_and_within(boards, reach_m), &both[..], "nearest and within {reach_m} m");
+    assert_eq!(search.within(boards, reach_m), &within[..], "within {reach_m} m");
+    assert_eq!(search.nearest(boards), nearest, "nearest");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn search_finds_what_all_pairs_show(
+        sets in prop::collection::vec(board_sets(), 1..4),
+        reach_m in -0.2..3.0_f64,
+    ) {
+        let mut search = ClearanceSearch::default();
+        for boards in &sets {
+            assert_finds_all(&mut search, boards, reach_m, f64::INFINITY);
+        }
+    }
+
+    #[test]
+    fn boards_that_move_are_found_wherever_they_have_been(
+        mut boards in board_sets(),
+        moves in moves(),
+        reach_m in -0.2..1.0_f64,
+    ) {
+        let mut search = ClearanceSearch::default();
+        for (far_m, turn) in moves {
+            moved(&mut boards, far_m, turn);
+            assert_finds_all(&mut search, &boards, reach_m, f64::INFINITY);
+        }
+    }
+
+    #[test]
+    fn boards_far_from_the_origin_are_found_as_well(
+        mut boards in board_sets(),
+        moves in moves(),
+        exponent in 2.0..9.0_f64,
+    ) {
+        let mut search = ClearanceSearch::default();
+        for board in &mut boards {
+            board.centre += 10.0_f64.powf(exponent) * DVec2::new(1.0, -0.7);
+        }
+        for (far_m, turn) in moves {
+            moved(&mut boards, far_m, turn);
+            assert_finds_all(&mut search, &boards, 0.025, f64::INFINITY);
+        }
+    }
+
+    #[test]
+    fn a_change_of_sizes_or_number_makes_another_set(boards in board_sets(), grown in 1.0..2.0_f64, fewer in 0..60_usize) {
+        let mut search = ClearanceSearch::default();
+        assert_finds_all(&mut search, &boards, 0.1, f64::INFINITY);
+        let larger: Vec<Board> = boards.iter().map(|&board| Board { half_width: grown * board.half_width, ..board }).collect();
+        assert_finds_all(&mut search, &larger, 0.1, f64::INFINITY);
+        assert_finds_all(&mut search, &larger[..fewer.min(larger.len())], 0.1, f64::INFINITY);
+    }
+}
+
+/// Walks a millisecond at a time, then twenty times as fast, and seeks in between.
+fn assert_finds_all_of(benches: usize, route: Arc<dyn Route>, stands_m: &[f64]) {
+    let dimensions = Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
+    let dragon = Dragon::new(dimensions, route).expect("the dragon stands on its route");
+    let (mut solver, mut boards) = (ChainSolver::new(&dragon), Vec::new());
+    let mut search = ClearanceSearch::default();
+    for stand_m in stands_m {
+        for step in 0..20 {
+            let walked_m = 0.001 * f64::from(step) + 0.02 * f64::from((step - 14).max(0));
+            let handles = solver.solve(&dragon, stand_m + walked_m).expect("the stands lie within the run");
+            dragon.place_boards(handles, &mut boards);
+            assert_finds_all(&mut search, &boards, 0.025, FAR_M);
+        }
+    }
+}
+
+#[test]
+fn every_pair_of_a_spiral_is_found() {
+    for benches in [3, 4, 12, 223] {
+        let spiral = Spiral::new(0.55, 16.0).expect("the paper's spiral is valid");
+        assert_finds_all_of(benches, Arc::new(spiral), &[0.0, 409.82, 200.0, 412.46, 411.0, 425.0]);
+    }
+}
+
+#[test]
+fn every_pair_of_a_turnaround_is_found() {
+    for benches in [3, 60, 223] {
+        let turnaround = Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround is valid");
+        assert_finds_all_of(benches, Arc::new(turnaround), &[-90.0, 14.48, 0.0, 60.0]);
+    }
+}
+
+#[test]
+fn every_pair_of_a_long_dragon_is_found() {
+    let spiral = Spiral::new(0.55, 16.0).expect("the paper's spiral is valid");
+    assert_finds_all_of(2_230, Arc::new(spiral), &[410.0]);
+}
+
+#[test]
+fn neighbours_are_no_pair() {
+    let board = |x| Board::from_handles(DVec2::new(x, 0.0), DVec2::new(x - 1.0, 0.0), 1.4, 0.3);
+    let mut search = ClearanceSearch::default();
+    assert_eq!(search.nearest(&[board(1.0), board(0.0)]), None);
+    let nearest = search.nearest(&[board(2.0), board(1.0), board(0.0)]).expect("one pair");
+    assert_eq!(nearest.benches, [0, 2]);
+    assert!((nearest.clearance_m - 0.6).abs() < 1e-15);
+}
+
+#[test]
+fn a_board_that_is_nowhere_is_in_no_pair_until_it_is_somewhere() {
+    let board = |x| Board::from_handles(DVec2::new(x, 0.0), DVec2::new(x - 1.0, 0.0), 1.4, 0.3);
+    let boards = [3.0, 2.0, 1.0, 0.0].map(board);
+    let nowhere = Board { centre: DVec2::NAN, ..boards[3] };
+    let mut search = ClearanceSearch::default();
+    let mut nearest = |boards: &[Board]| search.nearest_and_within(boards, 1.0).to_vec();
+    assert_eq!(nearest(&[nowhere; 4]), []);
+    for _ in 0..3 {
+        assert_eq!(nearest(&[boards[0], boards[1], boards[2], nowhere]).len(), 1, "0 with 2");
+        assert_eq!(nearest(&boards).len(), 2, "0 with 2, 1 with 3");
+    }
+}

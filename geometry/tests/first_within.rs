@@ -1,0 +1,184 @@
+//! The first travel at which some pair comes within a clearance, against all pairs at every step of a fine walk.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use bench_dragon_geometry::clearance::{ClearanceSearch, ContactSearch, PairEvent, first_contact, first_within};
+use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Meter};
+use bench_dragon_geometry::route::{Route, Spiral, Turnaround};
+use proptest::prelude::*;
+
+/// Steps of the walks.
+const STEP_M: f64 = 0.005;
+
+fn benches() -> impl Strategy<Value = Dimensions> {
+    let sizes = (3_usize..40, 1.0..4.0_f64, 1.0..2.5_f64, 0.1..0.4_f64, 0.0..0.3_f64);
+    sizes.prop_filter_map("not valid", |(count, head_m, body_m, width_m, hole_m)| {
+        Dimensions::new(count, head_m, body_m, width_m, hole_m).ok()
+    })
+}
+
+/// Routes short enough to walk through in small steps, on which boards come near to each other.
+fn routes() -> impl Strategy<Value = Arc<dyn Route>> {
+    let spirals = (0.15..0.8_f64, 2.0..8.0_f64).prop_filter_map("not valid", |(pitch_m, turns)| {
+        Spiral::new(pitch_m, turns).ok().map(|spiral| Arc::new(spiral) as Arc<dyn Route>)
+    });
+    let turnarounds = (0.6..2.0_f64, 4.0..9.0_f64, 0.5..2.0_f64, 15.0..40.0_f64).prop_filter_map(
+        "not valid",
+        |(pitch_m, diameter_m, ratio, end_m)| {
+            let turnaround = Turnaround::new(pitch_m, diameter_m, ratio).ok()?.between(-5.0, end_m).ok()?;
+            Some(Arc::new(turnaround) as Arc<dyn Route>)
+        },
+    );
+    prop_oneof![spirals, turnarounds]
+}
+
+fn dragons() -> impl Strategy<Value = Dragon> {
+    (benches(), routes()).prop_filter_map("cannot stand", |(dimensions, route)| Dragon::new(dimensions, route).ok())
+}
+
+fn boards_at(dragon: &Dragon, travel_m: f64) -> Vec<Board> {
+    let mut boards = Vec::new();
+    let mut solver = ChainSolver::new(dragon);
+    dragon.place_boards(solver.solve(dragon, travel_m).expect("within the run"), &mut boards);
+    boards
+}
+
+fn clearance_at(dragon: &Dragon, travel_m: f64, [first, second]: [usize; 2]) -> f64 {
+    let boards = boards_at(dragon, travel_m);
+    boards[first].clearance(&boards[second])
+}
+
+/// All pairs within a clearance: no list and no bound in between.
+fn within_at(dragon: &Dragon, travel_m: f64, clearance_m: f64) -> BTreeSet<[usize; 2]> {
+    let boards = boards_at(dragon, travel_m);
+    let pairs = (0..boards.len()).flat_map(|first| (first + 2..boards.len()).map(move |second| [first, second]));
+    pairs.filter(|&[first, second]| boards[first].clearance(&boards[second]) <= clearance_m).collect()
+}
+
+fn paper_dragon() -> Dragon {
+    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
+    Dragon::new(dimensions, Arc::new(Spiral::new(0.55, 16.0).expect("a valid spiral"))).expect("the dragon stands")
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_pair_of_a_walk_is_within_the_clearance_before(dragon in dragons(), clearance_m in 0.0..0.4_f64) {
+        let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+        let found = first_within(&dragon, clearance_m, start_m, end_m).expect("no limit");
+        let steps = ((end_m - start_m) / STEP_M) as u32;
+        let walked_m = (0..=steps)
+            .map(|step| start_m + f64::from(step) * STEP_M)
+            .find(|&travel_m| !within_at(&dragon, travel_m, clearance_m).is_empty());
+        let Some(found) = found else {
+            prop_assert_eq!(walked_m, None);
+            return Ok(());
+        };
+        prop_assert!(walked_m.is_none_or(|walked_m| found.travel_m <= walked_m), "{found:?} after {walked_m:?}");
+        let met_m = clearance_at(&dragon, found.travel_m, found.benches);
+        if found.travel_m == start_m {
+            prop_assert!(met_m <= clearance_m);
+        } else {
+            prop_assert!((met_m - clearance_m).abs() < 1e-10, "{met_m} m at {found:?}, not {clearance_m} m");
+            prop_assert!(within_at(&dragon, found.travel_m - 2e-11, clearance_m).is_empty(), "{found:?} is late");
+        }
+    }
+
+    /// A pair comes within a greater clearance no later.
+    #[test]
+    fn a_greater_clearance_is_met_no_later(dragon in dragons(), clearances_m in [0.0..0.4_f64, 0.0..0.4_f64]) {
+        let [less_m, more_m] = [clearances_m[0].min(clearances_m[1]), clearances_m[0].max(clearances_m[1])];
+        let first = |clearance_m| {
+            let found = first_within(&dragon, clearance_m, dragon.start_travel_m(), dragon.end_travel_m());
+            found.expect("no limit").map_or(f64::INFINITY, |found| found.travel_m)
+        };
+        prop_assert!(first(more_m) <= first(less_m) + 1e-10);
+    }
+
+    #[test]
+    fn sweeps_account_for_every_pair_that_comes_within_and_leaves(
+        dragon in dragons(),
+        clearance_m in 0.000_1..0.3_f64,
+        begin in 0.0..1.0_f64,
+        frames_m in prop::collection::vec(0.001..0.4_f64, 1..40),
+    ) {
+        let mut search = ContactSearch::within(&dragon, clearance_m);
+        let mut travel_m = dragon.start_travel_m() + begin * (dragon.end_travel_m() - dragon.start_travel_m());
+        let mut within = within_at(&dragon, travel_m, clearance_m);
+        for frame_m in frames_m {
+            let next_m = (travel_m + frame_m).min(dragon.end_travel_m());
+            for event in search.sweep(travel_m, next_m).events {
+                let contact = event.contact();
+                let changed = match event {
+                    PairEvent::Touch(_) => within.insert(contact.benches),
+                    PairEvent::Part(_) => within.remove(&contact.benches),
+                };
+                prop_assert!(changed, "{event:?} changes nothing");
+                let met_m = clearance_at(&dragon, contact.travel_m, contact.benches);
+                prop_assert!((met_m - clearance_m).abs() < 1e-10, "{met_m} m at {event:?}, not {clearance_m} m");
+            }
+            prop_assert_eq!(&within, &within_at(&dragon, next_m, clearance_m), "at {} m", next_m);
+            travel_m = next_m;
+        }
+    }
+}
+
+#[test]
+fn the_paper_dragon_comes_within_five_centimetres_before_it_touches() {
+    let dragon = paper_dragon();
+    let near = first_within(&dragon, 0.05, 0.0, dragon.end_travel_m()).expect("no limit").expect("it comes near");
+    assert!((clearance_at(&dragon, near.travel_m, near.benches) - 0.05).abs() < 1e-11, "{near:?}");
+    let mut search = ClearanceSearch::default();
+    let before = (0..=2_000).map(|step| near.travel_m - 1e-9 - 0.02 * f64::from(step));
+    for travel_m in before {
+        let nearest = search.nearest(&boards_at(&dragon, travel_m)).expect("pairs");
+        assert!(nearest.clearance_m > 0.05, "{nearest:?} at {travel_m} m, before {near:?}");
+    }
+}
+
+#[test]
+fn a_clearance_of_zero_is_the_first_contact_to_the_bit() {
+    let dragon = paper_dragon();
+    let contact = first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("no limit");
+    assert_eq!(first_within(&dragon, 0.0, 0.0, dragon.end_travel_m()).expect("no limit"), contact);
+    assert!((contact.expect("benches touch").travel_m - 412.473_838).abs() < 5.001e-7);
+}
+
+/// The near miss leaves 0.865 mm: a larger clearance ends there, a smaller one at the contact.
+#[test]
+fn the_near_miss_is_met_by_a_clearance_just_over_it_alone() {
+    let dragon = paper_dragon();
+    let first = |clearance_m| {
+        first_within(&dragon, clearance_m, 405.0, dragon.end_travel_m()).expect("no limit").expect("benches touch")
+    };
+    let (under, over) = (first(0.000_86), first(0.000_87));
+    assert_eq!((under.benches, over.benches), ([0, 8], [0, 11]));
+    assert!((over.travel_m - 409.832).abs() < 0.05 && under.travel_m > 412.0, "{under:?} {over:?}");
+}
+
+/// Metres of clearance that every pair is within at the start already, and one that none ever meets.
+/// A clearance costs no more work than a contact does: no bound is lost on the way.
+#[test]
+fn a_clearance_takes_about_as_much_work_as_a_contact() {
+    let steps = |clearance_m| {
+        let meter = Meter::of(u64::MAX);
+        let dragon = paper_dragon().metered(&meter);
+        let _ = first_within(&dragon, clearance_m, 380.0, 412.4).expect("no limit");
+        meter.done()
+    };
+    let (contact, clearance) = (steps(0.0), steps(0.0005));
+    assert!(contact > 0 && clearance < 2 * contact, "{clearance} steps, and {contact} for a contact");
+}
+
+#[test]
+fn clearances_at_the_ends_of_what_there_is_are_found_at_once_or_never() {
+    let dragon = paper_dragon();
+    let near = first_within(&dragon, 5.0, 0.0, dragon.end_travel_m()).expect("no limit").expect("pairs are near");
+    assert_eq!(near.travel_m, 0.0);
+    let short = Dimensions::new(3, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
+    let spiral = Arc::new(Spiral::new(0.55, 16.0).expect("a valid spiral"));
+    let short = Dragon::new(short, spiral).expect("the dragon stands");
+    assert_eq!(first_within(&short, 0.001, 0.0, 300.0), Ok(None));
+}

@@ -1,0 +1,151 @@
+//! The derivatives of the planner's answers, against central differences of the whole solvers.
+
+use bench_dragon_geometry::dragon::{Dimensions, Meter};
+use bench_dragon_geometry::planner::{
+    Curve, NoDerivative, Parameter, Quantity, Response, Sample, Sensitivity, Setting, Undefined,
+};
+use bench_dragon_geometry::route::{RouteSpec, SpiralSpec, TurnaroundSpec};
+
+/// By how much the differences vary a value. Their error is its fourth power times a fifth derivative, in which every
+/// bench adds up; the solvers' errors of some 10⁻¹¹ divided by it are under 10⁻⁶.
+const RANGE: f64 = 5e-5;
+
+/// Relative to the derivative, or to 1 where that is more. A contact's time is known to 10⁻¹¹ m over the pair's closing
+/// speed, a few hundredths mostly.
+const TOLERANCE: f64 = 1e-5;
+
+fn study(setting: Setting, parameters: &[Parameter]) -> Vec<Response> {
+    let parameters = parameters.to_vec();
+    Sensitivity { setting, turn_diameter_m: 9.0, range: RANGE, steps: 2, parameters }.study(&Meter::unlimited(), || ())
+}
+
+/// Richardson's extrapolation of central differences.
+fn difference(curve: &Curve) -> Option<f64> {
+    let [back_2, back, _, ahead, ahead_2] = &curve.samples[..] else { panic!("two steps to either side") };
+    let value = |sample: &Sample| sample.value.clone().ok();
+    let step = ahead.parameter_value - curve.parameter_value;
+    Some((8.0 * (value(ahead)? - value(back)?) - (value(ahead_2)? - value(back_2)?)) / (12.0 * step))
+}
+
+/// Checks every derivative that there is; the number of those.
+fn check(setting: Setting, parameters: &[Parameter]) -> usize {
+    let mut checked = 0;
+    for Response { quantity, curves, .. } in study(setting, parameters) {
+        for curve in curves {
+            let (Ok(derivative), Some(expected)) = (&curve.derivative, difference(&curve)) else { continue };
+            checked += 1;
+            assert!(
+                (derivative - expected).abs() <= TOLERANCE * expected.abs().max(1.0),
+                "{quantity} of {setting:?} over {}: {derivative}, by differences {expected}",
+                curve.parameter
+            );
+        }
+    }
+    checked
+}
+
+fn paper(route: RouteSpec) -> Setting {
+    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
+    Setting { dimensions, route, speed_mps: 1.0, accel_mps2: None }
+}
+
+fn value_of(responses: &[Response], quantity: Quantity) -> f64 {
+    let response = responses.iter().find(|response| response.quantity == quantity).expect("all quantities are there");
+    *response.value.as_ref().expect("the paper's dragon has an answer")
+}
+
+#[test]
+fn papers_spiral_has_the_known_answers_and_their_derivatives() {
+    let setting = paper(RouteSpec::Spiral(SpiralSpec::default()));
+    let planned = study(setting, &[]);
+    assert!((value_of(&planned, Quantity::FirstContact) - 412.473_838).abs() <= 5.001e-7);
+    assert!((value_of(&planned, Quantity::SmallestPitch) - 0.450_337).abs() <= 5.001e-7);
+    assert_eq!(value_of(&planned, Quantity::LargestSpeedRatio), 1.0);
+    // Four answers over six parameters, but for the smallest pitch over the pitch.
+    assert_eq!(check(setting, &Parameter::ALL), 4 * 6 - 1);
+}
+
+#[test]
+fn papers_turnaround_has_the_known_answers_and_their_derivatives() {
+    let setting = paper(RouteSpec::Turnaround(TurnaroundSpec::default()));
+    let planned = study(setting, &[]);
+    assert!((value_of(&planned, Quantity::LargestSpeedRatio) - 1.604_793).abs() <= 5.001e-7);
+    assert!(planned[0].value.is_err(), "no benches touch");
+    assert_eq!(check(setting, &Parameter::ALL), 3 * 6 - 1);
+}
+
+#[test]
+fn other_dragons_have_the_derivatives_that_differences_say() {
+    let geometries = [
+        (2.233, 2.180, 0.385, 0.062, 0.574, 11.6, 1.64),
+        (1.910, 1.583, 0.340, 0.163, 1.779, 8.0, 1.28),
+        (3.318, 2.880, 0.328, 0.126, 1.340, 9.4, 0.52),
+        (3.929, 1.687, 0.358, 0.150, 1.101, 10.8, 1.85),
+        (2.703, 1.811, 0.197, 0.332, 0.738, 8.5, 1.87),
+    ];
+    for (head_m, body_m, width_m, hole_m, pitch_m, turn_diameter_m, radius_ratio) in geometries {
+        let dimensions = Dimensions::new(40, head_m, body_m, width_m, hole_m).expect("valid benches");
+        // With ramps at some of them.
+        let accel_mps2 = (pitch_m > 0.6).then_some(0.4);
+        let setting = |route| Setting { dimensions, route, speed_mps: 1.5, accel_mps2 };
+        let spiral = SpiralSpec { pitch_m, start_turns: 8.0 / pitch_m };
+        let turnaround = TurnaroundSpec { pitch_m, turn_diameter_m, radius_ratio, ..TurnaroundSpec::default() };
+        let parameters = [Parameter::Pitch, Parameter::HeadLength, Parameter::BodyLength, Parameter::HoleOffset];
+        for route in [RouteSpec::Spiral(spiral), RouteSpec::Turnaround(turnaround)] {
+            let checked = check(setting(route), &parameters);
+            assert!(checked >= 8, "{checked} derivatives of {route:?}");
+        }
+    }
+}
+
+#[test]
+fn speed_changes_times_alone_and_the_pitch_is_no_answer_to_itself() {
+    let planned = study(paper(RouteSpec::Spiral(SpiralSpec::default())), &[Parameter::Speed, Parameter::Pitch]);
+    for Response { quantity, value, curves } in planned {
+        let value = value.expect("the paper's spiral has every answer");
+        for Sample { parameter_value, value: sampled } in &curves[0].samples {
+            let expected = if quantity == Quantity::FirstContact { value / parameter_value } else { value };
+            assert_eq!(sampled.clone().ok(), Some(expected), "{quantity}");
+        }
+        if quantity == Quantity::SmallestPitch {
+            assert_eq!(curves[1].derivative, Err(NoDerivative::Undefined(Undefined::OwnPitch)));
+            assert!(curves[1].samples.iter().all(|sample| sample.value.is_err()));
+        }
+    }
+}
+
+#[test]
+fn smallest_pitch_is_told_where_no_contact_limits_it() {
+    let setting = paper(RouteSpec::Spiral(SpiralSpec::default()));
+    let parameters = vec![Parameter::Width];
+    let wide = Sensitivity { setting, turn_diameter_m: 30.0, range: 0.05, steps: 1, parameters };
+    let Response { value, curves, .. } = &wide.study(&Meter::unlimited(), || ())[3];
+    assert!((value.clone().expect("16 turns reach 15 m") - 15.0 / 16.0).abs() < 1e-9);
+    assert_eq!(curves[0].derivative, Err(NoDerivative::Undefined(Undefined::Start)));
+}
+
+/// Handle 1 would stop on the turn if the head were 5 % longer. Boards wider than the pitch overlap anywhere.
+#[test]
+fn impossible_values_have_a_reason_and_leave_the_rest() {
+    let long = Sensitivity {
+        setting: paper(RouteSpec::Turnaround(TurnaroundSpec::default())),
+        turn_diameter_m: 9.0,
+        range: 0.05,
+        steps: 1,
+        parameters: vec![Parameter::HeadLength],
+    };
+    let responses = long.study(&Meter::unlimited(), || ());
+    let [low, planned, high] = &responses[2].curves[0].samples[..] else { panic!("three values") };
+    assert!(low.value.is_ok() && planned.value.is_ok());
+    let reason = high.value.clone().expect_err("the turn is too tight").to_string();
+    assert!(reason.starts_with("handle 1 would stop and walk backwards"), "{reason}");
+
+    let spiral = paper(RouteSpec::Spiral(SpiralSpec::default()));
+    let wide = Sensitivity { setting: spiral, range: 0.95, parameters: vec![Parameter::Width], ..long };
+    let responses = wide.study(&Meter::unlimited(), || ());
+    for response in &responses[..3] {
+        let reason = response.curves[0].samples[2].value.clone().expect_err("boards overlap").to_string();
+        assert!(reason.starts_with("pitch_m is 0.55, must be above width_m 0.58"), "{reason}");
+        assert!(response.curves[0].samples[1].value.is_ok());
+    }
+}

@@ -1,0 +1,100 @@
+//! The shortest S: clear itself, and nothing tighter on a grid of its own.
+
+use bench_dragon_geometry::dragon::{Dimensions, Meter, RunEnd};
+use bench_dragon_geometry::planner::{
+    Obstacle, Staging, TurnPassage, largest_speed_ratio, passage_through, shortest_turn, walk_through,
+};
+use bench_dragon_geometry::route::{Route, Turnaround};
+
+fn paper_benches(benches: usize) -> Dimensions {
+    Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid")
+}
+
+fn turn(pitch_m: f64, radius_m: f64, ratio: f64) -> Turnaround {
+    Turnaround::new(pitch_m, 2.0 * radius_m, ratio).expect("valid")
+}
+
+#[test]
+fn shortest_turn_of_the_paper_lies_between_a_stop_and_a_jump_of_the_first_handle() {
+    let shortest =
+        shortest_turn(turn(1.7, 4.5, 2.0), paper_benches(223), Staging::LIMITLESS, &Meter::unlimited(), |_| ())
+            .expect("no limit")
+            .expect("the paper's dragon turns");
+    let radius_m = 0.5 * shortest.turnaround.turn_diameter_m();
+    assert!(matches!(
+        walk_through(shortest.turnaround, paper_benches(223), Staging::LIMITLESS, &Meter::unlimited(), |_| ()),
+        TurnPassage::Clear { .. }
+    ));
+    let ends =
+        shortest.limits.map(|limit| if let Some(Obstacle::Fault { end, .. }) = limit { end } else { RunEnd::RouteEnd });
+    assert_eq!(ends, [RunEnd::HandleStops { handle: 1 }, RunEnd::HandleJumps { handle: 1 }]);
+    // The way out is the way in turned and walked backwards, and a jump is a stop walked backwards.
+    assert!((shortest.radius_ratio - 1.0).abs() < 1e-4, "{shortest:?}");
+    let passes = |radius_m: f64, ratio: f64| {
+        let turn = turn(1.7, radius_m, ratio).between(-1.0, 1.0).expect("valid");
+        passage_through(turn, paper_benches(4), &Meter::unlimited()).is_ok()
+    };
+    assert!(passes(radius_m, shortest.radius_ratio));
+    for i in 0..=400 {
+        let near = shortest.radius_ratio * (1.0 + 1e-5 * (f64::from(i) / 200.0 - 1.0));
+        assert!(!passes(radius_m - 3e-5, near), "ratio {near}");
+        let far = 8.0_f64.powf(f64::from(i) / 200.0 - 1.0);
+        assert!(!passes(radius_m - 3e-5, far), "ratio {far}");
+        assert!(!passes(0.9 * radius_m, far), "ratio {far}");
+    }
+}
+
+#[test]
+fn circle_too_small_for_any_turn_has_none() {
+    assert_eq!(
+        shortest_turn(turn(1.7, 2.5, 2.0), paper_benches(20), Staging::LIMITLESS, &Meter::unlimited(), |_| ())
+            .expect("no limit"),
+        None
+    );
+}
+
+#[test]
+fn shortest_turn_stays_on_its_spiral() {
+    let shortest =
+        shortest_turn(turn(1.7, 4.5, 2.0), paper_benches(20), Staging::LIMITLESS, &Meter::unlimited(), |_| ())
+            .expect("no limit")
+            .expect("it turns");
+    assert!((shortest.turnaround.pitch_m() - 1.7).abs() < 1e-15);
+}
+
+/// The fastest handle limits the turn: at the answer it is as fast as allowed, and tighter ones on a grid are faster or do
+/// not walk.
+#[test]
+fn shortest_turn_within_a_speed_is_the_tightest_of_a_grid() {
+    let staging = Staging { clearance_m: 0.05, speed_ratio: 2.0 };
+    let shortest = shortest_turn(turn(1.7, 4.5, 2.0), paper_benches(20), staging, &Meter::unlimited(), |_| ())
+        .expect("no limit")
+        .expect("the dragon turns");
+    let radius_m = 0.5 * shortest.turnaround.turn_diameter_m();
+    let largest = |radius_m: f64, ratio: f64| {
+        let passage = passage_through(turn(1.7, radius_m, ratio), paper_benches(20), &Meter::unlimited());
+        passage.and_then(|dragon| largest_speed_ratio(&dragon)).map_or(f64::INFINITY, |largest| largest.ratio)
+    };
+    let at_answer = largest(radius_m, shortest.radius_ratio);
+    assert!(at_answer <= 2.0 && at_answer > 1.999, "{at_answer} in {shortest:?}");
+    assert!(shortest.closest.expect("pairs").pair.clearance_m > 0.05, "{shortest:?}");
+    assert!(shortest.limits.iter().all(|limit| matches!(limit, Some(Obstacle::TooFast(_)))), "{shortest:?}");
+    for i in 0..=100 {
+        let (near, far) = (1.1_f64.powf(f64::from(i) / 50.0 - 1.0), 8.0_f64.powf(f64::from(i) / 50.0 - 1.0));
+        assert!(largest(radius_m - 1e-4, shortest.radius_ratio * near) > 2.0, "ratio {near}");
+        assert!(largest(0.95 * radius_m, far) > 2.0, "ratio {far}");
+    }
+}
+
+#[test]
+fn a_turn_out_of_its_limits_says_which_pair_or_handle_breaks_them() {
+    let walk = |clearance_m, speed_ratio| {
+        let staging = Staging { clearance_m, speed_ratio };
+        walk_through(turn(1.7, 4.5, 2.0), paper_benches(223), staging, &Meter::unlimited(), |_| ())
+    };
+    let TurnPassage::Contact(contact) = walk(0.3, f64::INFINITY) else { panic!("0.279 m remain") };
+    assert_eq!(contact.benches, [0, 16]);
+    let TurnPassage::TooFast(largest) = walk(0.0, 1.6) else { panic!("the ratio is 1.6048") };
+    assert!((largest.ratio - 1.604_793).abs() < 5.001e-7 && largest.handle == 3, "{largest:?}");
+    assert!(matches!(walk(0.279, 1.605), TurnPassage::Clear { .. }));
+}

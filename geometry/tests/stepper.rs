@@ -1,0 +1,260 @@
+//! The chain followed in steps against the chain solved anew at every travel.
+
+use std::sync::Arc;
+
+use bench_dragon_geometry::dragon::{ChainSolver, ChainStepper, Dimensions, Dragon, Instructions};
+use bench_dragon_geometry::route::{Route, Spiral, Turnaround};
+use glam::DVec2;
+use proptest::prelude::*;
+
+/// A handle as a step records it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Record {
+    position_m: DVec2,
+    velocity_mps: DVec2,
+}
+
+impl Record {
+    fn new(position_m: DVec2, velocity_mps: DVec2) -> Self {
+        Self { position_m, velocity_mps }
+    }
+}
+
+/// A stepper beside the solver that it is held against.
+struct Comparison {
+    dragon: Arc<Dragon>,
+    stepper: ChainStepper,
+    solver: ChainSolver,
+    records: Vec<Record>,
+    /// What the route's own rounding may move a point by.
+    rounding_m: f64,
+}
+
+impl Comparison {
+    fn new(dragon: Dragon, instructions: Instructions) -> Self {
+        let dragon = Arc::new(dragon);
+        let tail = ChainSolver::new(&dragon).solve(&dragon, dragon.start_travel_m()).expect("the start")
+            [dragon.dimensions().benches()];
+        let pace_m = dragon.route().point(tail.place).pace_m;
+        Self {
+            stepper: ChainStepper::with_instructions(Arc::clone(&dragon), instructions),
+            solver: ChainSolver::new(&dragon),
+            records: vec![Record::default(); dragon.dimensions().handles()],
+            rounding_m: dragon.route().rounding_m(tail.place, pace_m),
+            dragon,
+        }
+    }
+
+    fn step(&mut self, travel_m: f64) {
+        self.stepper.step(travel_m, 1.0, &mut self.records, Record::new).expect("within the run");
+    }
+
+    /// Steps, and gives by how much position and velocity are off at most.
+    fn step_and_compare(&mut self, travel_m: f64) -> (f64, f64) {
+        self.step(travel_m);
+        let exact = self.solver.solve(&self.dragon, travel_m).expect("within the run");
+        let errors = self.records.iter().zip(exact).map(|(record, handle)| {
+            let velocity_mps = handle.tangent * handle.speed_ratio;
+            (record.position_m.distance(handle.position), record.velocity_mps.distance(velocity_mps))
+        });
+        errors.fold((0.0, 0.0), |worst, error| (worst.0.max(error.0), worst.1.max(error.1)))
+    }
+
+    /// # Panics
+    /// Where it is off by more than a nanometre, or a nanometre per second and metre per second of the head.
+    fn step_exactly(&mut self, travel_m: f64) {
+        let (position_m, velocity_mps) = self.step_and_compare(travel_m);
+        let benches = self.records.len() as f64;
+        assert!(position_m <= 1e-10 + benches * self.rounding_m, "{travel_m} m: off by {position_m} m");
+        assert!(velocity_mps <= 1e-8, "{travel_m} m: off by {velocity_mps} m/s");
+    }
+}
+
+fn paper_dimensions(benches: usize) -> Dimensions {
+    Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid")
+}
+
+fn paper_spiral() -> Dragon {
+    let spiral = Spiral::new(0.55, 16.0).expect("the paper's spiral is valid");
+    Dragon::new(paper_dimensions(223), Arc::new(spiral)).expect("the paper's dragon stands")
+}
+
+fn paper_turnaround() -> Dragon {
+    let turn = Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround is valid");
+    Dragon::new(paper_dimensions(223), Arc::new(turn)).expect("the paper's dragon stands")
+}
+
+/// Steps through a whole run, and looks at every so manieth pose and at the last hundred.
+fn walk(dragon: Dragon, instructions: Instructions, step_m: f64, look: u32) {
+    let mut comparison = Comparison::new(dragon, instructions);
+    let (start_m, end_m) = (comparison.dragon.start_travel_m(), comparison.dragon.end_travel_m());
+    let steps = ((end_m - start_m) / step_m) as u32;
+    for step in 0..=steps {
+        let travel_m = start_m + f64::from(step) * step_m;
+        if step % look == 0 || step + 100 > steps {
+            comparison.step_exactly(travel_m);
+        } else {
+            comparison.step(travel_m);
+        }
+    }
+    comparison.step_exactly(end_m);
+}
+
+#[test]
+fn the_papers_whole_run_is_that_of_the_reference_solver() {
+    walk(paper_spiral(), Instructions::best(), 1e-3, 211);
+    walk(paper_spiral(), Instructions::portable(), 2e-2, 11);
+}
+
+#[test]
+fn the_papers_whole_turnaround_is_that_of_the_reference_solver() {
+    walk(paper_turnaround(), Instructions::best(), 1e-3, 101);
+    walk(paper_turnaround(), Instructions::portable(), 2e-2, 7);
+}
+
+/// Every pose while the head, and so each handle in its turn, goes from the spiral to an arc, to the other, and out.
+#[test]
+fn the_joints_of_a_turnaround_are_crossed_without_a_trace() {
+    let mut comparison = Comparison::new(paper_turnaround(), Instructions::best());
+    let dragon = Arc::clone(&comparison.dragon);
+    for joint_m in dragon.route().joints().iter().map(|&joint| dragon.route().travel(joint)) {
+        for step in -300..3000 {
+            comparison.step_exactly(joint_m + f64::from(step) * 1e-3);
+        }
+    }
+}
+
+#[test]
+fn a_hundred_thousand_benches_differ_by_rounding_alone() {
+    let spiral = Spiral::new(0.55, 16.0).expect("the paper's spiral is valid");
+    let dragon = Dragon::new(paper_dimensions(100_000), Arc::new(spiral)).expect("the dragon stands");
+    let mut comparison = Comparison::new(dragon, Instructions::best());
+    for step in 0..200 {
+        comparison.step(f64::from(step) * 1e-3);
+    }
+    let (position_m, velocity_mps) = comparison.step_and_compare(0.2);
+    // Each link's rounding is one of its own, on both sides.
+    let rounding_m = 100_000.0_f64.sqrt() * comparison.rounding_m;
+    assert!(position_m < 3.0 * rounding_m && velocity_mps < 1e-9, "off by {position_m} m, {velocity_mps} m/s");
+}
+
+#[test]
+fn a_dragon_that_stands_does_not_stir() {
+    let mut comparison = Comparison::new(paper_spiral(), Instructions::best());
+    (0..50).for_each(|step| comparison.step(100.0 + f64::from(step) * 1e-3));
+    comparison.step_exactly(100.049);
+    comparison.step_exactly(100.049);
+    let stood = comparison.records.clone();
+    (0..50).for_each(|_| comparison.step_exactly(100.049));
+    assert_eq!(comparison.records, stood);
+    comparison.step_exactly(200.0);
+    let stood = comparison.records.clone();
+    comparison.step_exactly(200.0);
+    assert_eq!(comparison.records, stood);
+    comparison.step_exactly(100.05);
+    (0..50).for_each(|step| comparison.step_exactly(100.05 + f64::from(step) * 1e-3));
+}
+
+#[test]
+fn a_travel_beyond_the_run_is_refused_and_changes_nothing() {
+    let mut comparison = Comparison::new(paper_spiral(), Instructions::best());
+    comparison.step_exactly(400.0);
+    let stood = comparison.records.clone();
+    for travel_m in [-0.1, 1e6, f64::NAN] {
+        assert!(comparison.stepper.step(travel_m, 1.0, &mut comparison.records, Record::new).is_err(), "{travel_m}");
+    }
+    assert_eq!(comparison.records, stood);
+    comparison.step_exactly(400.001);
+}
+
+/// Dragons on spirals and turnarounds, as large as a few sections.
+fn dragons() -> impl Strategy<Value = Dragon> {
+    let benches = (1_usize..150, 0.5..4.0_f64, 0.5..4.0_f64, 0.05..0.5_f64, 0.0..0.4_f64);
+    let routes = (any::<bool>(), 1.02..5.0_f64, 2.0..20.0_f64, 0.3..3.0_f64);
+    (benches, routes).prop_filter_map("cannot stand", |((count, head_m, body_m, width_m, hole), route)| {
+        let hole_offset_m = hole * head_m.min(body_m);
+        let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole_offset_m).ok()?;
+        let (turns_round, pitch, size, ratio) = route;
+        let route: Arc<dyn Route> = if turns_round {
+            Arc::new(Turnaround::new(4.0 * pitch * width_m, size, ratio).ok()?)
+        } else {
+            Arc::new(Spiral::new(pitch * width_m, size).ok()?)
+        };
+        Dragon::new(dimensions, route).ok()
+    })
+}
+
+/// What happens to the head from one pose to the next.
+#[derive(Clone, Copy, Debug)]
+enum Move {
+    Walk { step_m: f64, steps: u32 },
+    Stand,
+    Jump { part: f64 },
+}
+
+fn moves() -> impl Strategy<Value = Move> {
+    prop_oneof![
+        4 => (-14.0..-0.7_f64, 1_u32..60).prop_map(|(power, steps)| Move::Walk { step_m: 10_f64.powf(power), steps }),
+        4 => (1e-4..0.2_f64, 1_u32..60).prop_map(|(step_m, steps)| Move::Walk { step_m, steps }),
+        1 => Just(Move::Stand),
+        1 => (0.0..=1.0_f64).prop_map(|part| Move::Jump { part }),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn every_pose_of_every_dragon_is_that_of_the_reference_solver(
+        dragon in dragons(),
+        start in 0.0..=1.0_f64,
+        moves in prop::collection::vec(moves(), 1..12),
+        portable in any::<bool>(),
+    ) {
+        let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+        let instructions = if portable { Instructions::portable() } else { Instructions::best() };
+        let mut comparison = Comparison::new(dragon, instructions);
+        let mut travel_m = start_m + start * (end_m - start_m);
+        comparison.step_exactly(travel_m);
+        for next in moves {
+            match next {
+                Move::Walk { step_m, steps } => {
+                    for _ in 0..steps {
+                        travel_m = (travel_m + step_m).min(end_m);
+                        comparison.step_exactly(travel_m);
+                    }
+                }
+                Move::Stand => comparison.step_exactly(travel_m),
+                Move::Jump { part } => {
+                    travel_m = start_m + part * (end_m - start_m);
+                    comparison.step_exactly(travel_m);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_stretch_has_the_points_of_its_route(pitch_m in 0.2..3.0_f64, size in 2.0..20.0_f64, ratio in 0.1..10.0_f64) {
+        let turn = Turnaround::new(pitch_m, size, ratio).expect("a valid turnaround");
+        let spiral = Spiral::new(pitch_m, size).expect("a valid spiral");
+        for route in [&turn as &dyn Route, &spiral] {
+            let (start_m, end_m) = (route.start_travel_m(), route.end_travel_m());
+            for step in 1..500 {
+                let place = route.place(start_m + f64::from(step) / 500.0 * (end_m - start_m));
+                let point = route.point(place);
+                let stretches = route.polar_stretches();
+                let stretch = stretches.iter().rfind(|stretch| stretch.begin < place).expect("the first has no begin");
+                let polar = stretch.angle + stretch.turn * place;
+                let (radius_m, spoke) =
+                    (stretch.radius_m + stretch.radius_per_radian_m * polar, DVec2::from_angle(polar));
+                let position = stretch.centre + radius_m * spoke;
+                let tangent_m = stretch.turn * (stretch.radius_per_radian_m * spoke + radius_m * spoke.perp());
+                prop_assert!(position.distance(point.position) < 1e-11 * (1.0 + radius_m.abs()), "{place}: {point:?}");
+                let off_m = (tangent_m - point.tangent * point.pace_m).length();
+                prop_assert!(off_m < 1e-11 * (1.0 + point.pace_m), "{place}: {tangent_m} is not that of {point:?}");
+                let near = route.place_near(route.travel(place), place + 1e-3);
+                prop_assert!((near - route.place(route.travel(place))).abs() < 1e-13 * (100.0 + place.abs()));
+            }
+        }
+    }
+}

@@ -1,0 +1,234 @@
+//! The turnaround: its known values, its joints, and the turns that no dragon can walk. Walked at 1 m/s so that travel
+//! in metres is time in seconds.
+
+use std::sync::Arc;
+
+use bench_dragon_geometry::clearance::first_contact;
+use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, RunEnd};
+use bench_dragon_geometry::route::{Route, RouteError, Turnaround};
+use glam::DVec2;
+use proptest::prelude::*;
+
+fn dragon(turnaround: Turnaround) -> Dragon {
+    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
+    Dragon::new(dimensions, Arc::new(turnaround)).expect("the paper's dragon stands on its spiral")
+}
+
+fn paper_turnaround(radius_ratio: f64) -> Turnaround {
+    Turnaround::new(1.7, 9.0, radius_ratio).expect("the paper's turnaround is valid")
+}
+
+fn assert_near(actual: DVec2, x: f64, y: f64, what: &str) {
+    let error_m = actual - DVec2::new(x, y);
+    assert!(error_m.abs().max_element() <= 5.001e-7, "{what} is at {actual}, not at ({x}, {y})");
+}
+
+fn turnarounds() -> impl Strategy<Value = Turnaround> {
+    (0.2..3.0_f64, 0.5..40.0_f64, 0.05..20.0_f64)
+        .prop_map(|(pitch_m, diameter_m, ratio)| Turnaround::new(pitch_m, diameter_m, ratio).expect("valid"))
+        .prop_map(|turnaround| turnaround.between(-500.0, 500.0).expect("a valid span"))
+}
+
+#[test]
+fn head_is_where_the_table_says() {
+    let dragon = dragon(paper_turnaround(2.0));
+    let table = [
+        (-100.0, 7.778_034, 3.717_164),
+        (-50.0, 6.608_301, 1.898_865),
+        (0.0, -2.711_856, -3.591_078),
+        (50.0, 1.332_696, 6.175_324),
+        (100.0, -3.157_229, 7.548_511),
+    ];
+    for (time_s, x, y) in table {
+        let head = dragon.chain(time_s).expect("within the run").next().expect("a head");
+        assert_near(head.position, x, y, &format!("the head at {time_s} s"));
+    }
+}
+
+#[test]
+fn tail_is_where_the_table_says_and_as_fast() {
+    let dragon = dragon(paper_turnaround(2.0));
+    let tail = ChainSolver::new(&dragon).solve(&dragon, 100.0).expect("within the run")[223];
+    assert_near(tail.position, -10.980_157, -6.770_006, "handle 223");
+    assert!((tail.speed_ratio - 1.094_833).abs() <= 5.001e-7, "handle 223 has speed {}", tail.speed_ratio);
+}
+
+#[test]
+fn arcs_are_what_the_table_says() {
+    let turnaround = paper_turnaround(2.0);
+    let [entry_arc, exit_arc] = turnaround.arcs();
+    assert!((entry_arc.radius_m() - 3.005_418).abs() <= 5.001e-7, "{}", entry_arc.radius_m());
+    assert!((exit_arc.radius_m() - 1.502_709).abs() <= 5.001e-7, "{}", exit_arc.radius_m());
+    for ratio in [0.1, 0.5, 1.0, 2.0, 7.0] {
+        let length_m = paper_turnaround(ratio).turn_length_m();
+        assert!((length_m - 13.621_245).abs() <= 5.001e-7, "ratio {ratio}: {length_m} m");
+    }
+}
+
+#[test]
+fn paper_turnaround_is_walked_to_its_end_without_a_contact() {
+    let dragon = dragon(paper_turnaround(2.0));
+    assert_eq!((dragon.end_travel_m(), dragon.run_end()), (100.0, RunEnd::RouteEnd));
+    assert_eq!(first_contact(&dragon, dragon.start_travel_m(), dragon.end_travel_m()).expect("no limit"), None);
+}
+
+/// With radius ratio 3 handle 1 walks backwards, and later jumps by some 3 m.
+#[test]
+fn run_ends_on_a_turn_that_is_too_tight() {
+    let dragon = dragon(paper_turnaround(3.0));
+    assert_eq!(dragon.run_end(), RunEnd::HandleStops { handle: 1 });
+    let end_m = dragon.end_travel_m();
+    assert!(end_m > 10.2 && end_m < 15.15, "the run ends at {end_m} m");
+    let last = dragon.chain(end_m).expect("within the run").nth(1).expect("a handle");
+    assert!(last.speed_ratio.abs() < 1e-5, "handle 1 has speed ratio {}", last.speed_ratio);
+}
+
+#[test]
+fn impossible_turnarounds_are_refused_with_the_reason() {
+    let error = |pitch_m, diameter_m, ratio| Turnaround::new(pitch_m, diameter_m, ratio).expect_err("not valid");
+    assert_eq!(error(0.0, 9.0, 2.0), RouteError::Pitch(0.0));
+    assert_eq!(error(1.7, 0.0, 2.0), RouteError::TurnDiameter { turn_diameter_m: 0.0, pitch_m: 1.7 });
+    assert_eq!(error(1.7, 9.0, -1.0), RouteError::RadiusRatio(-1.0));
+    assert!(matches!(error(f64::NAN, 9.0, 2.0), RouteError::Pitch(_)));
+    assert!(matches!(error(1.7, f64::INFINITY, 2.0), RouteError::TurnDiameter { .. }));
+    assert!(matches!(error(1.7, 9.0, f64::NAN), RouteError::RadiusRatio(_)));
+    let error = paper_turnaround(2.0).between(5.0, 5.0).expect_err("an empty span");
+    assert_eq!(error, RouteError::Span { start_travel_m: 5.0, end_travel_m: 5.0 });
+}
+
+proptest! {
+    #[test]
+    fn position_and_tangent_are_continuous_at_every_joint(turnaround in turnarounds()) {
+        for &joint in turnaround.joints() {
+            let (before, after) = (turnaround.point(joint), turnaround.point(joint + 1e-9));
+            prop_assert!(before.position.distance(after.position) < 1e-7, "{before:?} {after:?}");
+            prop_assert!(before.tangent.distance(after.tangent) < 1e-7, "{before:?} {after:?}");
+        }
+        prop_assert!(turnaround.point(turnaround.joints()[0]).position.distance(turnaround.entry()) < 1e-12);
+        prop_assert!(turnaround.point(turnaround.joints()[2]).position.distance(turnaround.exit()) < 1e-12);
+    }
+
+    #[test]
+    fn the_turn_lies_in_its_circle(turnaround in turnarounds(), share in 0.0..1.0_f64) {
+        let place = turnaround.place(share * turnaround.turn_length_m());
+        let distance_m = turnaround.point(place).position.length();
+        prop_assert!(distance_m <= 0.5 * turnaround.turn_diameter_m() + 1e-12);
+    }
+
+    #[test]
+    fn the_way_out_is_the_way_in_turned_by_half_a_turn(turnaround in turnarounds(), way_m in 0.0..400.0_f64) {
+        let way_in = turnaround.point(turnaround.place(-way_m));
+        let way_out = turnaround.point(turnaround.place(turnaround.turn_length_m() + way_m));
+        prop_assert!((way_in.position + way_out.position).length() < 1e-10);
+        prop_assert!((way_in.tangent - way_out.tangent).length() < 1e-10);
+    }
+
+    #[test]
+    fn place_inverts_travel(turnaround in turnarounds(), travel_m in -400.0..400.0_f64) {
+        prop_assert!((turnaround.travel(turnaround.place(travel_m)) - travel_m).abs() < 1e-10);
+    }
+
+    #[test]
+    fn tangent_and_pace_are_the_derivative_of_the_position(turnaround in turnarounds(), travel_m in -400.0..400.0_f64) {
+        let place = turnaround.place(travel_m);
+        let step = 1e-6 / turnaround.point(place).pace_m;
+        let [behind, ahead] = [place - step, place + step].map(|place| turnaround.point(place).position);
+        let point = turnaround.point(place);
+        let rate = (ahead - behind) / (2.0 * step);
+        prop_assert!((rate - point.pace_m * point.tangent).length() < 1e-4 * point.pace_m, "{point:?} {rate}");
+    }
+
+    #[test]
+    fn a_step_back_covers_at_most_the_arc_and_at_least_a_third(
+        turnaround in turnarounds(),
+        travel_m in -400.0..400.0_f64,
+        arc_m in 0.001..60.0_f64,
+    ) {
+        let place = turnaround.place(travel_m);
+        let covered_m = travel_m - turnaround.travel(turnaround.step_back(place, arc_m));
+        prop_assert!(covered_m <= arc_m + 1e-9 && covered_m >= arc_m / 3.0 - 1e-9, "{covered_m} of {arc_m} m");
+    }
+
+    #[test]
+    fn curvature_stays_under_its_bound(
+        turnaround in turnarounds(),
+        travel_m in -100.0..100.0_f64,
+        arc_m in 0.01..30.0_f64,
+        share in 0.0..1.0_f64,
+    ) {
+        let [rear, front] = [travel_m - arc_m, travel_m].map(|travel_m| turnaround.place(travel_m));
+        let bound = turnaround.curvature_bound(rear, front);
+        let (at_m, step_m) = (travel_m - share * arc_m, 1e-5);
+        if at_m - step_m > travel_m - arc_m {
+            let [a, b] = [at_m - step_m, at_m].map(|at_m| turnaround.point(turnaround.place(at_m)).tangent);
+            prop_assert!(a.distance(b) <= bound * step_m * (1.0 + 1e-3) + 1e-9, "{} > {bound}", a.distance(b) / step_m);
+        }
+    }
+}
+
+/// Dragons on turns so narrow and tight that some touch and some cannot walk on.
+fn crowded_dragons() -> impl Strategy<Value = Dragon> {
+    let benches = (3_usize..40, 1.0..4.0_f64, 1.0..2.5_f64, 0.1..0.4_f64, 0.0..0.3_f64);
+    let turns = (1.5..6.0_f64, 2.0..12.0_f64, 0.3..3.0_f64);
+    (benches, turns).prop_filter_map("cannot stand", |((count, head_m, body_m, width_m, hole_m), turn)| {
+        let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole_m).ok()?;
+        let turnaround = Turnaround::new(turn.0 * width_m, turn.1, turn.2).ok()?.between(-5.0, 40.0).ok()?;
+        Dragon::new(dimensions, Arc::new(turnaround)).ok()
+    })
+}
+
+fn clearance_m(dragon: &Dragon, travel_m: f64, [first, second]: [usize; 2]) -> f64 {
+    let mut boards: Vec<Board> = Vec::new();
+    let mut solver = ChainSolver::new(dragon);
+    dragon.place_boards(solver.solve(dragon, travel_m).expect("within the run"), &mut boards);
+    boards[first].clearance(&boards[second])
+}
+
+fn some_pair_overlaps(dragon: &Dragon, travel_m: f64) -> bool {
+    let mut boards: Vec<Board> = Vec::new();
+    let mut solver = ChainSolver::new(dragon);
+    dragon.place_boards(solver.solve(dragon, travel_m).expect("within the run"), &mut boards);
+    (2..boards.len()).any(|second| (0..second - 1).any(|first| boards[first].overlaps(&boards[second])))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn links_keep_their_length_and_handles_the_speed_of_their_positions(
+        dragon in crowded_dragons(),
+        share in 0.0..1.0_f64,
+    ) {
+        let (start_m, end_m, step_m) = (dragon.start_travel_m(), dragon.end_travel_m(), 1e-6);
+        let travel_m = start_m + share * (end_m - start_m - step_m);
+        let mut solver = ChainSolver::new(&dragon);
+        let before = solver.solve(&dragon, travel_m).expect("within the run").to_vec();
+        let after = solver.solve(&dragon, travel_m + step_m).expect("within the run");
+        for (bench, link) in before.windows(2).enumerate() {
+            let error_m = link[0].position.distance(link[1].position) - dragon.dimensions().link_m(bench);
+            prop_assert!(error_m.abs() < 1e-9, "bench {bench} at {travel_m} m is {error_m} m too long");
+        }
+        for (index, (before, after)) in before.iter().zip(after).enumerate() {
+            let ratio = (dragon.route().travel(after.place) - dragon.route().travel(before.place)) / step_m;
+            let between = before.speed_ratio.min(after.speed_ratio)..=before.speed_ratio.max(after.speed_ratio);
+            let off = (between.start() - ratio).max(ratio - between.end());
+            prop_assert!(off < 1e-3 * (1.0 + ratio), "handle {index} at {travel_m} m: {ratio} outside {between:?}");
+        }
+    }
+
+    #[test]
+    fn first_contact_is_no_later_than_the_first_overlap_of_a_walk(dragon in crowded_dragons()) {
+        let (start_m, end_m, step_m) = (dragon.start_travel_m(), dragon.end_travel_m(), 0.005);
+        let steps = ((end_m - start_m) / step_m) as u32;
+        let travels = (0..=steps).map(|step| start_m + f64::from(step) * step_m);
+        let overlap_m = travels.into_iter().find(|&travel_m| some_pair_overlaps(&dragon, travel_m));
+        let contact = first_contact(&dragon, start_m, end_m).expect("no limit");
+        let Some(contact) = contact else {
+            prop_assert_eq!(overlap_m, None);
+            return Ok(());
+        };
+        prop_assert!(overlap_m.is_none_or(|overlap_m| contact.travel_m <= overlap_m), "{contact:?} after {overlap_m:?}");
+        prop_assert!(contact.travel_m == start_m || !some_pair_overlaps(&dragon, contact.travel_m - 2e-11));
+        prop_assert!(contact.travel_m == start_m || clearance_m(&dragon, contact.travel_m, contact.benches).abs() < 1e-10);
+    }
+}

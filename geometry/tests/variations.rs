@@ -1,0 +1,173 @@
+//! How handles, speeds and clearances change with each measure, against central differences of the chain itself.
+
+use std::sync::Arc;
+
+use bench_dragon_geometry::dragon::{Board, Dimensions, Dragon, Handle};
+use bench_dragon_geometry::planner::{
+    BoardVariation, Change, HandleVariation, Parameter, Setting, Witness, handle_variations,
+};
+use bench_dragon_geometry::route::{PitchFamily, Route};
+use bench_dragon_geometry::route::{RouteSpec, SpiralSpec, TurnaroundSpec};
+use proptest::prelude::*;
+
+/// Half of the difference in a measure, in metres. The error of Richardson's extrapolation is its fourth power times a
+/// fifth derivative, and the chain's rounding of some 10⁻¹³ m divided by it.
+const STEP_M: f64 = 3e-5;
+
+fn family(setting: &Setting) -> Arc<dyn PitchFamily> {
+    match setting.route {
+        RouteSpec::Spiral(plan) => Arc::new(plan.spiral().expect("a valid spiral")),
+        RouteSpec::Turnaround(plan) => Arc::new(plan.turnaround(1.0).expect("a valid turnaround")),
+    }
+}
+
+/// A dragon at one travel.
+struct Stand {
+    handles: Vec<Handle>,
+    boards: Vec<Board>,
+    handle_travels_m: Vec<f64>,
+}
+
+fn stand(setting: &Setting, travel_m: f64) -> Option<Stand> {
+    let route: Arc<dyn Route> = family(setting);
+    let dragon = Dragon::new(setting.dimensions, Arc::clone(&route)).ok()?;
+    let handles: Vec<Handle> = dragon.chain(travel_m).ok()?.collect();
+    let mut boards = Vec::new();
+    dragon.place_boards(&handles, &mut boards);
+    let handle_travels_m = handles.iter().map(|handle| route.travel(handle.place)).collect();
+    Some(Stand { handles, boards, handle_travels_m })
+}
+
+fn changed(setting: &Setting, travel_m: f64, change: Change, by: f64) -> Option<Stand> {
+    match change {
+        Change::Travel => stand(setting, travel_m + by),
+        Change::Measure(parameter) => stand(&setting.with(parameter, setting.value(parameter) + by).ok()?, travel_m),
+    }
+}
+
+/// Richardson's extrapolation of central differences.
+fn difference(at: [f64; 4]) -> f64 {
+    let [back_2, back, ahead, ahead_2] = at;
+    (8.0 * (ahead - back) - (ahead_2 - back_2)) / (12.0 * STEP_M)
+}
+
+const CHANGES: [Change; 6] = [
+    Change::Travel,
+    Change::Measure(Parameter::Pitch),
+    Change::Measure(Parameter::HeadLength),
+    Change::Measure(Parameter::BodyLength),
+    Change::Measure(Parameter::Width),
+    Change::Measure(Parameter::HoleOffset),
+];
+
+/// No handle is within this of a joint: differences would reach across.
+const JOINT_MARGIN_M: f64 = 0.1;
+
+fn check(setting: &Setting, travel_m: f64) {
+    let Some(now) = stand(setting, travel_m) else { return };
+    let route = family(setting);
+    for change in CHANGES {
+        let around: Option<Vec<Stand>> = [-2.0, -1.0, 1.0, 2.0]
+            .into_iter()
+            .map(|steps| changed(setting, travel_m, change, steps * STEP_M))
+            .collect();
+        let Some(around) = around else { continue };
+        let variations = handle_variations(&setting.dimensions, &*route, &now.handles, change);
+        let clear = |&travel_m: &f64| {
+            route.joints().iter().all(|&joint| (travel_m - route.travel(joint)).abs() > JOINT_MARGIN_M)
+        };
+        let far_from_joints = now.handle_travels_m.iter().take_while(|travel_m| clear(travel_m)).count();
+        let central = |of: &dyn Fn(&Stand) -> f64| difference([0, 1, 2, 3].map(|i| of(&around[i])));
+        for (i, variation) in variations.iter().enumerate().take(far_from_joints) {
+            let what = format!("handle {i} of {setting:?} at {travel_m} m, {change:?}");
+            let near = |actual: f64, expected: f64| {
+                let allowed = 2e-6 * (1.0 + expected.abs());
+                assert!((actual - expected).abs() <= allowed, "{what}: {actual}, by differences {expected}");
+            };
+            near(variation.position.x, central(&|stand| stand.handles[i].position.x));
+            near(variation.position.y, central(&|stand| stand.handles[i].position.y));
+            near(variation.travel, central(&|stand| stand.handle_travels_m[i]));
+            near(variation.speed_ratio, central(&|stand| stand.handles[i].speed_ratio));
+            let tangent = now.handles[i].tangent;
+            near(variation.turn, central(&|stand| tangent.perp_dot(stand.handles[i].tangent)));
+        }
+        check_clearances(setting, &now, &around, &variations, change, far_from_joints);
+    }
+}
+
+fn check_clearances(
+    setting: &Setting,
+    now: &Stand,
+    around: &[Stand],
+    variations: &[HandleVariation],
+    change: Change,
+    handles: usize,
+) {
+    for first in 0..handles.saturating_sub(1) {
+        for second in first + 2..handles.saturating_sub(1) {
+            let pair = [first, second];
+            let boards = pair.map(|bench| &now.boards[bench]);
+            let Ok(witness) = Witness::of(boards[0], boards[1]) else { continue };
+            // Where other points decide within the differences there is no derivative to compare with.
+            let same = |stand: &Stand| {
+                Witness::of(&stand.boards[first], &stand.boards[second]).is_ok_and(|other| other.decides_like(&witness))
+            };
+            if !around.iter().all(same) {
+                continue;
+            }
+            let rates = pair.map(|bench| {
+                let link_m = setting.dimensions.link_m(bench);
+                BoardVariation::new(&now.boards[bench], bench, link_m, &variations[bench..], change)
+            });
+            let actual = witness.variation(boards, [&rates[0], &rates[1]]);
+            let clearance_m = |i: usize| around[i].boards[first].clearance(&around[i].boards[second]);
+            let expected = difference([0, 1, 2, 3].map(clearance_m));
+            let allowed = 2e-6 * (1.0 + expected.abs());
+            let what = format!("benches {pair:?} of {setting:?}, {change:?}");
+            assert!((actual - expected).abs() <= allowed, "{what}: {actual}, by differences {expected}");
+        }
+    }
+}
+
+fn setting(benches: usize, route: RouteSpec) -> Setting {
+    let dimensions = Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
+    Setting { dimensions, route, speed_mps: 1.0, accel_mps2: None }
+}
+
+#[test]
+fn papers_spiral_changes_as_differences_say() {
+    let setting = setting(40, RouteSpec::Spiral(SpiralSpec::default()));
+    for travel_m in [1.0, 200.0, 380.0, 405.0, 412.3] {
+        check(&setting, travel_m);
+    }
+}
+
+#[test]
+fn papers_turnaround_changes_as_differences_say() {
+    let setting = setting(40, RouteSpec::Turnaround(TurnaroundSpec::default()));
+    for travel_m in [-50.0, 2.0, 8.0, 11.0, 12.7, 14.48, 16.0, 30.0, 70.0, 99.0] {
+        check(&setting, travel_m);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn other_dragons_change_as_differences_say(
+        head_m in 1.5..4.0_f64,
+        body_m in 1.5..3.0_f64,
+        width_m in 0.1..0.4_f64,
+        hole_m in 0.05..0.4_f64,
+        pitch_m in 0.5..2.0_f64,
+        diameter_m in 8.0..12.0_f64,
+        radius_ratio in 0.5..2.0_f64,
+        travel_m in 1.0..99.0_f64,
+    ) {
+        let dimensions = Dimensions::new(30, head_m, body_m, width_m, hole_m).expect("valid benches");
+        let plan = TurnaroundSpec { pitch_m, turn_diameter_m: diameter_m, radius_ratio, ..TurnaroundSpec::default() };
+        check(&Setting { dimensions, route: RouteSpec::Turnaround(plan), speed_mps: 1.0, accel_mps2: None }, travel_m);
+        let plan = SpiralSpec { pitch_m, start_turns: 8.0 };
+        check(&Setting { dimensions, route: RouteSpec::Spiral(plan), speed_mps: 1.0, accel_mps2: None }, travel_m);
+    }
+}

@@ -1,0 +1,60 @@
+//! The same show is the same to the last bit.
+
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::sync::Arc;
+
+use bench_dragon::server::Simulation;
+use bench_dragon::server::motion::MotionPlan;
+use bench_dragon_geometry::dragon::{Dimensions, Dragon};
+use bench_dragon_geometry::route::{Spiral, Turnaround};
+use bench_dragon_ipc::{HandleState, Request};
+
+fn paper_dimensions() -> Dimensions {
+    Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid")
+}
+
+fn paper_spiral() -> Dragon {
+    let spiral = Spiral::new(0.55, 16.0).expect("the paper's spiral is valid");
+    Dragon::new(paper_dimensions(), Arc::new(spiral)).expect("the paper's dragon stands")
+}
+
+fn paper_turnaround() -> Dragon {
+    let turn = Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround is valid");
+    Dragon::new(paper_dimensions(), Arc::new(turn)).expect("the paper's dragon stands")
+}
+
+/// Plays a show with commands in between, and hashes every frame.
+fn play(dragon: Dragon) -> u64 {
+    let (first_s, last_s) = (dragon.start_travel_m(), dragon.end_travel_m());
+    let plan = MotionPlan::plain(1e-3, first_s, last_s);
+    let mut handles = vec![HandleState::default(); dragon.dimensions().handles()];
+    let mut simulation = Simulation::new(Arc::new(dragon), plan);
+    let mut hasher = DefaultHasher::new();
+    let commands = [
+        (2_000, Request::Pause),
+        (2_100, Request::Resume),
+        (5_000, Request::Speed { speed_mps: 2.5 }),
+        (9_000, Request::Seek { sim_time_s: 0.5 * (first_s + last_s) }),
+        (12_000, Request::Hold),
+        (12_050, Request::Release),
+        (20_000, Request::Speed { speed_mps: 0.0 }),
+        (20_010, Request::Speed { speed_mps: 10.0 }),
+    ];
+    for tick in 0..40_000 {
+        for (_, command) in commands.iter().filter(|(at, _)| *at == tick) {
+            simulation.request(*command).expect("the command is allowed");
+        }
+        simulation.advance();
+        simulation.write(&mut handles);
+        for value in handles.iter().flat_map(|handle| handle.position_m.into_iter().chain(handle.velocity_mps)) {
+            value.to_bits().hash(&mut hasher);
+        }
+    }
+    hasher.finish()
+}
+
+#[test]
+fn the_same_show_is_the_same_to_the_last_bit() {
+    assert_eq!(play(paper_spiral()), play(paper_spiral()));
+    assert_eq!(play(paper_turnaround()), play(paper_turnaround()));
+}
