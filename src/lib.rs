@@ -1,41 +1,31 @@
 //! Real-time motion server for the bench dragon: 223 hinged benches led along a route.
 //!
-//! The layers, each knowing only those below it:
-//!
-//! | module | what it is |
+//! | room | what is in it |
 //! |---|---|
-//! | [`server`], [`monitor`], [`guard`], [`record`], [`replay`], [`export`], [`bridge`], [`timecode`] | the processes' logic |
-//! | [`plan`] | what a choreographer asks |
-//! | [`dragon`] | chain, boards, clearance, contact |
-//! | [`route`] | the curves that the handles follow |
+//! | [`source`] | what publishes frames: the server, a replay, and timecode that steers them |
+//! | [`safety`] | the monitor of clearances and contacts, and the guard |
+//! | [`recording`] | MCAP files: writing, repair, reading, export |
+//! | [`bridge`] | frames for lighting desks, media servers and other machines |
+//! | [`display`] | what people look at: browser page, terminal view, metrics |
+//! | [`control`] | commands to a server |
+//! | [`output`] | tables, figures, reports, histograms, and how they are printed |
+//! | [`config`] | the validated TOML document |
+//! | [`system`] | clocks, processors, signals, limits, and checks of the machine |
+//! | `cli`, `command` | arguments, and a file for each command |
 //!
-//! Beside them: [`doctor`] (what stands in the way of a show), [`config`] (the validated TOML document), [`report`] (what
-//! the processes say), [`table`] (answers in rows and columns), [`figure`] (answers for print), [`histogram`], [`clock`],
-//! [`processors`], [`stop`], [`number`] and [`nameless_file`]. The bus is the crate `bench_dragon_ipc`.
+//! The mathematics is the crate `bench_dragon_geometry`, the bus `bench_dragon_ipc`.
 
 pub mod bridge;
-pub mod clock;
+mod cli;
+mod command;
 pub mod config;
 pub mod control;
-pub mod doctor;
-pub mod export;
-pub mod figure;
-pub mod guard;
-pub mod histogram;
-pub mod metrics;
-pub mod monitor;
-pub mod nameless_file;
-pub mod number;
-pub mod observe;
-pub mod processors;
-pub mod record;
-pub mod replay;
-pub mod report;
-pub mod server;
-mod source;
-pub mod stop;
-pub mod table;
-pub mod timecode;
-pub mod view;
-pub mod watch;
-pub mod web;
+pub mod display;
+pub mod output;
+mod program;
+pub mod recording;
+pub mod safety;
+pub mod source;
+pub mod system;
+
+pub use program::main;

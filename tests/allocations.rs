@@ -9,8 +9,8 @@ use std::thread;
 
 use allocation_counter::AllocationInfo;
 use bench_dragon::config::Config;
-use bench_dragon::server::{Following, Server, ServerSettings};
-use bench_dragon::timecode::{FollowerSettings, FrameRate, Receiver};
+use bench_dragon::source::server::{Following, Server, ServerSettings};
+use bench_dragon::source::timecode::{FollowerSettings, FrameRate, Receiver};
 use bench_dragon_ipc::{Domain, FrameSubscriber, Instance, ShowState, StatusReader, TimecodeKind};
 
 #[path = "processes/eventually.rs"]

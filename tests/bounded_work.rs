@@ -8,8 +8,8 @@ use std::hint::black_box;
 
 use allocation_counter::measure;
 use bench_dragon::config::Config;
-use bench_dragon::monitor::{ALERT_BURST, Monitor};
-use bench_dragon::processors::Processors;
+use bench_dragon::safety::monitor::{ALERT_BURST, Monitor};
+use bench_dragon::system::processors::Processors;
 use bench_dragon_geometry::clearance::{first_contact, first_within};
 use bench_dragon_geometry::dragon::{ChainSolver, Dragon, Meter};
 use bench_dragon_geometry::planner::{
@@ -199,7 +199,7 @@ fn frame(solver: &mut ChainSolver, dragon: &Dragon, travel_m: f64) -> Vec<Handle
 fn work_alone() {
     let mine = Processors::of_this_process().expect("a thread has processors");
     let first = (0..1024).find(|&cpu| mine.contains(cpu)).expect("one of them");
-    bench_dragon::processors::keep_on(first).expect("its own processor");
+    bench_dragon::system::processors::keep_on(first).expect("its own processor");
 }
 
 #[test]

@@ -5,8 +5,8 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use bench_dragon::config::Config;
-use bench_dragon::guard::{ClearanceCheck, Guard, GuardSettings};
-use bench_dragon::server::motion::{HeadState, Motion, MotionPlan};
+use bench_dragon::safety::guard::{ClearanceCheck, Guard, GuardSettings};
+use bench_dragon::source::server::motion::{HeadState, Motion, MotionPlan};
 use bench_dragon_geometry::dragon::Dragon;
 use bench_dragon_geometry::planner::least_clearance;
 use bench_dragon_ipc::{FrameHeader, Refusal, Request, ShowState};

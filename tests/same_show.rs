@@ -3,8 +3,8 @@
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::Arc;
 
-use bench_dragon::server::Simulation;
-use bench_dragon::server::motion::MotionPlan;
+use bench_dragon::source::server::Simulation;
+use bench_dragon::source::server::motion::MotionPlan;
 use bench_dragon_geometry::dragon::{Dimensions, Dragon};
 use bench_dragon_geometry::route::{Spiral, Turnaround};
 use bench_dragon_ipc::{HandleState, Request};

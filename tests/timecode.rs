@@ -1,7 +1,7 @@
 //! A motion that follows timecode, tick by tick, with no clock and no socket.
 
-use bench_dragon::server::motion::{HeadState, Motion, MotionPlan};
-use bench_dragon::timecode::{Event, Follower, FollowerSettings, Position, Sample, Show};
+use bench_dragon::source::server::motion::{HeadState, Motion, MotionPlan};
+use bench_dragon::source::timecode::{Event, Follower, FollowerSettings, Position, Sample, Show};
 use bench_dragon_ipc::{Request, ShowState};
 
 const RATE_HZ: u64 = 1000;

@@ -15,8 +15,9 @@ mod joined;
 use std::thread;
 use std::time::Duration;
 
-use bench_dragon::clock::monotonic_ns;
+use bench_dragon::system::clock::monotonic_ns;
 use serde_json::Value;
+
 use shared::{Figures, quantile, seconds_or};
 
 use cable::Cable;

@@ -22,6 +22,7 @@ mod setting;
 
 use bench_dragon_ipc::TimeHistogram;
 use serde_json::Value;
+
 use shared::{Figures, median};
 
 use load::Load;

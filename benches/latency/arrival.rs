@@ -1,6 +1,6 @@
 //! A frame that a reader has read to its last handle.
 
-use bench_dragon::clock::monotonic_ns;
+use bench_dragon::system::clock::monotonic_ns;
 use bench_dragon_geometry::dragon::{ChainSolver, Dragon};
 use bench_dragon_ipc::{FrameHeader, HandleState};
 

@@ -1,7 +1,7 @@
 //! A frame as bytes, for transports that carry nothing else: the header's fields and then the handles, in the order and
 //! the size that they have in shared memory.
 
-use bench_dragon::clock::monotonic_ns;
+use bench_dragon::system::clock::monotonic_ns;
 use bench_dragon_ipc::{FrameHeader, HandleState};
 
 use crate::arrival::Arrival;

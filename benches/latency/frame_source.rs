@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use bench_dragon::server::Simulation;
-use bench_dragon::server::motion::MotionPlan;
+use bench_dragon::source::server::Simulation;
+use bench_dragon::source::server::motion::MotionPlan;
 use bench_dragon_ipc::{FrameHeader, HandleState};
 
 use crate::shared;

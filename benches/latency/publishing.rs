@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use bench_dragon::clock::{monotonic_ns, sleep_precisely, sleep_until};
-use bench_dragon::server::schedule::Schedule;
+use bench_dragon::source::server::schedule::Schedule;
+use bench_dragon::system::clock::{monotonic_ns, sleep_precisely, sleep_until};
 use bench_dragon_ipc::{FrameHeader, HandleState};
 
 use crate::frame_source::{FrameSource, RATE_HZ};

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use bench_dragon::histogram::{LatencyHistogram, Percentiles};
-use bench_dragon::table::{Cell, Column, Exporter as _, Table, Text};
+use bench_dragon::output::histogram::{LatencyHistogram, Percentiles};
+use bench_dragon::output::table::{Cell, Column, Exporter as _, Table, Text};
 
 use crate::outcome::Outcome;
 use crate::setting::{Setting, Transport};

@@ -17,6 +17,7 @@ use std::time::Duration;
 use bench_dragon_ipc::FrameSubscriber;
 use bench_dragon_ipc::service::MAX_BORROWED_FRAMES;
 use rustix::process::Signal;
+
 use shared::{Figures, median, quantile, seconds_or};
 
 use crowd::Crowd;

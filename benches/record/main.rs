@@ -13,9 +13,10 @@ mod show;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use bench_dragon::record::{Size, space::DiskSpace};
-use bench_dragon::stop::StopFlag;
+use bench_dragon::recording::{Size, space::DiskSpace};
+use bench_dragon::system::stop::StopFlag;
 use serde_json::Value;
+
 use shared::{Figures, seconds_or};
 
 use proof::prove;

@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use bench_dragon::record::FrameReader;
-use bench_dragon::server::Simulation;
-use bench_dragon::server::motion::MotionPlan;
+use bench_dragon::recording::FrameReader;
+use bench_dragon::source::server::Simulation;
+use bench_dragon::source::server::motion::MotionPlan;
 use bench_dragon_ipc::{FrameHeader, HandleState};
 
 use crate::RATE_HZ;

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use bench_dragon::server::Simulation;
-use bench_dragon::server::motion::MotionPlan;
+use bench_dragon::source::server::Simulation;
+use bench_dragon::source::server::motion::MotionPlan;
 use bench_dragon_ipc::HandleState;
 
 use crate::shared::{dragon, median, nanoseconds_a_call};

@@ -12,7 +12,8 @@ mod server;
 
 use std::process::ExitCode;
 
-use bench_dragon::stop::StopFlag;
+use bench_dragon::system::stop::StopFlag;
+
 use shared::{Figures, median};
 
 use growth::{exponent, start_s, step_ns};

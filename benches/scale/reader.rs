@@ -6,7 +6,7 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use bench_dragon::server::ServerSummary;
+use bench_dragon::source::server::ServerSummary;
 use bench_dragon_geometry::dragon::ChainSolver;
 use bench_dragon_ipc::{Domain, Frame, FrameHeader, FrameSubscriber, HandleState, Instance, ShowState};
 use serde::{Deserialize, Serialize};

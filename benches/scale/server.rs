@@ -5,8 +5,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use bench_dragon::config::Config;
-use bench_dragon::server::{Server, ServerSettings, ServerSummary};
-use bench_dragon::stop::StopFlag;
+use bench_dragon::source::server::{Server, ServerSettings, ServerSummary};
+use bench_dragon::system::stop::StopFlag;
 use bench_dragon_ipc::{Domain, Instance};
 use rustix::time::{ClockId, clock_gettime};
 

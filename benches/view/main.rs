@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use serde_json::Value;
+
 use shared::{Figures, Program, domain, median, seconds_or};
 
 /// How long each page is looked at where `--seconds` does not say.

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{ChainSolver, ChainStepper, Dragon, Instructions};
 use bench_dragon_geometry::route::Turnaround;
+
 use shared::{Figures, HandleState, interleaved, median, nanoseconds_a_call};
 
 /// 1 kHz and 1 m/s.

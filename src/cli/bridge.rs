@@ -2,14 +2,14 @@
 
 use std::net::{Ipv4Addr, SocketAddrV4};
 
-use bench_dragon::bridge::osc::{AddressError, AddressPattern, ShowAddress};
-use bench_dragon::bridge::psn::{self, SystemName, SystemNameError};
 use clap::{Args, Subcommand, ValueEnum};
 
 use super::value::within;
 #[cfg(feature = "zenoh")]
 use super::zenoh::ZenohArgs;
 use super::{BusArgs, FormatArgs};
+use crate::bridge::osc::{AddressError, AddressPattern, ShowAddress};
+use crate::bridge::psn::{self, SystemName, SystemNameError};
 
 /// Arguments of `bridge`.
 #[derive(Clone, Debug, Args)]

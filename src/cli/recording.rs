@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-use bench_dragon::export::Subject;
-use bench_dragon::record::ShowInterval;
 use bench_dragon_geometry::number::Number;
 use clap::{ArgGroup, Args, ValueHint};
 
 use super::value::{MAX_STEPPED_S, count, file_megabytes, nanoseconds, play_rate, readers, total_megabytes};
 use super::{BusArgs, FormatArgs};
 use crate::command::BadInput;
+use crate::recording::ShowInterval;
+use crate::recording::export::Subject;
 
 /// Arguments of `record`.
 #[derive(Clone, Debug, Args)]

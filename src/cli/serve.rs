@@ -3,11 +3,11 @@
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-use bench_dragon::config::Priority;
 use clap::{Args, ValueHint};
 
 use super::value::{catch_up, cpu, finite, listen_address, priority, rate, readers, spin, time_scale};
 use super::{BusArgs, ConfigArgs, FormatArgs, TimecodeArgs};
+use crate::config::Priority;
 
 /// How a server paces.
 #[derive(Clone, Debug, Args)]

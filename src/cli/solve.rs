@@ -4,14 +4,14 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::str::FromStr as _;
 
-use bench_dragon::config::NEAR_M;
-use bench_dragon::figure::{FigureFormat, Paper, missing_letter};
 use bench_dragon_geometry::dragon::Meter;
 use bench_dragon_geometry::planner::Parameter;
 use clap::{ArgGroup, Args, Subcommand, ValueEnum, ValueHint};
 
 use super::value::{MAX_STEPPED_S, finite, nanoseconds, within};
 use super::{ConfigArgs, FormatArgs};
+use crate::config::NEAR_M;
+use crate::output::figure::{FigureFormat, Paper, missing_letter};
 
 /// Arguments of `solve`.
 #[derive(Clone, Debug, Args)]

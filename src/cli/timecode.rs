@@ -1,9 +1,9 @@
 //! The arguments of timecode.
 
-use bench_dragon::timecode::{FrameRate, TimecodeSource};
 use clap::Args;
 
 use super::value::within;
+use crate::source::timecode::{FrameRate, TimecodeSource};
 
 /// Which timecode to follow, and how.
 #[derive(Clone, Debug, Args)]

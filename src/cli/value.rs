@@ -5,10 +5,11 @@ use std::net::SocketAddr;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-use bench_dragon::config::{CATCH_UP_S, CPU, Priority, PriorityError, RATE_HZ, SPIN_US, TIME_SCALE};
-use bench_dragon::replay::RATE;
 use bench_dragon_ipc::service::MAX_READERS;
 use bench_dragon_ipc::{Instance, Request};
+
+use crate::config::{CATCH_UP_S, CPU, Priority, PriorityError, RATE_HZ, SPIN_US, TIME_SCALE};
+use crate::source::replay::RATE;
 
 /// Greatest time that can be stepped to, in seconds: its nanoseconds, and some more, are whole numbers of an `f64`.
 pub(super) const MAX_STEPPED_S: f64 = 1_000_000.0;

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use bench_dragon::bridge::zenoh::wire::MAX_EVERY;
-use bench_dragon::bridge::zenoh::{KeyPrefix, KeyPrefixError, LinkMode, check_endpoint};
 use clap::{Args, ValueEnum, ValueHint};
 
 use super::value::{rate, within};
+use crate::bridge::zenoh::wire::MAX_EVERY;
+use crate::bridge::zenoh::{KeyPrefix, KeyPrefixError, LinkMode, check_endpoint};
 
 /// Arguments of `bridge zenoh`.
 #[derive(Clone, Debug, Args)]

@@ -2,14 +2,14 @@
 
 use std::process::ExitCode;
 
-use bench_dragon::control;
-use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{Domain, GuardLock, Refusal, Request, Sender};
 use serde::Serialize;
 
 use crate::cli::{CtlArgs, Format, Order};
 use crate::command::ctl_status;
 use crate::command::output::{complain, print_json, print_line};
+use crate::control;
+use crate::system::stop::StopFlag;
 
 #[derive(Serialize)]
 struct ReplyLine {

@@ -3,15 +3,15 @@
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 
-use bench_dragon::clock::monotonic_ns;
-use bench_dragon::observe::{Link, Observer, Scene};
-use bench_dragon::report::SceneReport;
-use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::Domain;
 use jiff::Zoned;
 
 use crate::cli::Format;
 use crate::command::output::{print_json, print_line};
+use crate::display::observe::{Link, Observer, Scene};
+use crate::output::report::SceneReport;
+use crate::system::clock::monotonic_ns;
+use crate::system::stop::StopFlag;
 
 /// Scenes a second.
 const SCENES_HZ: u32 = 20;

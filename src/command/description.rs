@@ -4,8 +4,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::bail;
-use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{BusError, Description, DescriptionReader, Domain};
+
+use crate::system::stop::StopFlag;
 
 /// How long a run's description may come after its first frame.
 const PATIENCE: Duration = Duration::from_secs(5);

@@ -5,8 +5,6 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Context as _;
-use bench_dragon::config::Overrides;
-use bench_dragon::doctor::{Examination, Examined, Patient, Verdict};
 use bench_dragon_ipc::{BusError, Cleared, Domain, NodeEntry, clear};
 use clap::builder::styling::{AnsiColor, Style};
 
@@ -14,6 +12,8 @@ use crate::cli::{DoctorArgs, Format};
 use crate::command::colour::Painted;
 use crate::command::load_config;
 use crate::command::output::{print_json, print_line};
+use crate::config::Overrides;
+use crate::system::doctor::{Examination, Examined, Patient, Verdict};
 
 pub(crate) fn run(args: &DoctorArgs) -> anyhow::Result<ExitCode> {
     let config = load_config(&args.config, Overrides::default())?;

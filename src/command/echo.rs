@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 use std::process::ExitCode;
 
-use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{Domain, Frame, FrameSubscriber};
 use serde::Serialize;
 
@@ -11,6 +10,7 @@ use crate::cli::{EchoArgs, Format};
 use crate::command::follow::{WAIT_PERIOD, open_when_there};
 use crate::command::output::{print_json, print_line};
 use crate::output::wait_for_reader;
+use crate::system::stop::StopFlag;
 
 #[derive(Serialize)]
 struct FrameLine {

@@ -7,10 +7,6 @@ use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 use std::process::ExitCode;
 
-use bench_dragon::export::{ExportCounts, ExportError, ExportSettings, Selection, Subject, Workbook, write_csv};
-use bench_dragon::number::Counted;
-use bench_dragon::report::ExportReport;
-
 use super::progress::Progress;
 use super::whole_file::{self, WholeFile};
 use crate::cli::{ExportArgs, Format, TableFile};
@@ -18,6 +14,9 @@ use crate::command::BadInput;
 use crate::command::output::{complain_of_flaws, print_json, print_line};
 use crate::command::printable::Printable;
 use crate::output::Stdout;
+use crate::output::number::Counted;
+use crate::output::report::ExportReport;
+use crate::recording::export::{ExportCounts, ExportError, ExportSettings, Selection, Subject, Workbook, write_csv};
 
 const WRITE_BUFFER_BYTES: usize = 1 << 20;
 

@@ -3,11 +3,11 @@
 use std::thread;
 use std::time::Duration;
 
-use bench_dragon::clock::monotonic_ns;
-use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{BusError, Frame, FrameSubscriber, Instance};
 
 use crate::command::output::complain;
+use crate::system::clock::monotonic_ns;
+use crate::system::stop::StopFlag;
 
 /// How often a missing server is looked for.
 const LOOK_PERIOD: Duration = Duration::from_millis(20);

@@ -6,14 +6,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use bench_dragon::config::Config;
-use bench_dragon::guard::{FinalRest, Guard, GuardSettings, STEPS_AT_A_TIME};
 use bench_dragon_geometry::dragon::Meter;
 use bench_dragon_ipc::{
     BusError, CommandClient, Domain, FrameHeader, Refusal, Request, Sender as CommandSender, StatusReader,
 };
 use crossbeam::channel::{self, Receiver, RecvTimeoutError, Sender, TryRecvError};
 use crossbeam::queue::ArrayQueue;
+
+use crate::config::Config;
+use crate::safety::guard::{FinalRest, Guard, GuardSettings, STEPS_AT_A_TIME};
 
 /// How often the thread looks at the status where no frame comes.
 const LOOK_PERIOD: Duration = Duration::from_millis(20);

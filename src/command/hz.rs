@@ -2,16 +2,16 @@
 
 use std::process::ExitCode;
 
-use bench_dragon::clock::monotonic_ns;
-use bench_dragon::histogram::{LatencyHistogram, Percentiles};
-use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{Continuity, Domain, FrameSubscriber};
 use serde::Serialize;
 
 use crate::cli::{Format, HzArgs};
 use crate::command::follow::{WAIT_PERIOD, open_when_there};
 use crate::command::output::{print_json, print_line};
+use crate::output::histogram::{LatencyHistogram, Percentiles};
 use crate::output::wait_for_reader;
+use crate::system::clock::monotonic_ns;
+use crate::system::stop::StopFlag;
 
 const SECOND_NS: u64 = 1_000_000_000;
 

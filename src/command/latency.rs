@@ -3,19 +3,19 @@
 use std::hint;
 use std::process::ExitCode;
 
-use bench_dragon::clock::monotonic_ns;
-use bench_dragon::histogram::{Bars, LatencyHistogram, PercentileText, Percentiles};
-use bench_dragon::number::Counted;
-use bench_dragon::report::{LatencyReport, ReadMode};
-use bench_dragon::stop::StopFlag;
-use bench_dragon::table::{Cell, Column, Exporter as _, Table, Text};
 use bench_dragon_ipc::{BusError, Continuity, Domain, Frame, FrameSubscriber, HandleState};
 
 use crate::cli::{Format, LatencyArgs};
 use crate::command::follow::{WAIT_PERIOD, open_when_there};
 use crate::command::output::{print_bytes, print_json, print_line};
 use crate::command::whole_file;
+use crate::output::histogram::{Bars, LatencyHistogram, PercentileText, Percentiles};
+use crate::output::number::Counted;
+use crate::output::report::{LatencyReport, ReadMode};
+use crate::output::table::{Cell, Column, Exporter as _, Table, Text};
 use crate::output::wait_for_reader;
+use crate::system::clock::monotonic_ns;
+use crate::system::stop::StopFlag;
 
 /// What has been read.
 #[derive(Default)]

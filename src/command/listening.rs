@@ -4,11 +4,11 @@ use std::io::{self, ErrorKind};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
 
 use anyhow::anyhow;
-use bench_dragon::web::Site;
 use serde::{Deserialize, Serialize};
 
 use crate::cli::{Format, SiteArgs};
 use crate::command::output::{print_json, print_line};
+use crate::display::web::Site;
 
 /// What is printed once there is something to open.
 #[derive(Debug, Serialize, Deserialize)]

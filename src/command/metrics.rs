@@ -3,15 +3,15 @@
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use bench_dragon::metrics;
-use bench_dragon::observe::{Observer, Scene};
-use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::Domain;
 use tokio::sync::watch;
 
 use crate::cli::MetricsArgs;
 use crate::command::listening;
 use crate::command::observing::observe_while;
+use crate::display::metrics;
+use crate::display::observe::{Observer, Scene};
+use crate::system::stop::StopFlag;
 
 /// Scenes a second: scrapers come far less often, but the least clearance is that of all scenes.
 const SCENES_HZ: u32 = 10;

@@ -3,9 +3,9 @@
 use std::process::ExitCode;
 
 use anyhow::Context as _;
-use bench_dragon::config::{Config, Overrides};
 
 use crate::cli::{Cli, Command, ConfigArgs};
+use crate::config::{Config, Overrides};
 use crate::output::wait_for_reader;
 
 mod bridge;

@@ -6,17 +6,6 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, ensure};
-use bench_dragon::clock::monotonic_ns;
-use bench_dragon::config::Config;
-use bench_dragon::guard::ClearanceCheck;
-use bench_dragon::monitor::forecast::{Forecast, Forecaster};
-use bench_dragon::monitor::{ALERTS_PER_S, AlertPublisher, Monitor, fault_alert, run_alert};
-use bench_dragon::number::Counted;
-use bench_dragon::report::{
-    AlertLine, ClearanceReport, CommandCounts, CommandLine, ContactReport, GuardReport, MonitorLine, MonitorProgress,
-    MonitorSummary, TimesReport, local_time,
-};
-use bench_dragon::stop::StopFlag;
 use bench_dragon_geometry::clearance::PairClearance;
 use bench_dragon_ipc::{
     Alert, AlertKind, BusError, CommandEvent, Continuity, Domain, EventKind, Frame, FrameHeader, FrameSubscriber,
@@ -30,6 +19,17 @@ use crate::command::description::Descriptions;
 use crate::command::follow::{Following, Next, open_when_there};
 use crate::command::guarding::{Guarding, News};
 use crate::command::output::{print_json, print_line};
+use crate::config::Config;
+use crate::output::number::Counted;
+use crate::output::report::{
+    AlertLine, ClearanceReport, CommandCounts, CommandLine, ContactReport, GuardReport, MonitorLine, MonitorProgress,
+    MonitorSummary, TimesReport, local_time,
+};
+use crate::safety::guard::ClearanceCheck;
+use crate::safety::monitor::forecast::{Forecast, Forecaster};
+use crate::safety::monitor::{ALERTS_PER_S, AlertPublisher, Monitor, fault_alert, run_alert};
+use crate::system::clock::monotonic_ns;
+use crate::system::stop::StopFlag;
 
 pub(crate) fn run(args: &MonitorArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::new(args.bus.instance.clone())?;

@@ -4,8 +4,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use anyhow::anyhow;
-use bench_dragon::clock::monotonic_ns;
-use bench_dragon::observe::{Observer, Scene};
+
+use crate::display::observe::{Observer, Scene};
+use crate::system::clock::monotonic_ns;
 
 /// Observes on a thread of its own and shows scene after scene, while this thread serves until the flag is set.
 ///

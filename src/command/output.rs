@@ -4,13 +4,14 @@ use std::fmt::Display;
 use std::io;
 use std::path::Path;
 
-use bench_dragon::histogram::Percentiles;
-use bench_dragon::record::Flaws;
 use serde::Serialize;
 
 use crate::command::printable::Printable;
-pub(crate) use crate::output::complain;
+use crate::output::histogram::Percentiles;
 use crate::output::print;
+use crate::recording::Flaws;
+
+pub(crate) use crate::output::complain;
 
 /// Prints one line.
 pub(crate) fn print_line(line: impl Display) -> io::Result<()> {

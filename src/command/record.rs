@@ -6,14 +6,6 @@ use std::process::ExitCode;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use bench_dragon::clock::{monotonic_ns, unix_minus_monotonic_ns};
-use bench_dragon::nameless_file::folder_of;
-use bench_dragon::number::Counted;
-use bench_dragon::record::{
-    BackgroundRepair, Recorder, RecorderSettings, Repair, RepairError, Size, SpaceWarning, repair, repair_checked,
-};
-use bench_dragon::report::{RecordLine, RecordSummary};
-use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{AlertSubscriber, BusError, Domain, Frame, FrameHeader, FrameSubscriber, ReaderReport};
 
 use crate::cli::{Format, RecordArgs};
@@ -24,6 +16,14 @@ use crate::command::follow::{Following, Next, open_when_there};
 use crate::command::output::{complain, print_json, print_line};
 use crate::command::printable::Printable;
 use crate::command::progress::Progress;
+use crate::output::number::Counted;
+use crate::output::report::{RecordLine, RecordSummary};
+use crate::recording::{
+    BackgroundRepair, Recorder, RecorderSettings, Repair, RepairError, Size, SpaceWarning, repair, repair_checked,
+};
+use crate::system::clock::{monotonic_ns, unix_minus_monotonic_ns};
+use crate::system::nameless_file::folder_of;
+use crate::system::stop::StopFlag;
 
 const MEGABYTE: u64 = 1_000_000;
 /// How often it is looked at how much has been written, and at the disk's outlook.

@@ -3,10 +3,6 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use bench_dragon::number::Counted;
-use bench_dragon::replay::{Pass, PassSummary, Replay, ReplaySettings};
-use bench_dragon::report::ReplayLine;
-use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::Domain;
 
 use crate::cli::{Format, ReplayArgs};
@@ -14,6 +10,10 @@ use crate::command::BadInput;
 use crate::command::output::{complain, complain_of_flaws, percentiles, print_json, print_line};
 use crate::command::printable::Printable;
 use crate::command::verify;
+use crate::output::number::Counted;
+use crate::output::report::ReplayLine;
+use crate::source::replay::{Pass, PassSummary, Replay, ReplaySettings};
+use crate::system::stop::StopFlag;
 
 pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
     if args.verify {

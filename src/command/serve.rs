@@ -3,12 +3,6 @@
 use std::process::ExitCode;
 
 use anyhow::Context as _;
-use bench_dragon::config::{Config, Overrides};
-use bench_dragon::number::Counted;
-use bench_dragon::processors::Processors;
-use bench_dragon::report::ServeLine;
-use bench_dragon::server::{Server, ServerSettings, ServerSummary};
-use bench_dragon::stop::StopFlag;
 use bench_dragon_geometry::dragon::RunEnd;
 use bench_dragon_geometry::number::Number;
 use bench_dragon_geometry::route::RouteSpec;
@@ -18,6 +12,12 @@ use crate::cli::{ConfigArgs, Format, PaceArgs, RealTimeArgs, ServeArgs};
 use crate::command::output::{behind, complain, percentiles, print_json, print_line};
 use crate::command::timecode::{Awaited, Followed};
 use crate::command::{BadInput, load_config};
+use crate::config::{Config, Overrides};
+use crate::output::number::Counted;
+use crate::output::report::ServeLine;
+use crate::source::server::{Server, ServerSettings, ServerSummary};
+use crate::system::processors::Processors;
+use crate::system::stop::StopFlag;
 
 pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
     let settings = settings(args)?;

@@ -5,16 +5,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use bench_dragon::config::Config;
-use bench_dragon::report::{ServeLine, TimecodeLine};
-use bench_dragon::server::{Following, Server, TimecodeNews};
-use bench_dragon::timecode::{FollowerSettings, Inbox, Receiver, TimecodeSource};
 use bench_dragon_ipc::TimecodeKind;
 use rtrb::Consumer;
 
 use crate::cli::{Format, TimecodeArgs};
 use crate::command::BadInput;
 use crate::command::output::{complain, print_json};
+use crate::config::Config;
+use crate::output::report::{ServeLine, TimecodeLine};
+use crate::source::server::{Following, Server, TimecodeNews};
+use crate::source::timecode::{FollowerSettings, Inbox, Receiver, TimecodeSource};
 
 /// How often news are looked for.
 const LOOK_PERIOD: Duration = Duration::from_millis(20);

@@ -4,16 +4,16 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use bench_dragon::number::Counted;
-use bench_dragon::replay::verify::{RunVerification, Verdict, Verification, verify};
-use bench_dragon::report::{ReplayLine, VerificationSummary};
-use bench_dragon::stop::StopFlag;
 use bench_dragon_geometry::dragon::Instructions;
 
 use crate::cli::Format;
 use crate::command::BadInput;
 use crate::command::output::{complain, complain_of_flaws, print_json, print_line};
 use crate::command::progress::Progress;
+use crate::output::number::Counted;
+use crate::output::report::{ReplayLine, VerificationSummary};
+use crate::source::replay::verify::{RunVerification, Verdict, Verification, verify};
+use crate::system::stop::StopFlag;
 
 /// Exit status where a frame differs.
 const DIFFERS: u8 = 1;

@@ -5,9 +5,6 @@ use std::net::SocketAddr;
 use std::process::ExitCode;
 
 use anyhow::Context as _;
-use bench_dragon::observe::Observer;
-use bench_dragon::stop::StopFlag;
-use bench_dragon::view::{Token, TokenError, View, ViewSettings};
 use bench_dragon_ipc::Domain;
 
 use crate::cli::ViewArgs;
@@ -15,6 +12,9 @@ use crate::command::BadInput;
 use crate::command::listening;
 use crate::command::observing::observe_while;
 use crate::command::output::complain;
+use crate::display::observe::Observer;
+use crate::display::view::{Token, TokenError, View, ViewSettings};
+use crate::system::stop::StopFlag;
 
 /// Scenes a second: those of most screens.
 const SCENES_HZ: u32 = 60;

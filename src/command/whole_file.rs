@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process;
 
 use anyhow::Context as _;
-use bench_dragon::nameless_file::{self, folder_of};
+
+use crate::system::nameless_file::{self, folder_of};
 
 /// Writes a file in one go, in place of one of that name. Where that fails, what was there before is left as it was.
 ///

@@ -20,12 +20,18 @@ use std::panic::{self, PanicHookInfo};
 use std::sync::{Arc, OnceLock};
 use std::thread;
 
-use bench_dragon::stop::StopFlag;
 use rustix::fs::fstat;
 
+use crate::system::stop::StopFlag;
+
 mod bar;
+pub mod figure;
+pub mod histogram;
+pub mod number;
 mod printer;
 mod queue;
+pub mod report;
+pub mod table;
 
 pub(crate) use bar::bar;
 use printer::Printer;

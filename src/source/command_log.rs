@@ -3,7 +3,7 @@
 use bench_dragon_ipc::CommandEvent;
 use rtrb::{Consumer, Producer, RingBuffer};
 
-use crate::clock::unix_ns;
+use crate::system::clock::unix_ns;
 
 /// Events that may wait to be published: more than a flood of commands makes in the time between two reports.
 const MOST_WAITING: usize = 1024;

@@ -12,6 +12,10 @@ mod source_report;
 mod stage;
 mod tick_times;
 
+pub mod replay;
+pub mod server;
+pub mod timecode;
+
 pub(crate) mod service_manager;
 
 pub(crate) use command_log::{CommandLog, Moment};

@@ -12,12 +12,11 @@ use bench_dragon_ipc::{
 use crossbeam::channel::{self, Sender};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::update_connections::UpdateConnections as _;
-
 use rtrb::Consumer;
 
 use super::service_manager::ServiceManager;
 use super::tick_times::TickTimes;
-use crate::histogram::Percentiles;
+use crate::output::histogram::Percentiles;
 
 /// How often the status is published and late joiners are given the description.
 const REPORT_PERIOD: Duration = Duration::from_millis(100);

@@ -10,7 +10,7 @@ use bench_dragon_ipc::{
 use super::command_log::CommandLog;
 use super::reporter::{Account, LoopGauges, Reporter, TimesOfAll};
 use super::tick_times::{TickTimes, TickTimesRecorder};
-use crate::server::motion::Limits;
+use crate::source::server::motion::Limits;
 
 /// The slow side of a run, on a thread of its own. What the loop tells it costs a few stores.
 #[derive(Debug)]

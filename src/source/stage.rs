@@ -82,7 +82,7 @@ impl Stage {
             place.copy_from_slice(handles);
             FrameHeader { run_id, tick, scheduled_ns, ..*header }
         };
-        self.frames.publish(fill, crate::clock::monotonic_ns)
+        self.frames.publish(fill, crate::system::clock::monotonic_ns)
     }
 
     /// Answers the commands that have come.

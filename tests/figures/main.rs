@@ -16,7 +16,7 @@ mod pytest;
 use std::fs;
 use std::path::Path;
 
-use bench_dragon::figure::{Drawing, FigureFormat, Paper};
+use bench_dragon::output::figure::{Drawing, FigureFormat, Paper};
 
 fn drawings() -> [(&'static str, Drawing); 6] {
     [

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use bench_dragon::figure::{
+use bench_dragon::output::figure::{
     Caption, Circle, ClearanceOverTime, ContactMark, ContactView, HandleSpeed, LargestSpeed, NearMiss, Pair, PlanView,
     Quantity, Sensitivity, SpeedRange, SpeedsOverTime, TurnMarks,
 };

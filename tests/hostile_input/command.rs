@@ -1,6 +1,6 @@
 //! Commands and replies as they lie in shared memory, where any process of this user can write them.
 
-use bench_dragon::server::motion::{Motion, MotionPlan};
+use bench_dragon::source::server::motion::{Motion, MotionPlan};
 use bench_dragon_ipc::{Command, CommandReply, Request};
 
 /// Bytes of a command: kind, reserved, run, two values. A last byte is a number of ticks.

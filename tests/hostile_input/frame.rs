@@ -1,6 +1,6 @@
 //! A message of a recording that says it is a frame.
 
-use bench_dragon::record::cdr::{decode_frame, encode_frame};
+use bench_dragon::recording::cdr::{decode_frame, encode_frame};
 
 /// A message is no frame, or a frame that keeps its bits when it is written again.
 pub(crate) fn check(input: &[u8]) {

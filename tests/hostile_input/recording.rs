@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use bench_dragon::record::cdr::encode_frame;
-use bench_dragon::record::{FrameReader, ReadError, RepairError, repair, repair_checked};
-use bench_dragon::replay::pace::Pace;
+use bench_dragon::recording::cdr::encode_frame;
+use bench_dragon::recording::{FrameReader, ReadError, RepairError, repair, repair_checked};
+use bench_dragon::source::replay::pace::Pace;
 
 /// More frames than this are not kept for comparison.
 const MOST_FRAMES: usize = 1 << 12;

@@ -1,7 +1,7 @@
 //! Packets on the port of timecode, which any process of this machine can send, or any other machine where that was asked for.
 
-use bench_dragon::server::motion::{Motion, MotionPlan};
-use bench_dragon::timecode::{Follower, FollowerSettings, FrameRate, Sample, Show, TimecodeSource};
+use bench_dragon::source::server::motion::{Motion, MotionPlan};
+use bench_dragon::source::timecode::{Follower, FollowerSettings, FrameRate, Sample, Show, TimecodeSource};
 use bench_dragon_ipc::Request;
 
 const TICK_NS: u64 = 1_000_000;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use bench_dragon::record::{Recorder, RecorderSettings};
+use bench_dragon::recording::{Recorder, RecorderSettings};
 use bench_dragon_ipc::{FrameHeader, HandleState};
 use serde_json::{Value, json};
 

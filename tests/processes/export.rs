@@ -4,7 +4,7 @@ use std::fs;
 use std::io::Read as _;
 use std::path::Path;
 
-use bench_dragon::record::{Recorder, RecorderSettings};
+use bench_dragon::recording::{Recorder, RecorderSettings};
 use bench_dragon_ipc::{FrameHeader, HandleState};
 use serde_json::json;
 

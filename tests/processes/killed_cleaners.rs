@@ -6,13 +6,12 @@ use std::fs::{self, File, OpenOptions};
 use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
 
+use bench_dragon_ipc::service::{Member, Role};
 use nix::libc::{self, c_long};
 use nix::sys::ptrace::{self, Options};
 use nix::sys::signal::Signal;
 use nix::sys::wait::{WaitPidFlag, WaitStatus, waitpid};
 use nix::unistd::Pid;
-
-use bench_dragon_ipc::service::{Member, Role};
 
 use crate::process::Process;
 use crate::reader::Reader;

@@ -10,8 +10,8 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use bench_dragon::clock::monotonic_ns;
-use bench_dragon::record::{FrameReader, RecordedFrame, repair};
+use bench_dragon::recording::{FrameReader, RecordedFrame, repair};
+use bench_dragon::system::clock::monotonic_ns;
 
 use crate::pytest;
 use crate::record::await_frames;

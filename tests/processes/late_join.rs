@@ -10,6 +10,7 @@ use crate::reader::{Reader, assert_accounted_for};
 use crate::stage::Stage;
 
 #[test]
+
 fn a_late_subscriber_receives_the_frames_from_then_on() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100"]);

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use bench_dragon::clock::monotonic_ns;
 use bench_dragon::config::Config;
+use bench_dragon::system::clock::monotonic_ns;
 use bench_dragon_geometry::dragon::ChainSolver;
 use bench_dragon_ipc::service::{
     AlertService, CommandService, EventService, FrameService, MAX_DESCRIPTION_LEN, Member, Role, Service, StatusService,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use bench_dragon::record::{Recorder, RecorderSettings};
+use bench_dragon::recording::{Recorder, RecorderSettings};
 use bench_dragon_ipc::service::{COMMANDS, FRAMES, Member, Role};
 use bench_dragon_ipc::{Domain, FrameHeader, HandleState};
 use iceoryx2::prelude::{Node, NodeBuilder, ServiceName, SignalHandlingMode, ZeroCopySend, ipc};

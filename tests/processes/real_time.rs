@@ -6,7 +6,7 @@ use std::process::Command;
 use std::thread;
 
 use bench_dragon::config::Config;
-use bench_dragon::processors::Processors;
+use bench_dragon::system::processors::Processors;
 use rustix::process::geteuid;
 use thread_priority::{
     RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy, set_thread_priority_and_policy,

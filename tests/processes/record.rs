@@ -3,8 +3,8 @@
 use std::fs::{self, File};
 use std::path::Path;
 
-use bench_dragon::number::Counted;
-use bench_dragon::record::FrameReader;
+use bench_dragon::output::number::Counted;
+use bench_dragon::recording::FrameReader;
 use bench_dragon_ipc::{DescriptionReader, FrameHeader};
 use serde_json::{Value, json};
 

@@ -5,8 +5,8 @@ use std::fs;
 use std::hash::{Hash as _, Hasher as _};
 use std::path::Path;
 
-use bench_dragon::record::{FrameReader, RecordedFrame, Recorder, RecorderSettings};
-use bench_dragon::replay::pace::Pace;
+use bench_dragon::recording::{FrameReader, RecordedFrame, Recorder, RecorderSettings};
+use bench_dragon::source::replay::pace::Pace;
 use bench_dragon_ipc::{DescriptionReader, FrameHeader, HandleState, ShowState, StatusReader};
 use serde_json::{Value, json};
 

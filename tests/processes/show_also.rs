@@ -12,6 +12,7 @@ use crate::show::Playing;
 use crate::stage::Stage;
 
 #[test]
+
 fn configured_commands_run_beside_the_show_and_are_started_again() {
     let receiver = UdpSocket::bind("127.0.0.1:0").expect("a port");
     let to = receiver.local_addr().expect("it is bound");

@@ -1,6 +1,6 @@
 //! The children of a show that is killed: none of them lives on, stopped or not.
 
-use bench_dragon::record::repair;
+use bench_dragon::recording::repair;
 use bench_dragon_ipc::{Status, StatusReader};
 use rustix::process::Signal;
 

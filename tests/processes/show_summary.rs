@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use bench_dragon::clock::monotonic_ns;
+use bench_dragon::system::clock::monotonic_ns;
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
@@ -12,6 +12,7 @@ use crate::show::{CALM, Playing};
 use crate::stage::Stage;
 
 #[test]
+
 fn the_summary_has_the_lateness_and_latency_of_all_servers_and_monitors() {
     let playing = Playing::start(&["--auto-resume"]);
     let pid = playing.show.pid();

@@ -1,7 +1,7 @@
 //! Readers that stop, hold what they read, or come and go: each loses its own frames alone, and knows how many.
 
-use bench_dragon::clock::monotonic_ns;
-use bench_dragon::record::FrameReader;
+use bench_dragon::recording::FrameReader;
+use bench_dragon::system::clock::monotonic_ns;
 use bench_dragon_ipc::service::{MAX_BORROWED_FRAMES, frame_buffer};
 use bench_dragon_ipc::{FrameSubscriber, HandleState};
 use rustix::process::Signal;

@@ -1,6 +1,6 @@
 //! A server that was suspended keeps time with the clock: it jumps a short suspension and makes up for a long one.
 
-use bench_dragon::clock::monotonic_ns;
+use bench_dragon::system::clock::monotonic_ns;
 use bench_dragon_ipc::{FrameHeader, StatusReader};
 use rustix::process::Signal;
 use serde_json::Value;

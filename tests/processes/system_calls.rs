@@ -5,12 +5,11 @@ use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::thread;
 use std::time::Duration;
 
+use bench_dragon_ipc::{FrameHeader, FrameSubscriber};
 use nix::libc::{SYS_clock_nanosleep, SYS_sendto, c_long};
 use nix::sys::ptrace::{self, Options};
 use nix::sys::wait::{WaitPidFlag, WaitStatus, waitpid};
 use nix::unistd::Pid;
-
-use bench_dragon_ipc::{FrameHeader, FrameSubscriber};
 use rustix::process::{Signal, kill_process};
 
 use crate::eventually::{DEADLINE, eventually};

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use bench_dragon::record::{FrameReader, Recorded, Recorder, RecorderSettings};
+use bench_dragon::recording::{FrameReader, Recorded, Recorder, RecorderSettings};
 use bench_dragon_ipc::ShowState;
 use serde_json::{Value, json};
 

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use bench_dragon::clock::monotonic_ns;
+use bench_dragon::system::clock::monotonic_ns;
 use bench_dragon_ipc::ShowState;
 
 use crate::process::Process;

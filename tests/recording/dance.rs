@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use bench_dragon::record::{FrameReader, RecordedFrame, Recorder, RecorderSettings};
+use bench_dragon::recording::{FrameReader, RecordedFrame, Recorder, RecorderSettings};
 use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState};
 
 /// Benches of the paper's dragon.

@@ -7,7 +7,7 @@ use std::{
     process::Command,
 };
 
-use bench_dragon::record::{Kept, RecordError, Recorder, RepairError, repair};
+use bench_dragon::recording::{Kept, RecordError, Recorder, RepairError, repair};
 use tempfile::tempdir;
 
 use crate::{

@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use bench_dragon::record::{Recorder, RepairError, repair};
+use bench_dragon::recording::{Recorder, RepairError, repair};
 use tempfile::TempDir;
 
 use crate::dance::{self, Frame};

@@ -10,7 +10,7 @@ use std::{
     process::{Command, Stdio},
 };
 
-use bench_dragon::record::{Recorder, repair};
+use bench_dragon::recording::{Recorder, repair};
 use tempfile::tempdir;
 
 use crate::{

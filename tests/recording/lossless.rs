@@ -1,6 +1,6 @@
 //! A recording holds what was sent.
 
-use bench_dragon::record::{FrameReader, Progress, RecordError, Recorder, schema};
+use bench_dragon::recording::{FrameReader, Progress, RecordError, Recorder, schema};
 use bench_dragon_ipc::{FrameHeader, HandleState};
 use tempfile::tempdir;
 
@@ -8,6 +8,7 @@ use crate::dance::{self, BENCHES, OFFSET_NS, RUN_ID, TOML};
 use crate::eventually::eventually_from;
 
 #[test]
+
 fn every_frame_comes_back_bit_for_bit() {
     let folder = tempdir().expect("a folder");
     let frames = dance::frames(400, BENCHES);

@@ -2,7 +2,7 @@
 
 use std::{fs, io::Write, path::Path};
 
-use bench_dragon::record::{Recorder, repair};
+use bench_dragon::recording::{Recorder, repair};
 use tempfile::tempdir;
 
 use crate::dance::{self, BENCHES, Frame, OFFSET_NS, RUN_ID, TOML};

@@ -8,7 +8,7 @@ use std::{
     sync::LazyLock,
 };
 
-use bench_dragon::record::{
+use bench_dragon::recording::{
     FrameReader, Recorder, RecorderSettings, RepairError, repair, repair_checked, repair_folder,
 };
 use proptest::prelude::*;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use bench_dragon::record::{RecordError, RecordedFrame, Recorder, RecorderSettings, Summary};
+use bench_dragon::recording::{RecordError, RecordedFrame, Recorder, RecorderSettings, Summary};
 use mcap::records::ChunkIndex;
 use tempfile::{TempDir, tempdir};
 

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use bench_dragon::config::Config;
-use bench_dragon::record::{Recorder, RecorderSettings};
-use bench_dragon::replay::verify::{RunVerification, Value, Verdict, Verification, verify};
-use bench_dragon::server::Simulation;
-use bench_dragon::server::motion::MotionPlan;
-use bench_dragon::server::schedule::Schedule;
+use bench_dragon::recording::{Recorder, RecorderSettings};
+use bench_dragon::source::replay::verify::{RunVerification, Value, Verdict, Verification, verify};
+use bench_dragon::source::server::Simulation;
+use bench_dragon::source::server::motion::MotionPlan;
+use bench_dragon::source::server::schedule::Schedule;
 use bench_dragon_ipc::{
     Command, CommandEvent, CommandReply, EventKind, FrameHeader, HandleState, Request, RunStart, Sender,
 };

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use bench_dragon::record::repair;
+use bench_dragon::recording::repair;
 use rustix::process::Signal;
 use serde_json::Value;
 

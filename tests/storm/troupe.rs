@@ -5,7 +5,7 @@ use std::process::ExitStatus;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use bench_dragon::record::repair;
+use bench_dragon::recording::repair;
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::books::{Books, Phase};

@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-use bench_dragon::clock::monotonic_ns;
+use bench_dragon::system::clock::monotonic_ns;
 use bench_dragon_ipc::service::frame_buffer;
 use bench_dragon_ipc::{FrameHeader, HandleState};
 use iceoryx2::config::Config;

@@ -1,11 +1,11 @@
 //! Every pair through parry2d: what one would write first.
 
-use crate::shared::HandleState;
 use bench_dragon_geometry::dragon::Dragon;
 use parry2d_f64::query;
 
 use super::bench_shapes::BenchShapes;
 use super::contestant::{Contestant, Found, Near};
+use crate::shared::HandleState;
 
 pub(crate) struct AllPairs {
     reach_m: f64,

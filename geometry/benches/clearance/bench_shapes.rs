@@ -1,10 +1,11 @@
 //! The benches as parry2d's shapes.
 
-use crate::shared::HandleState;
 use bench_dragon_geometry::dragon::Dragon;
 use glam::DVec2;
 use parry2d_f64::math::{Pose2, Rot2};
 use parry2d_f64::shape::Cuboid;
+
+use crate::shared::HandleState;
 
 /// A cuboid for each bench and where it lies.
 pub(crate) struct BenchShapes {

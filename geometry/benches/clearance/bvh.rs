@@ -4,7 +4,6 @@
 //! half of that, so that all pairs within it overlap; of those, parry measures the ones that its separating axis test
 //! cannot rule out.
 
-use crate::shared::HandleState;
 use bench_dragon_geometry::dragon::Dragon;
 use parry2d_f64::bounding_volume::{Aabb, BoundingVolume};
 use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhWorkspace};
@@ -12,6 +11,7 @@ use parry2d_f64::query::{self, ClosestPoints};
 
 use super::bench_shapes::BenchShapes;
 use super::contestant::{Contestant, Found, Near};
+use crate::shared::HandleState;
 
 /// How the hierarchy follows the benches from one frame to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

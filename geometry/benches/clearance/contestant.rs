@@ -1,8 +1,7 @@
 //! What each contestant does.
 
-use crate::shared::HandleState;
-
 use super::frames::Frames;
+use crate::shared::HandleState;
 
 /// Clearances that are as good as equal, in metres.
 const TOLERANCE_M: f64 = 1e-9;

@@ -1,7 +1,8 @@
 //! Frames as the monitor gets them.
 
-use crate::shared::HandleState;
 use bench_dragon_geometry::dragon::{ChainSolver, Dragon};
+
+use crate::shared::HandleState;
 
 /// Just before the first contact of the paper's dragon, whose head walks a metre a second.
 const LAST_M: f64 = 412.4;

@@ -1,11 +1,11 @@
 //! As the monitor does it.
 
-use crate::shared::HandleState;
 use bench_dragon_geometry::clearance::ClearanceSearch;
 use bench_dragon_geometry::dragon::{Board, Dragon};
 use glam::DVec2;
 
 use super::contestant::{Contestant, Found, Near};
+use crate::shared::HandleState;
 
 pub(crate) struct Ours<'a> {
     dragon: &'a Dragon,

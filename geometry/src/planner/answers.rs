@@ -5,19 +5,18 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use crate::clearance::{Contact, first_contact};
-use crate::dragon::{Dimensions, DimensionsError, Dragon, DragonError, Meter, RunEnd, Spent};
-use crate::number::Number;
-use crate::planner::HeadTimetable;
-use crate::route::{PitchFamily, RouteError};
-use crate::route::{RouteSpec, SpiralSpec};
-
 use super::derivative::{self, Derivatives};
 use super::local::VariedDragon;
 use super::pitch::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
 use super::{
     ClosestApproach, Infeasible, LargestRatio, Setting, largest_speed_ratio, least_clearance, passage_through,
 };
+use crate::clearance::{Contact, first_contact};
+use crate::dragon::{Dimensions, DimensionsError, Dragon, DragonError, Meter, RunEnd, Spent};
+use crate::number::Number;
+use crate::planner::HeadTimetable;
+use crate::route::{PitchFamily, RouteError};
+use crate::route::{RouteSpec, SpiralSpec};
 
 /// What is asked of a setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,10 +8,9 @@
 use glam::DVec2;
 use thiserror::Error;
 
-use crate::dragon::Board;
-
 use super::Change;
 use super::chain_variation::HandleVariation;
+use crate::dragon::Board;
 
 /// Clearances nearer than this to each other count as equal, in metres: contacts are known to some 10⁻¹¹ m.
 pub(super) const TIE_M: f64 = 1e-9;

@@ -7,10 +7,9 @@
 
 use glam::DVec2;
 
+use super::Parameter;
 use crate::dragon::{Dimensions, Handle};
 use crate::route::PitchFamily;
-
-use super::Parameter;
 
 /// What changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

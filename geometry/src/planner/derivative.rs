@@ -17,14 +17,13 @@
 
 use thiserror::Error;
 
-use crate::clearance::{ClearanceSearch, Contact};
-use crate::planner::HeadTimetable;
-
 use super::Parameter;
 use super::board_variation::{Kink, TIE_M};
 use super::local::{Local, Rates, VariedDragon};
 use super::pitch::PitchLimit;
 use super::speed_limit::LargestRatio;
+use crate::clearance::{ClearanceSearch, Contact};
+use crate::planner::HeadTimetable;
 
 /// Travel within which an extremum counts as lying at an end of the passage, or a handle on a joint, in metres.
 const PLACE_TOLERANCE_M: f64 = 1e-8;

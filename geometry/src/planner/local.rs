@@ -2,12 +2,11 @@
 
 use std::sync::Arc;
 
-use crate::dragon::{Board, Dragon, Handle};
-use crate::route::PitchFamily;
-
 use super::Parameter;
 use super::board_variation::{BoardVariation, Kink, Witness};
 use super::chain_variation::{Change, HandleVariation, handle_variations};
+use crate::dragon::{Board, Dragon, Handle};
+use crate::route::PitchFamily;
 
 /// A dragon whose route is one of a family over the pitch.
 #[derive(Clone, Debug)]

@@ -1,10 +1,9 @@
 //! What a choreographer plans with, and any one measure of it changed.
 
+use super::Parameter;
 use crate::dragon::{Dimensions, DimensionsError};
 use crate::planner::HeadTimetable;
 use crate::route::RouteSpec;
-
-use super::Parameter;
 
 /// A dragon and its route as planned.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 //!
 //! A frame of a later tick is nobody's; taken, it would make all that follow look old.
 
-use crate::replay::FASTEST_HZ;
+use crate::source::replay::FASTEST_HZ;
 
 /// How much later than it was sent the first frame may have come, in seconds: what a cut way holds back.
 const MAX_DELAY_S: u64 = 10;

@@ -16,7 +16,7 @@ use super::keys::KeyPrefix;
 use super::orders::Orders;
 use super::rate_limit::RateLimit;
 use super::wire::{DESCRIPTION_ENCODING, encode_described};
-use crate::clock::monotonic_ns;
+use crate::system::clock::monotonic_ns;
 
 /// Questions of a kind that wait at most.
 const MAX_QUESTIONS: usize = 16;

@@ -14,7 +14,7 @@ use zenoh::sample::{Sample, SampleKind};
 use super::backlog::Backlog;
 use super::relay::Answer;
 use super::wire::{ALERT_BYTES, Described, MAX_FRAME_BYTES, WireError, decode_description};
-use crate::clock::monotonic_ns;
+use crate::system::clock::monotonic_ns;
 
 /// Frames that wait at most: as many as the bus keeps for a reader.
 const MAX_FRAMES: usize = 256;

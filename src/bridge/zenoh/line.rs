@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::histogram::Percentiles;
+use crate::output::histogram::Percentiles;
 
 /// A line of `bridge zenoh`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -16,7 +16,7 @@ use super::desk::Desk;
 use super::wire::{
     COMMAND_BYTES, REPLY_ENCODING, SEEN_BYTES, Seen, WireError, decode_command, decode_seen, encode_reply,
 };
-use crate::clock::monotonic_ns;
+use crate::system::clock::monotonic_ns;
 
 /// How long a command may take from whoever asks to the server and its answer back to here: less than the other side waits.
 const PATIENCE: Duration = Duration::from_secs(2);

@@ -8,10 +8,10 @@ use super::rate_limit::RateLimit;
 use super::relay::Place;
 use super::remote_run::{NotNew, RemoteRun};
 use super::wire::{Described, Seen};
-use crate::clock::monotonic_ns;
-use crate::monitor::AlertPublisher;
-use crate::replay::FASTEST_HZ;
+use crate::safety::monitor::AlertPublisher;
+use crate::source::replay::FASTEST_HZ;
 use crate::source::{AskedCommand, Stage};
+use crate::system::clock::monotonic_ns;
 
 /// How much faster than described frames may come: what was held up on the way comes at once.
 const HASTE: u64 = 2;

@@ -4,6 +4,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use bench_dragon_ipc::service::frame_memory;
+use bench_dragon_ipc::{BusError, Domain, HandleState, SourceLock};
+
 use super::error::BridgeError;
 use super::inbox::{Arrival, Inbox};
 use super::keys::KeyPrefix;
@@ -15,10 +18,8 @@ use super::received_run::{ReceivedRun, Taken};
 use super::relay::{MAX_ASKED, Relay};
 use super::subscriptions::{Subscriptions, ask_for_description, subscribe};
 use super::wire::{Described, decode_alert, decode_frame};
-use crate::clock::monotonic_ns;
-use crate::histogram::LatencyHistogram;
-use bench_dragon_ipc::service::frame_memory;
-use bench_dragon_ipc::{BusError, Domain, HandleState, SourceLock};
+use crate::output::histogram::LatencyHistogram;
+use crate::system::clock::monotonic_ns;
 
 /// How long nothing may happen before commands and signals are looked for.
 const LOOK_PERIOD: Duration = Duration::from_millis(5);

@@ -26,9 +26,9 @@ use super::thinning::{Share, Thinning};
 use super::wire::{
     ALERT_ENCODING, DESCRIPTION_ENCODING, Described, FRAME_ENCODING, encode_alert, encode_described, encode_frame,
 };
-use crate::clock::monotonic_ns;
-use crate::replay::FASTEST_HZ;
 use crate::source::described_rate_hz;
+use crate::source::replay::FASTEST_HZ;
+use crate::system::clock::monotonic_ns;
 
 /// How long to wait for a frame before the rest is looked after.
 const WAIT_PERIOD: Duration = Duration::from_millis(50);

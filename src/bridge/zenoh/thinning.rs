@@ -45,7 +45,7 @@ impl Thinning {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::replay::FASTEST_HZ;
+    use crate::source::replay::FASTEST_HZ;
     use proptest::prelude::*;
 
     fn sent(share: Share, frames: &[(u64, u32)]) -> Vec<u64> {

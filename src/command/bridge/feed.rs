@@ -1,12 +1,12 @@
 //! The newest frame of the bus, at each release of a rate that is the bridge's own.
 
-use bench_dragon::bridge::{Snapshot, freshness, freshness_limit};
-use bench_dragon::clock::{monotonic_ns, sleep_until};
-use bench_dragon::server::schedule::Schedule;
-use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{BusError, Domain, FrameSubscriber, StatusReader};
 
+use crate::bridge::{Snapshot, freshness, freshness_limit};
 use crate::command::follow::{WAIT_PERIOD, open_when_there};
+use crate::source::server::schedule::Schedule;
+use crate::system::clock::{monotonic_ns, sleep_until};
+use crate::system::stop::StopFlag;
 
 /// Statuses that are read at a time: one of the source there is, and one that the last one has left.
 const MAX_STATUSES: usize = 4;

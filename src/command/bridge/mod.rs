@@ -4,8 +4,8 @@ use std::net::SocketAddrV4;
 use std::process::ExitCode;
 
 use anyhow::Context as _;
-use bench_dragon::bridge::{Outlet, UdpSender, UdpTarget};
 
+use crate::bridge::{Outlet, UdpSender, UdpTarget};
 use crate::cli::{Bridge, BridgeArgs, NetworkArgs};
 
 mod feed;

@@ -2,17 +2,17 @@
 
 use std::process::ExitCode;
 
-use bench_dragon::bridge::osc::{AngleUnit, OscEncoder, OscSettings, SlipSender};
-use bench_dragon::bridge::{Outlet, Packets};
-use bench_dragon::clock::unix_minus_monotonic_ns;
-use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::Domain;
 
 use super::feed::Feed;
 use super::open_udp;
 use super::session::Session;
+use crate::bridge::osc::{AngleUnit, OscEncoder, OscSettings, SlipSender};
+use crate::bridge::{Outlet, Packets};
 use crate::cli::{Angle, BridgeArgs, OscArgs};
 use crate::command::BadInput;
+use crate::system::clock::unix_minus_monotonic_ns;
+use crate::system::stop::StopFlag;
 
 pub(super) fn run(args: &BridgeArgs, osc: &OscArgs) -> anyhow::Result<ExitCode> {
     check(osc)?;

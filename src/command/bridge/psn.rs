@@ -2,17 +2,17 @@
 
 use std::process::ExitCode;
 
-use bench_dragon::bridge::Packets;
-use bench_dragon::bridge::psn::{PsnEncoder, SystemName};
-use bench_dragon::clock::monotonic_ns;
-use bench_dragon::server::schedule::Schedule;
-use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{Domain, Instance};
 
 use super::feed::Feed;
 use super::open_udp;
 use super::session::Session;
+use crate::bridge::Packets;
+use crate::bridge::psn::{PsnEncoder, SystemName};
 use crate::cli::{BridgeArgs, PsnArgs};
+use crate::source::server::schedule::Schedule;
+use crate::system::clock::monotonic_ns;
+use crate::system::stop::StopFlag;
 
 /// INFO frames a second.
 const INFO_RATE_HZ: u32 = 1;

@@ -3,13 +3,12 @@
 use std::fmt::Display;
 use std::process::ExitCode;
 
-use bench_dragon::bridge::{Freshness, Outage, Outlet, Packets, Turn};
-use bench_dragon::number::Counted;
-use bench_dragon::report::{BridgeLine, BridgeSummary};
-
 use super::feed::Release;
+use crate::bridge::{Freshness, Outage, Outlet, Packets, Turn};
 use crate::cli::Format;
 use crate::command::output::{complain, print_json, print_line};
+use crate::output::number::Counted;
+use crate::output::report::{BridgeLine, BridgeSummary};
 
 /// A bridge's life.
 pub(super) struct Session {

@@ -2,18 +2,18 @@
 
 use std::process::ExitCode;
 
-use bench_dragon::bridge::zenoh::{
+use bench_dragon_ipc::Domain;
+
+use crate::bridge::zenoh::{
     KeyPrefix, Link, LinkSettings, Receiver, ReceiverSummary, Sender, SenderPorts, SenderSettings, SenderSummary,
     Share, Side, Silence, ZenohLine,
 };
-use bench_dragon::number::Counted;
-use bench_dragon::stop::StopFlag;
-use bench_dragon_ipc::Domain;
-
 use crate::cli::{BridgeArgs, Format, ZenohArgs};
 use crate::command::BadInput;
 use crate::command::follow::open_when_there;
 use crate::command::output::{complain, percentiles, print_json, print_line};
+use crate::output::number::Counted;
+use crate::system::stop::StopFlag;
 
 pub(super) fn run(args: &BridgeArgs, zenoh: &ZenohArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::new(args.bus.instance.clone())?;

@@ -5,9 +5,6 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Context as _;
-use bench_dragon::report::{
-    ContactReport, MonitorLine, MonitorProgress, RecordLine, RestartReport, ServeLine, ShowSummary, TimecodeEvent,
-};
 use bench_dragon_ipc::AlertKind;
 use jiff::Timestamp;
 
@@ -17,6 +14,9 @@ use super::role::Role;
 use super::tally::Tally;
 use crate::cli::Format;
 use crate::command::output::print_json;
+use crate::output::report::{
+    ContactReport, MonitorLine, MonitorProgress, RecordLine, RestartReport, ServeLine, ShowSummary, TimecodeEvent,
+};
 
 /// The show's account of itself.
 #[derive(Debug)]

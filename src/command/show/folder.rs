@@ -6,11 +6,11 @@ use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
-use bench_dragon::config::Config;
-use bench_dragon::record::space::DiskSpace;
-use bench_dragon::report::ShowSummary;
 
 use crate::command::BadInput;
+use crate::config::Config;
+use crate::output::report::ShowSummary;
+use crate::recording::space::DiskSpace;
 
 /// How the name of a show's folder begins that was not given one.
 const FOLDER_PREFIX: &str = "show-";

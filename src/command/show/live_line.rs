@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use bench_dragon::report::MonitorProgress;
 use bench_dragon_ipc::FrameHeader;
 
+use crate::output::report::MonitorProgress;
 use crate::output::{bar, complain, set_live_line};
 
 /// How often the rate is measured anew.

@@ -10,14 +10,14 @@
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use bench_dragon::config::Config;
-use bench_dragon::report::ShowSummary;
-use bench_dragon::stop::StopFlag;
 use bench_dragon_ipc::{Domain, Request};
 
 use crate::cli::ShowArgs;
 use crate::command::serve::{check_pace, configure, end_s};
 use crate::command::{CONTACT, timecode};
+use crate::config::Config;
+use crate::output::report::ShowSummary;
+use crate::system::stop::StopFlag;
 
 mod account;
 mod also;

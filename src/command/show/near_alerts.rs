@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use bench_dragon::number::Counted;
-use bench_dragon::report::AlertLine;
+use crate::output::number::Counted;
+use crate::output::report::AlertLine;
 
 /// Least time from one line about near alerts to the next.
 const PERIOD: Duration = Duration::from_secs(10);

@@ -3,7 +3,6 @@
 use std::net::{SocketAddr, TcpListener};
 
 use anyhow::Context as _;
-use bench_dragon::view::Token;
 use serde::Serialize;
 
 use super::Show;
@@ -12,6 +11,7 @@ use crate::cli::Format;
 use crate::command::listening::{ListeningLine, cannot_listen};
 use crate::command::output::{print_json, print_line};
 use crate::command::view::TOKEN_VARIABLE;
+use crate::display::view::Token;
 
 /// Where the page is, and what it takes to steer.
 #[derive(Debug)]

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::Duration;
 
-use bench_dragon::number::Counted;
-use bench_dragon::record::{BackgroundRepair, Repair, RepairError};
+use crate::output::number::Counted;
+use crate::recording::{BackgroundRepair, Repair, RepairError};
 
 /// How long the end of a show waits for its files to be finished.
 const PATIENCE: Duration = Duration::from_secs(30);

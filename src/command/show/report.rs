@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
-use bench_dragon::histogram::Percentiles;
-use bench_dragon::report::{ContactReport, GuardReport, RestartReport, Restarts, ShowSummary};
-
 use crate::cli::Format;
 use crate::command::output::{behind, print_json, print_line};
 use crate::command::printable::Printable;
+use crate::output::histogram::Percentiles;
+use crate::output::report::{ContactReport, GuardReport, RestartReport, Restarts, ShowSummary};
 
 pub(super) fn print_report(format: Format, summary: &ShowSummary, folder: &Path) -> anyhow::Result<()> {
     if format == Format::Json {

@@ -1,11 +1,10 @@
 //! How a show starts its children, for the first time and after they have ended.
 
-use bench_dragon::timecode::FrameRate;
-
 use super::Show;
 use super::process::Launch;
 use super::role::Role;
 use crate::cli::TimecodeArgs;
+use crate::source::timecode::FrameRate;
 
 /// How often the monitor reports its progress, in seconds.
 const PROGRESS_PERIOD_S: &str = "0.2";

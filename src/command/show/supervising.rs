@@ -3,7 +3,6 @@
 use std::time::{Duration, Instant};
 
 use anyhow::bail;
-use bench_dragon::record::space::Size;
 
 use super::children::End;
 use super::patience::{MAX_RESTARTS, WINDOW};
@@ -11,6 +10,7 @@ use super::repairs::Repaired;
 use super::role::Role;
 use super::{Bus, Page, Show};
 use crate::command::DISK_FULL;
+use crate::recording::space::Size;
 
 /// Room from which a show is recorded again, in bytes: some seconds of a large dragon at least.
 const LEAST_ROOM_BYTES: u64 = 256 << 20;

@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use bench_dragon::histogram::Percentiles;
-use bench_dragon::report::{
-    ContactReport, FrameCounts, GuardReport, MonitorSummary, RestartReport, Restarts, ShowSummary, TimesReport,
-};
-use bench_dragon::server::ServerSummary;
 use bench_dragon_ipc::{FrameHeader, Status};
 
 use super::merged_times::MergedTimes;
 use super::role::Role;
+use crate::output::histogram::Percentiles;
+use crate::output::report::{
+    ContactReport, FrameCounts, GuardReport, MonitorSummary, RestartReport, Restarts, ShowSummary, TimesReport,
+};
+use crate::source::server::ServerSummary;
 
 /// The show's books. What grows with it grows with its restarts alone, of which patience allows one a minute for each child.
 #[derive(Debug, Default)]

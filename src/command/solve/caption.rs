@@ -1,12 +1,12 @@
 //! The caption of a figure: what the user calls it, what it shows, and for which dragon.
 
-use bench_dragon::config::Config;
-use bench_dragon::figure::Caption;
-use bench_dragon::number::Counted;
 use bench_dragon_geometry::dragon::Dimensions;
 use bench_dragon_geometry::route::RouteSpec;
 
 use crate::cli::FigureArgs;
+use crate::config::Config;
+use crate::output::figure::Caption;
+use crate::output::number::Counted;
 
 /// The caption of a figure with this title, for the configured dragon.
 pub(super) fn caption(args: &FigureArgs, config: &Config, title: impl Into<String>) -> Caption {

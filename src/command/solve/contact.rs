@@ -1,7 +1,6 @@
 //! `solve contact`: when do two benches first touch, or come within a clearance, and where?
 
 use anyhow::{Context as _, ensure};
-use bench_dragon::config::{Config, Overrides};
 use bench_dragon_geometry::clearance::{Contact, first_within};
 use bench_dragon_geometry::dragon::{RunEnd, Spent};
 use serde::Serialize;
@@ -12,6 +11,7 @@ use super::profile::Profile;
 use crate::cli::{ContactArgs, Format};
 use crate::command::load_config;
 use crate::command::output::{print_json, print_line};
+use crate::config::{Config, Overrides};
 
 #[derive(Serialize)]
 struct Answer {

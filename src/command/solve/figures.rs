@@ -1,11 +1,6 @@
 //! The figures' data, taken from the dragon.
 
 use anyhow::bail;
-use bench_dragon::config::Config;
-use bench_dragon::figure::{
-    Caption, Circle, ClearanceOverTime, ContactMark, ContactView, Drawing, HandleSpeed, LargestSpeed, Pair, PlanView,
-    SpeedRange, SpeedsOverTime, TurnMarks,
-};
 use bench_dragon_geometry::clearance::{ClearanceSearch, Contact};
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dragon, Handle, Meter};
 use bench_dragon_geometry::planner::{ClosestApproach, LargestRatio, clearance_profile};
@@ -20,6 +15,11 @@ use crate::cli::FigureArgs;
 use crate::command::output::print_line;
 use crate::command::printable::Printable;
 use crate::command::whole_file;
+use crate::config::Config;
+use crate::output::figure::{
+    Caption, Circle, ClearanceOverTime, ContactMark, ContactView, Drawing, HandleSpeed, LargestSpeed, Pair, PlanView,
+    SpeedRange, SpeedsOverTime, TurnMarks,
+};
 
 /// How far a drawn route may lie off the true one: a fortieth of a millimetre where the surroundings of a contact are
 /// shown 50 mm to the metre.
@@ -151,7 +151,7 @@ pub(super) fn clearance_over_time(
     let (dragon, timetable) = (config.dragon().metered(meter), config.timetable());
     let points = clearance_profile(&dragon, &even_travels(&dragon, dragon.start_travel_m(), to_m), || ());
     let sample = |point: &ClosestApproach| DVec2::new(timetable.time_s(point.travel_m), point.pair.clearance_m);
-    let near_miss = |miss: &NearMiss| bench_dragon::figure::NearMiss {
+    let near_miss = |miss: &NearMiss| crate::output::figure::NearMiss {
         time_s: miss.time_s,
         clearance_m: miss.clearance_m,
         benches: miss.benches,

@@ -1,6 +1,5 @@
 //! `solve pitch`: how tight may the spiral be if the head is to come to a circle with no contact on the way?
 
-use bench_dragon::config::{Config, Overrides};
 use bench_dragon_geometry::planner::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
 use bench_dragon_geometry::route::Route as _;
 use bench_dragon_geometry::route::{RouteSpec, SpiralSpec, TurnaroundSpec};
@@ -12,6 +11,7 @@ use super::save_config::save_config;
 use crate::cli::{Format, PitchArgs};
 use crate::command::output::{print_json, print_line};
 use crate::command::{BadInput, load_config};
+use crate::config::{Config, Overrides};
 
 #[derive(Serialize)]
 struct Answer {

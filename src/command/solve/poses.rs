@@ -1,8 +1,5 @@
 //! `solve poses`: where is every handle, and how fast?
 
-use bench_dragon::config::{Config, Overrides};
-use bench_dragon::number::Counted;
-use bench_dragon::table::{Cell, Column, Csv, Exporter as _, Table, Text, Xlsx};
 use bench_dragon_geometry::dragon::ChainSolver;
 use serde::Serialize;
 
@@ -12,6 +9,9 @@ use crate::cli::{PosesArgs, TableFormat};
 use crate::command::output::{print_bytes, print_json, print_line};
 use crate::command::printable::Printable;
 use crate::command::{BadInput, load_config, whole_file};
+use crate::config::{Config, Overrides};
+use crate::output::number::Counted;
+use crate::output::table::{Cell, Column, Csv, Exporter as _, Table, Text, Xlsx};
 
 /// Decimals that people see, of metres and of metres per second.
 const DECIMALS: usize = 6;

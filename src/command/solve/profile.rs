@@ -2,8 +2,6 @@
 
 use std::fmt::Write as _;
 
-use bench_dragon::config::Config;
-use bench_dragon::number::Counted;
 use bench_dragon_geometry::planner::{ClosestApproach, clearance_profile, near_misses};
 use serde::Serialize;
 
@@ -11,6 +9,8 @@ use super::times::coarser_step_s;
 use crate::cli::ContactArgs;
 use crate::command::BadInput;
 use crate::command::progress::Progress;
+use crate::config::Config;
+use crate::output::number::Counted;
 
 /// Most times of a profile: each is a chain and a search through all pairs.
 const MAX_TIMES: usize = 1_000_000;

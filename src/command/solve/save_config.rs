@@ -1,10 +1,10 @@
 //! Answers as configurations that can be played.
 
 use anyhow::bail;
-use bench_dragon::config::Config;
 
 use crate::cli::SaveConfigArgs;
 use crate::command::whole_file;
+use crate::config::Config;
 
 /// Writes the configuration that is the answer, if the arguments ask for it; fails with the reason where there is none.
 pub(super) fn save_config(args: &SaveConfigArgs, answer: Result<&Config, &str>) -> anyhow::Result<()> {

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use bench_dragon::config::{Config, Overrides};
 use bench_dragon_geometry::dragon::Dragon;
 use bench_dragon_geometry::planner::{Infeasible, LargestRatio, largest_speed_ratio, passage_through};
 use bench_dragon_geometry::route::RouteSpec;
@@ -14,6 +13,7 @@ use super::turn_plan::{asks_for_turn, passage_time_s, planned_turn};
 use crate::cli::{ConfigArgs, Format, SpeedLimitArgs};
 use crate::command::load_config;
 use crate::command::output::{print_json, print_line};
+use crate::config::{Config, Overrides};
 
 #[derive(Serialize)]
 struct Answer {

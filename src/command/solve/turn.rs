@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context as _, bail};
-use bench_dragon::config::Config;
 use bench_dragon_geometry::dragon::Dimensions;
 use bench_dragon_geometry::number::Number;
 use bench_dragon_geometry::planner::{
@@ -21,6 +20,7 @@ use super::turn_plan::{passage_time_s, planned_turn};
 use crate::cli::{Format, TurnArgs};
 use crate::command::output::{complain, print_json, print_line};
 use crate::command::progress::Progress;
+use crate::config::Config;
 
 #[derive(Serialize)]
 struct Answer {

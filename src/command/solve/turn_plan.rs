@@ -1,12 +1,12 @@
 //! The turn that a question is about.
 
 use anyhow::Context as _;
-use bench_dragon::config::{Config, Overrides};
 use bench_dragon_geometry::planner::HeadTimetable;
 use bench_dragon_geometry::route::{RouteSpec, TurnaroundSpec};
 
 use crate::cli::{ConfigArgs, TurnPlanArgs};
 use crate::command::{BadInput, load_config};
+use crate::config::{Config, Overrides};
 
 /// Whether flags ask for a turn, whatever the file has.
 pub(super) fn asks_for_turn(args: &TurnPlanArgs) -> bool {

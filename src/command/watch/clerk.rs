@@ -4,12 +4,12 @@ use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
-use bench_dragon::control::{Desk, HOLD_PATIENCE};
-use bench_dragon::watch::Reply;
 use bench_dragon_ipc::{Domain, Request, Sender};
 
 use super::mailbox::Mailbox;
 use crate::command::output::complain;
+use crate::control::{Desk, HOLD_PATIENCE};
+use crate::display::watch::Reply;
 
 /// After so long the one who has left is told what is waited for.
 const MOMENT: Duration = Duration::from_millis(300);

@@ -6,9 +6,10 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use bench_dragon::observe::Scene;
-use bench_dragon::watch::Reply;
 use ratatui::crossterm::event::{Event as Input, read};
+
+use crate::display::observe::Scene;
+use crate::display::watch::Reply;
 
 /// Keys that may wait while the screen is drawn; more of them stay with the terminal.
 const INPUT_ROOM: usize = 64;

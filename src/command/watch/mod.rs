@@ -12,15 +12,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use anyhow::Context as _;
-use bench_dragon::clock::monotonic_ns;
-use bench_dragon::observe::{Observer, Scene};
-use bench_dragon::watch::{Action, Screen, Shown, draw};
 use bench_dragon_ipc::Domain;
 use ratatui::crossterm::event::Event as Input;
 use rustix::io::Errno;
 
 use crate::cli::WatchArgs;
 use crate::command::output::complain;
+use crate::display::observe::{Observer, Scene};
+use crate::display::watch::{Action, Screen, Shown, draw};
+use crate::system::clock::monotonic_ns;
 
 use clerk::Clerk;
 use display::Display;

@@ -6,12 +6,12 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use bench_dragon::stop::is_hangup_ignored;
 use signal_hook::consts::{SIGCONT, SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
 use signal_hook::iterator::Signals;
 
 use super::display;
 use super::mailbox::Mailbox;
+use crate::system::stop::is_hangup_ignored;
 
 /// Exit status of a process that a second signal ends, as shells number it.
 const FORCED_EXIT_STATUS: i32 = 130;

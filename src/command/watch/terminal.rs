@@ -3,10 +3,9 @@
 use std::env;
 use std::io::{self, IsTerminal as _};
 
-use bench_dragon::watch::{Glyphs, Look, Theme};
-
 use crate::cli::GlyphSet;
 use crate::command::BadInput;
+use crate::display::watch::{Glyphs, Look, Theme};
 
 /// How this process's terminal is drawn on, with the characters that were asked for.
 pub(super) fn look(asked: Option<GlyphSet>) -> Result<Look, BadInput> {

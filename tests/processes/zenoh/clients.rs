@@ -1,6 +1,6 @@
 //! The program's own clients on the other side, unchanged.
 
-use bench_dragon::record::FrameReader;
+use bench_dragon::recording::FrameReader;
 use bench_dragon_ipc::{Alert, AlertKind, AlertSubscriber};
 use serde_json::Value;
 
@@ -10,6 +10,7 @@ use crate::reader::Reader;
 use crate::stage::Stage;
 
 #[test]
+
 fn echo_hz_and_record_work_on_the_other_side_as_they_do_here() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "50", "--readers", "3"]);

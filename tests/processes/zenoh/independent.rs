@@ -7,6 +7,7 @@ use crate::pytest;
 use crate::stage::Stage;
 
 #[test]
+
 fn the_stock_zenoh_package_reads_every_frame_and_commands_where_that_is_allowed() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "50"]);

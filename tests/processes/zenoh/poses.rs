@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use bench_dragon::record::{Recorder, RecorderSettings};
+use bench_dragon::recording::{Recorder, RecorderSettings};
 use bench_dragon_ipc::{DescriptionReader, FrameHeader, HandleState, StatusReader};
 use rustix::process::Signal;
 

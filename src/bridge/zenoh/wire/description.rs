@@ -4,7 +4,7 @@ use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
 
 use super::WireError;
 use super::fields::{Fields, concatenated, run_id};
-use crate::replay::FASTEST_HZ;
+use crate::source::replay::FASTEST_HZ;
 
 /// Encoding of the description. What run it is of stands in its attachment, see [`Described`].
 pub const DESCRIPTION_ENCODING: &str = "text/toml";

@@ -1,9 +1,9 @@
 //! The responses as a figure.
 
-use bench_dragon::figure;
 use bench_dragon_geometry::planner::{Curve, Response, Sensitivity};
 
 use super::tables::titled;
+use crate::output::figure;
 
 /// A plot for each quantity that there is.
 pub(super) fn chart(

@@ -1,7 +1,5 @@
 //! `solve sensitivity`: how do the answers change with each measure?
 
-use bench_dragon::config::{Config, Overrides};
-use bench_dragon::table::{Exporter as _, Text, Xlsx};
 use bench_dragon_geometry::planner::{Parameter, Response, Sensitivity, Setting};
 use bench_dragon_geometry::route::{RouteSpec, TurnaroundSpec};
 
@@ -11,6 +9,8 @@ use crate::command::progress::Progress;
 use crate::command::solve::caption::caption;
 use crate::command::solve::figures;
 use crate::command::{load_config, whole_file};
+use crate::config::{Config, Overrides};
+use crate::output::table::{Exporter as _, Text, Xlsx};
 
 mod answer;
 mod chart;

@@ -1,7 +1,8 @@
 //! The responses as tables.
 
-use bench_dragon::table::{Cell, Column, Table};
 use bench_dragon_geometry::planner::{Curve, Response, Sample, Sensitivity};
+
+use crate::output::table::{Cell, Column, Table};
 
 /// Decimals that people see.
 const DECIMALS: usize = 6;

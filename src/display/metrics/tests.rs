@@ -1,0 +1,142 @@
+//! The metrics of a scene that is made by hand.
+
+use std::sync::Arc;
+
+use bench_dragon_geometry::clearance::PairClearance;
+use bench_dragon_ipc::{AlertKind, FrameHeader, ReaderReport, ShowState, Status};
+use glam::DVec2;
+
+use super::*;
+use crate::display::observe::{AlertLog, Arrival, GuardSituation, Link, Outlook, ReaderLog, Still, Traffic};
+use crate::safety::monitor::run_alert;
+
+const HEADER: FrameHeader = FrameHeader {
+    run_id: 9_007_199_254_740_991,
+    tick: 41,
+    sim_time_ns: 410_500_000_000,
+    scheduled_ns: 0,
+    published_ns: 5_000_000_000,
+    head_travel_m: 410.5,
+    head_speed_mps: 1.0,
+    time_scale: 20.0,
+    bench_count: 223,
+    state: ShowState::Held as u32,
+};
+
+fn scene() -> Scene {
+    let mut alerts = AlertLog::default();
+    alerts.push(run_alert(&HEADER, AlertKind::Near));
+    let mut report =
+        ReaderReport { frames: 40, lost: 2, bytes_written: 77, sent_ns: 4_250_000_000, ..Default::default() };
+    report.set_name("record \"main\"\\");
+    let mut readers = ReaderLog::default();
+    readers.push(report);
+    let mut status = Status {
+        overruns: 3,
+        behind_ns: 1_500_000_000,
+        rate_hz: 1000,
+        granted_to_m: Status::NONE,
+        ..Status::default()
+    };
+    status.lateness.record(60_000);
+    Scene {
+        seen_ns: 5_250_000_000,
+        link: Link::Live,
+        frame: Some(Arc::new(Still { header: HEADER, handles: Vec::new() })),
+        nearest: Some(PairClearance { benches: [0, 8], clearance_m: 0.0125, point: DVec2::ZERO }),
+        least: Some((0.000_865, 409.832)),
+        outlook: Outlook::Contact { at: Arrival { travel_m: 412.5, time_s: 412.5, wall_s: 0.1 }, benches: [0, 8] },
+        status: Some(Arc::new(status)),
+        traffic: Traffic { frames: 42, restarts: 1, ..Traffic::default() },
+        guard: GuardSituation::Missing,
+        alerts: Arc::new(alerts),
+        readers: Arc::new(readers),
+        ..Scene::default()
+    }
+}
+
+#[test]
+fn a_scene_is_told_in_base_units() {
+    let text = exposition(&scene(), 5_250_000_000);
+    for line in [
+        "bench_dragon_run_info{version=\"0.1.0\",run_id=\"9007199254740991\"} 1",
+        "bench_dragon_up 1",
+        "bench_dragon_last_frame_age_seconds 0.25",
+        "bench_dragon_observed_frames_total 42",
+        "bench_dragon_source_restarts_total 1",
+        "bench_dragon_alerts_total{kind=\"near\"} 1",
+        "bench_dragon_alerts_total{kind=\"contact\"} 0",
+        "bench_dragon_show_state{state=\"held\"} 1",
+        "bench_dragon_show_state{state=\"running\"} 0",
+        "bench_dragon_show_time_seconds 410.5",
+        "bench_dragon_clearance_meters 0.0125",
+        "bench_dragon_least_clearance_meters 0.000865",
+        "bench_dragon_forecast_contact_time_seconds 412.5",
+        "bench_dragon_forecast_contact_remaining_seconds 2",
+        "bench_dragon_forecast_contact_wall_seconds 0.1",
+        "bench_dragon_guard_situation{situation=\"missing\"} 1",
+        "bench_dragon_guard_situation{situation=\"working\"} 0",
+        "bench_dragon_lamp_level{lamp=\"guard\"} 3",
+        "bench_dragon_lamp_level{lamp=\"psn\"} 0",
+        "bench_dragon_ticks_total 42",
+        "bench_dragon_overruns_total 3",
+        "bench_dragon_behind_seconds 1.5",
+        "bench_dragon_tick_lateness_seconds_bucket{le=\"0.000032767\"} 0",
+        "bench_dragon_tick_lateness_seconds_bucket{le=\"0.000065535\"} 1",
+        "bench_dragon_tick_lateness_seconds_bucket{le=\"+Inf\"} 1",
+        "bench_dragon_tick_lateness_seconds_count 1",
+        "bench_dragon_reader_frames_total{reader=\"record \\\"main\\\"\\\\\"} 40",
+        "bench_dragon_readers_seen_total{reader=\"record \\\"main\\\"\\\\\"} 1",
+        "bench_dragon_reader_report_age_seconds{reader=\"record \\\"main\\\"\\\\\"} 0.75",
+        "bench_dragon_recorder_written_bytes_total{reader=\"record \\\"main\\\"\\\\\"} 77",
+    ] {
+        assert!(text.lines().any(|told| told == line), "{line} is not in\n{text}");
+    }
+}
+
+#[test]
+fn what_is_not_known_is_not_told() {
+    let text = exposition(&Scene::default(), 5_250_000_000);
+    let told: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
+    assert!(told.contains(&"bench_dragon_up 0"), "{text}");
+    for name in
+        ["show_", "clearance", "forecast", "ticks", "overruns", "behind", "tick_", "reader", "last_frame", "guard"]
+    {
+        assert!(!told.iter().any(|line| line.starts_with(&format!("bench_dragon_{name}"))), "{name} is in\n{text}");
+    }
+}
+
+#[test]
+fn a_scene_that_no_other_follows_is_not_up() {
+    let up_at = |now_ns| exposition(&scene(), now_ns).contains("\nbench_dragon_up 1\n");
+    assert!(up_at(6_200_000_000));
+    assert!(!up_at(6_300_000_000), "the observer stands still");
+}
+
+#[test]
+fn a_reader_that_has_ended_in_order_has_no_age() {
+    let mut readers = ReaderLog::default();
+    let mut report = ReaderReport { frames: 40, sent_ns: 1_000_000_000, ..Default::default() };
+    report.set_name("hz");
+    readers.push(report);
+    let told = |readers: &ReaderLog| exposition(&Scene { readers: Arc::new(readers.clone()), ..scene() }, 0);
+    assert!(told(&readers).contains("\nbench_dragon_reader_report_age_seconds{reader=\"hz\"} 4\n"));
+    readers.push(ReaderReport { ended: 1, ..report });
+    assert!(!told(&readers).contains("bench_dragon_reader_report_age_seconds"), "{}", told(&readers));
+    assert!(told(&readers).contains("\nbench_dragon_reader_frames_total{reader=\"hz\"} 40\n"));
+}
+
+#[test]
+fn every_metric_says_what_it_is_and_bears_its_unit() {
+    let text = exposition(&scene(), 0);
+    let kinds: Vec<(&str, &str)> =
+        text.lines().filter_map(|line| line.strip_prefix("# TYPE ")?.split_once(' ')).collect();
+    for (name, kind) in &kinds {
+        assert!(text.contains(&format!("# HELP {name} ")), "{name}");
+        assert_eq!(name.ends_with("_total"), *kind == "counter", "{name} is a {kind}");
+    }
+    let mut names: Vec<&str> = kinds.iter().map(|(name, _)| *name).collect();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), kinds.len(), "no name is there twice");
+}

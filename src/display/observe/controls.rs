@@ -1,0 +1,201 @@
+//! The commands that the source would take now.
+
+use bench_dragon_ipc::{GuardState, Refusal, Request, ShowState, SourceKind, Status, TimecodeState};
+use serde::Serialize;
+
+use super::link::Link;
+use super::scene::Scene;
+
+/// For each command why it would be refused, in one sentence; `None`, null as JSON, where it would be accepted.
+///
+/// The source has the last word: this is for controls that are grey, and for the reason beside them. A server that hangs refuses
+/// nothing: commands reach it when it goes on.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[expect(missing_docs, reason = "each field is the command of its name")]
+pub struct Controls {
+    pub pause: Option<String>,
+    pub resume: Option<String>,
+    pub speed: Option<String>,
+    pub seek: Option<String>,
+    pub hold: Option<String>,
+    pub release: Option<String>,
+    pub stop: Option<String>,
+}
+
+impl Controls {
+    /// What the source of a scene would say.
+    pub fn of(scene: &Scene) -> Self {
+        let state = scene.state();
+        match (&scene.link, state) {
+            (Link::Ended { .. }, _) => return Self::all("the show has ended"),
+            (Link::Gone { .. }, _) => return Self::all("no server runs"),
+            (Link::Waiting, _) if !scene.has_source => return Self::all("no server runs"),
+            _ => {}
+        }
+        let status = scene.status.as_deref();
+        if status.and_then(Status::source_kind) == Some(SourceKind::Replay) {
+            let refused = Self::all(&Refusal::Replayed.to_string());
+            return Self { stop: None, ..refused };
+        }
+        if status.is_some_and(|status| status.stops().ending) {
+            let refused = Self::all("the server is ending");
+            return Self { hold: None, ..refused };
+        }
+        let words = |refusal: Option<Refusal>| refusal.map(|refusal| refusal.to_string());
+        Self {
+            resume: words(resume(status, state)),
+            seek: seek(status),
+            release: words(release(status, state)),
+            ..Self::default()
+        }
+    }
+
+    /// Why a request would be refused.
+    pub fn refusal(&self, request: Request) -> Option<&str> {
+        let refusal = match request {
+            Request::Pause => &self.pause,
+            Request::Resume => &self.resume,
+            Request::Speed { .. } => &self.speed,
+            Request::Seek { .. } => &self.seek,
+            Request::Hold => &self.hold,
+            Request::Release => &self.release,
+            Request::Stop => &self.stop,
+            Request::Grant { .. } => &None,
+        };
+        refusal.as_deref()
+    }
+
+    fn all(reason: &str) -> Self {
+        let [pause, resume, speed, seek, hold, release, stop] = [(); 7].map(|()| Some(reason.to_owned()));
+        Self { pause, resume, speed, seek, hold, release, stop }
+    }
+}
+
+/// Whether an operator holds the show. The status is up to a tenth of a second older than the frame.
+fn is_held(status: Option<&Status>, state: Option<ShowState>) -> bool {
+    let waits_for_guard = |status: &Status| status.guard_state() != Some(GuardState::None);
+    match status {
+        Some(status) => status.stops().held || state == Some(ShowState::Held) && !waits_for_guard(status),
+        None => state == Some(ShowState::Held),
+    }
+}
+
+fn resume(status: Option<&Status>, state: Option<ShowState>) -> Option<Refusal> {
+    match state {
+        _ if is_held(status, state) => Some(Refusal::Held),
+        Some(ShowState::Held) => Some(Refusal::HeldByGuard),
+        Some(ShowState::Finished | ShowState::Ended) => Some(Refusal::Finished),
+        _ => None,
+    }
+}
+
+fn release(status: Option<&Status>, state: Option<ShowState>) -> Option<Refusal> {
+    match state {
+        _ if is_held(status, state) => None,
+        Some(ShowState::Held) => Some(Refusal::HeldByGuard),
+        _ => Some(Refusal::NotHeld),
+    }
+}
+
+fn seek(status: Option<&Status>) -> Option<String> {
+    let status = status?;
+    if matches!(status.timecode_state(), Some(TimecodeState::Locked | TimecodeState::Standing)) {
+        return Some(Refusal::Followed.to_string());
+    }
+    let has_no_guard = status.guard_state() == Some(GuardState::Missing);
+    has_no_guard.then(|| "no guard runs that could prove the way there: start bench-dragon monitor --guard".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use bench_dragon_ipc::{FrameHeader, Stops};
+
+    use super::*;
+    use crate::display::observe::Still;
+
+    fn scene(state: ShowState, status: &Status) -> Scene {
+        let header = FrameHeader { state: state.to_wire(), ..FrameHeader::default() };
+        Scene {
+            link: Link::Live,
+            frame: Some(Arc::new(Still { header, handles: Vec::new() })),
+            status: Some(Arc::new(*status)),
+            ..Scene::default()
+        }
+    }
+
+    fn stopped(stops: Stops, guard: GuardState) -> Status {
+        Status { stops: stops.to_wire(), guard: guard.to_wire(), ..Status::default() }
+    }
+
+    /// The commands that would be refused, in the order of the fields.
+    fn refused(scene: &Scene) -> String {
+        let controls = Controls::of(scene);
+        let json = serde_json::to_value(&controls).expect("JSON");
+        let order = ["pause", "resume", "speed", "seek", "hold", "release", "stop"];
+        order.into_iter().filter(|name| !json[name].is_null()).collect::<Vec<_>>().join(" ")
+    }
+
+    #[test]
+    fn without_a_server_everything_is_refused_and_by_one_that_hangs_nothing() {
+        let all = "pause resume speed seek hold release stop";
+        assert_eq!(refused(&Scene::default()), all);
+        assert_eq!(refused(&Scene { has_source: true, ..Scene::default() }), "release");
+        let running = scene(ShowState::Running, &Status::default());
+        for (link, expected) in [
+            (Link::Gone { age_ns: 1 }, all),
+            (Link::Ended { age_ns: 1 }, all),
+            (Link::Silent { age_ns: 1 }, "release"),
+            (Link::Failed { reason: String::new() }, "release"),
+            (Link::Live, "release"),
+        ] {
+            assert_eq!(refused(&Scene { link, ..running.clone() }), expected);
+        }
+    }
+
+    #[test]
+    fn a_replay_takes_a_stop_alone() {
+        let replay = Status { source: SourceKind::Replay.to_wire(), ..Status::default() };
+        assert_eq!(refused(&scene(ShowState::Running, &replay)), "pause resume speed seek hold release");
+    }
+
+    #[test]
+    fn what_lifts_a_stop_depends_on_who_has_stopped() {
+        let held = Stops { held: true, ..Stops::default() };
+        let limit = Stops { guard_limit: true, ..Stops::default() };
+        let both = Stops { held: true, ..limit };
+        let ending = Stops { ending: true, ..Stops::default() };
+        for (state, stops, guard, expected) in [
+            (ShowState::Paused, Stops::default(), GuardState::None, "release"),
+            (ShowState::Held, held, GuardState::None, "resume"),
+            (ShowState::Stopping, held, GuardState::None, "resume"),
+            (ShowState::Held, limit, GuardState::Running, "resume release"),
+            (ShowState::Held, both, GuardState::Running, "resume"),
+            (ShowState::Held, limit, GuardState::Missing, "resume seek release"),
+            (ShowState::Finished, Stops::default(), GuardState::None, "resume release"),
+            (ShowState::Stopping, ending, GuardState::None, "pause resume speed seek release stop"),
+        ] {
+            assert_eq!(refused(&scene(state, &stopped(stops, guard))), expected, "{state} {stops:?} {guard:?}");
+        }
+        let late = scene(ShowState::Held, &stopped(Stops::default(), GuardState::None));
+        assert_eq!(refused(&late), "resume", "the status is older than the hold");
+    }
+
+    #[test]
+    fn a_seek_is_the_timecodes_while_that_leads() {
+        for (timecode, expected) in [
+            (TimecodeState::None, "release"),
+            (TimecodeState::Waiting, "release"),
+            (TimecodeState::Locked, "seek release"),
+            (TimecodeState::Standing, "seek release"),
+            (TimecodeState::Lost, "release"),
+        ] {
+            let status = Status { timecode: timecode.to_wire(), ..Status::default() };
+            let scene = scene(ShowState::Running, &status);
+            assert_eq!(refused(&scene), expected);
+            let seek = Request::Seek { sim_time_s: 1.0 };
+            assert_eq!(Controls::of(&scene).refusal(seek).is_some(), expected.contains("seek"));
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! Where the plan is looked at from.
+
+use std::ops::RangeInclusive;
+
+use glam::DVec2;
+use ratatui::crossterm::event::KeyCode;
+use ratatui::layout::Rect;
+
+use super::glyphs::Glyphs;
+use crate::display::observe::{Scene, Still};
+
+/// One step of the zoom, and how far it may go. 1 shows all of the route.
+const ZOOM_STEP: f64 = 1.25;
+const ZOOM: RangeInclusive<f64> = 0.5..=200.0;
+/// The zoom at which the head is followed, unless it is nearer already.
+const FOLLOW_ZOOM: f64 = 4.0;
+/// A step of an arrow key, as a share of what is seen.
+const PAN_STEP: f64 = 0.1;
+/// Share of what is shown that is left free around it.
+const MARGIN: f64 = 0.03;
+
+/// What is seen of the plan, as the keys have set it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Camera {
+    follows: bool,
+    zoom: f64,
+    /// From the head where that is followed, else from the middle of all, in metres.
+    offset: DVec2,
+}
+
+/// A rectangle in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Extent {
+    pub(super) low: DVec2,
+    pub(super) high: DVec2,
+}
+
+/// The part of the plan that fills an area.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Window {
+    pub(super) extent: Extent,
+    /// Width of a cell in metres; it is twice as high.
+    pub(super) cell_m: f64,
+    /// From dot to dot upwards, in metres.
+    pub(super) dot_m: f64,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        Self { follows: false, zoom: 1.0, offset: DVec2::ZERO }
+    }
+}
+
+impl Camera {
+    /// Takes a key, if it is one of the camera's.
+    pub(super) fn press(&mut self, code: KeyCode, scene: &Scene) -> bool {
+        match code {
+            KeyCode::Char('f') => self.toggle_follow(scene),
+            KeyCode::Char('0') => *self = Self::default(),
+            KeyCode::Char('z' | ']') => self.zoom_by(ZOOM_STEP),
+            KeyCode::Char('x' | '[') => self.zoom_by(1.0 / ZOOM_STEP),
+            KeyCode::Left => self.pan(DVec2::NEG_X, scene),
+            KeyCode::Right => self.pan(DVec2::X, scene),
+            KeyCode::Up => self.pan(DVec2::Y, scene),
+            KeyCode::Down => self.pan(DVec2::NEG_Y, scene),
+            _ => return false,
+        }
+        true
+    }
+
+    /// Whether the head is followed.
+    pub(super) fn follows(&self) -> bool {
+        self.follows
+    }
+
+    /// What is seen in an area of cells; `None` where there is nothing to see or nowhere to show it.
+    pub(super) fn window(&self, area: Rect, glyphs: Glyphs, scene: &Scene) -> Option<Window> {
+        let all = Extent::of(scene)?;
+        if area.is_empty() {
+            return None;
+        }
+        let size = (all.high - all.low) * (1.0 + 2.0 * MARGIN);
+        let [across, up] = glyphs.dots().map(f64::from);
+        // In cells, from the middle of the outermost dots, where the canvas puts its bounds.
+        let (columns, rows) = (f64::from(area.width) - 1.0 / across, f64::from(area.height) - 1.0 / up);
+        let cell_m = (size.x / columns.max(0.5)).max(size.y / (2.0 * rows.max(0.5))).max(1e-6) / self.zoom;
+        let half = 0.5 * DVec2::new(cell_m * columns, 2.0 * cell_m * rows);
+        let centre = self.centre(&all, scene);
+        let extent = Extent { low: centre - half, high: centre + half };
+        Some(Window { extent, cell_m, dot_m: 2.0 * cell_m / up })
+    }
+
+    fn centre(&self, all: &Extent, scene: &Scene) -> DVec2 {
+        let head = scene.frame.as_deref().and_then(head).filter(|_| self.follows);
+        head.unwrap_or_else(|| all.middle()) + self.offset
+    }
+
+    /// Follows the head, or stays where it has been followed to.
+    fn toggle_follow(&mut self, scene: &Scene) {
+        let all = Extent::of(scene);
+        if self.follows {
+            self.offset = all.map_or(DVec2::ZERO, |all| self.centre(&all, scene) - all.middle());
+            self.follows = false;
+        } else {
+            *self = Self { follows: true, zoom: self.zoom.max(FOLLOW_ZOOM), offset: DVec2::ZERO };
+        }
+    }
+
+    fn zoom_by(&mut self, factor: f64) {
+        self.zoom = (self.zoom * factor).clamp(*ZOOM.start(), *ZOOM.end());
+    }
+
+    fn pan(&mut self, direction: DVec2, scene: &Scene) {
+        if let Some(all) = Extent::of(scene) {
+            let step_m = PAN_STEP * (all.high - all.low).max_element() / self.zoom;
+            self.offset += direction * step_m;
+        }
+    }
+}
+
+impl Extent {
+    /// All that there is: the route, along which the dragon lies; without a description the handles.
+    pub(super) fn of(scene: &Scene) -> Option<Self> {
+        let still = scene.frame.as_deref();
+        let handles = still.into_iter().flat_map(|still| &still.handles).map(|handle| {
+            let [x, y, _] = handle.position_m;
+            DVec2::new(x, y)
+        });
+        match &scene.run {
+            Some(run) => Self::around(run.route.iter().copied()),
+            None => Self::around(handles),
+        }
+    }
+
+    fn around(points: impl Iterator<Item = DVec2>) -> Option<Self> {
+        points
+            .filter(|point| point.is_finite())
+            .map(|point| Self { low: point, high: point })
+            .reduce(|one, other| Self { low: one.low.min(other.low), high: one.high.max(other.high) })
+    }
+
+    fn middle(&self) -> DVec2 {
+        0.5 * (self.low + self.high)
+    }
+
+    /// Whether a circle may have a part in it.
+    pub(super) fn reaches(&self, centre: DVec2, radius_m: f64) -> bool {
+        centre.cmpge(self.low - radius_m).all() && centre.cmple(self.high + radius_m).all()
+    }
+}
+
+/// Where the head is.
+pub(super) fn head(still: &Still) -> Option<DVec2> {
+    let [x, y, _] = still.handles.first()?.position_m;
+    Some(DVec2::new(x, y))
+}
+
+#[cfg(test)]
+mod tests {
+    use bench_dragon_ipc::ShowState;
+
+    use super::*;
+    use crate::display::watch::sample::scene;
+
+    #[test]
+    fn a_metre_is_as_long_on_either_axis_and_all_of_the_route_is_seen() {
+        let scene = scene(ShowState::Running, 100.0);
+        let all = Extent::of(&scene).expect("a run");
+        for (glyphs, cell) in [(Glyphs::Braille, [2.0, 4.0]), (Glyphs::Blocks, [1.0, 2.0])] {
+            for (width, height) in [(49, 21), (153, 57), (40, 7), (3, 30), (1, 1)] {
+                let area = Rect::new(0, 0, width, height);
+                let window = Camera::default().window(area, glyphs, &scene).expect("there is something to see");
+                let size = window.extent.high - window.extent.low;
+                // Dots are as far apart across as they are up: a cell is twice as high as wide, and so are its dots more.
+                let across = f64::from(width) * cell[0] - 1.0;
+                let up = f64::from(height) * cell[1] - 1.0;
+                if across > 0.0 && up > 0.0 {
+                    let ratio = (size.x / across) / (size.y / up);
+                    assert!((ratio - 1.0).abs() < 1e-12, "{glyphs:?} {width} by {height}: {ratio}");
+                }
+                if width > 1 && height > 1 {
+                    assert!(window.extent.low.cmple(all.low).all() && window.extent.high.cmpge(all.high).all());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_longer_followed_stays_in_view() {
+        let (before, after) = (scene(ShowState::Running, 100.0), scene(ShowState::Running, 130.0));
+        let area = Rect::new(0, 0, 49, 21);
+        let mut camera = Camera::default();
+        camera.press(KeyCode::Char('f'), &before);
+        let followed = camera.window(area, Glyphs::Braille, &before);
+        camera.press(KeyCode::Char('f'), &before);
+        assert_eq!(camera.window(area, Glyphs::Braille, &after), followed);
+    }
+
+    #[test]
+    fn zoom_and_arrows_come_back_to_all_of_the_route() {
+        let scene = scene(ShowState::Running, 100.0);
+        let mut camera = Camera::default();
+        for code in [KeyCode::Char('z'), KeyCode::Char(']'), KeyCode::Left, KeyCode::Up] {
+            let before = camera;
+            assert!(camera.press(code, &scene));
+            assert_ne!(camera, before);
+        }
+        for code in [KeyCode::Right, KeyCode::Down, KeyCode::Char('x'), KeyCode::Char('[')] {
+            camera.press(code, &scene);
+        }
+        assert!((camera.zoom - 1.0).abs() < 1e-12 && camera.offset.length() < 1e-12, "{camera:?}");
+        (0..100).for_each(|_| assert!(camera.press(KeyCode::Char('z'), &scene)));
+        assert_eq!(camera.zoom, *ZOOM.end());
+        camera.press(KeyCode::Char('0'), &scene);
+        assert_eq!(camera, Camera::default());
+    }
+}

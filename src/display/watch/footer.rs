@@ -1,0 +1,112 @@
+//! The last two lines: what became of the last command, or what is being typed; and the keys.
+
+use bench_dragon_ipc::Request;
+use ratatui::Frame;
+use ratatui::layout::{Position, Rect};
+use ratatui::text::{Line, Span};
+
+use super::areas::LAMPED;
+use super::keys::space_request;
+use super::screen::Screen;
+use super::theme::{Tone, strong};
+use crate::display::observe::{Controls, Scene};
+
+/// Keys that are always shown.
+const HELP: (&str, &str) = ("?", "help");
+const QUIT: (&str, &str) = ("q", "quit");
+/// Columns between two keys.
+const GAP: usize = 2;
+
+/// Draws what is typed, with the cursor behind it, else what is asked, else the reply. A contact that has not been acknowledged
+/// comes before the reply where there are no lamps.
+pub(super) fn draw_reply(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
+    let look = screen.look();
+    if let Some(entry) = &screen.entry {
+        let line = Line::styled(entry.line(), strong());
+        let column = (line.width() as u16).min(area.width.saturating_sub(1));
+        frame.render_widget(line, area);
+        frame.set_cursor_position(Position::new(area.x + column, area.y));
+    } else if let Some(question) = &screen.question {
+        frame.render_widget(Line::styled(question.text(), look.theme.block(Tone::Danger)), area);
+    } else if let (Some(contact), true) = (&screen.past_contact, frame.area().height < LAMPED) {
+        frame.render_widget(Line::styled(format!("{contact}, a to acknowledge"), look.theme.block(Tone::Danger)), area);
+    } else if let Some(reply) = &screen.reply {
+        frame.render_widget(Line::styled(reply.text.clone(), look.theme.text(reply.tone)), area);
+    }
+}
+
+/// Draws the keys, those that matter most first, and of each all or nothing. Help and the way out are always among them.
+pub(super) fn draw_keys(frame: &mut Frame<'_>, area: Rect, scene: &Scene, screen: &Screen) {
+    let look = screen.look();
+    let (space, controls) = (space_request(scene), Controls::of(scene));
+    let question = screen.question.map_or(("", ""), |question| question.keys());
+    let keys: &[(&str, &str)] = match (screen.entry.is_some(), screen.question.is_some(), screen.is_read_only()) {
+        (true, _, _) => &[("h", "hold"), ("enter", "send"), ("esc", "leave")],
+        (_, true, _) => &[("h", "hold"), question, ("esc", "leave")],
+        (_, _, true) => &[HELP, QUIT, ("f", "follow"), ("0", "all"), ("[ ]", "zoom")],
+        _ => &[
+            ("h", "hold"),
+            ("space", if space == Request::Pause { "pause" } else { "resume" }),
+            ("r", "release"),
+            HELP,
+            QUIT,
+            ("+ - v", "speed"),
+            ("s", "seek"),
+            ("f", "follow"),
+            ("0", "all"),
+        ],
+    };
+    let spans = fitting(keys, area.width.into()).into_iter().flat_map(|(key, does)| {
+        let is_refused = request(key, space).is_some_and(|request| controls.refusal(request).is_some());
+        let style = if is_refused { look.theme.faint() } else { strong() };
+        [Span::styled(key, style), Span::styled(format!(" {does}  "), look.theme.faint())]
+    });
+    frame.render_widget(spans.collect::<Line<'_>>(), area);
+}
+
+/// A request of the kind that a key stands for.
+fn request(key: &str, space: Request) -> Option<Request> {
+    Some(match key {
+        "h" => Request::Hold,
+        "space" => space,
+        "r" => Request::Release,
+        "+ - v" => Request::Speed { speed_mps: 0.0 },
+        "s" => Request::Seek { sim_time_s: 0.0 },
+        _ => return None,
+    })
+}
+
+/// Those for which there is room, in their order, beside those that are always there.
+fn fitting<'a>(keys: &[(&'a str, &'a str)], columns: usize) -> Vec<(&'a str, &'a str)> {
+    let is_kept = |entry: &(&str, &str)| [HELP, QUIT].contains(entry);
+    let width = |(key, does): &(&str, &str)| key.len() + 1 + does.len() + GAP;
+    // Behind the last one there is no gap.
+    let mut room = (columns + GAP).saturating_sub(keys.iter().filter(|entry| is_kept(entry)).map(width).sum());
+    let mut has_room = true;
+    let fits = |entry: &&(&'a str, &'a str)| {
+        if is_kept(entry) {
+            return true;
+        }
+        has_room &= width(entry) <= room;
+        room = room.saturating_sub(width(entry));
+        has_room
+    };
+    keys.iter().filter(fits).copied().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_shown_whole_the_most_important_first_and_help_and_quit_always() {
+        let keys = [("h", "hold"), ("space", "pause"), HELP, QUIT, ("f", "follow"), ("0", "all")];
+        let shown = |columns| fitting(&keys, columns).iter().map(|(key, _)| *key).collect::<Vec<_>>().join(" ");
+        let all = "h hold  space pause  ? help  q quit  f follow  0 all".len();
+        assert_eq!(shown(all), "h space ? q f 0");
+        assert_eq!(shown(all - 1), "h space ? q f");
+        assert_eq!(shown("h hold  space pause  ? help  q quit".len()), "h space ? q");
+        assert_eq!(shown("h hold  space pause  ? help  q quit".len() - 1), "h ? q");
+        assert_eq!(shown(14), "? q");
+    }
+}

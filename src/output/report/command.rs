@@ -1,0 +1,139 @@
+//! A command and its outcome, in words.
+
+use bench_dragon_geometry::number::Number;
+use bench_dragon_ipc::{CommandEvent, EventKind, Request, RunStart};
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
+use serde::{Deserialize, Serialize};
+
+/// What has become of a command, or that a run began or ended.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CommandWords {
+    /// Wall-clock time of the event, `HH:MM:SS` in the time zone of this machine.
+    pub clock: String,
+    /// The kind of program that sent it, in lower case.
+    pub sender: String,
+    /// What was asked for, such as `seek 300 s`.
+    pub action: String,
+    /// Whether it was accepted.
+    pub accepted: bool,
+    /// Why it was refused, else null.
+    pub reason: Option<String>,
+    /// All of it but the time, in one line.
+    pub text: String,
+}
+
+impl From<&CommandEvent> for CommandWords {
+    /// ```
+    /// use bench_dragon::output::report::CommandWords;
+    /// use bench_dragon_ipc::{Command, CommandEvent, CommandReply, Request, Sender};
+    ///
+    /// let command = Command { sender: Sender::Page.to_wire(), ..Request::Speed { speed_mps: 0.8 }.to_wire() };
+    /// let words = CommandWords::from(&CommandEvent::answered(&command, &CommandReply::accepted(7, 41)));
+    /// assert_eq!(words.text, "page: speed 0.8 m/s, accepted from tick 41 on");
+    /// ```
+    fn from(event: &CommandEvent) -> Self {
+        let sender = event.sent_by().map_or_else(|| format!("sender {}", event.sender), |sender| sender.to_string());
+        let action = action(event);
+        let refusal = event.outcome().err();
+        let reason = refusal.map(|refusal| match event.request() {
+            Some(request) => refusal.explain(&request),
+            None => refusal.to_string(),
+        });
+        let outcome = match &reason {
+            Some(reason) => format!(", refused at tick {}: {reason}", event.tick),
+            None if matches!(event.event_kind(), Some(EventKind::Start)) => String::new(),
+            None if event.request().is_none() => format!(", at tick {}", event.tick),
+            None => format!(", accepted from tick {} on", event.tick),
+        };
+        let text = format!("{sender}: {action}{outcome}");
+        Self { clock: clock(event.wall_ns), sender, action, accepted: reason.is_none(), reason, text }
+    }
+}
+
+/// A request in a few words.
+pub fn request_words(request: Request) -> String {
+    match request {
+        Request::Pause => "pause".to_owned(),
+        Request::Resume => "resume".to_owned(),
+        Request::Speed { speed_mps } => format!("speed {} m/s", Number(speed_mps)),
+        Request::Seek { sim_time_s } => format!("seek {} s", Number(sim_time_s)),
+        Request::Hold => "hold".to_owned(),
+        Request::Release => "release".to_owned(),
+        Request::Stop => "stop".to_owned(),
+        Request::Grant { from_m, to_m, .. } => format!("grant of {from_m:.3} to {to_m:.3} m"),
+    }
+}
+
+fn action(event: &CommandEvent) -> String {
+    match (event.request(), event.event_kind()) {
+        (Some(request), _) => request_words(request),
+        (None, Some(EventKind::Stand)) => "the show stands with the timecode".to_owned(),
+        (None, Some(EventKind::Follow)) if event.values[0] == 0.0 => "the show goes on without timecode".to_owned(),
+        (None, Some(EventKind::Follow)) => "the show follows the timecode".to_owned(),
+        (None, Some(EventKind::Start)) => event.run_start().map_or_else(String::new, start),
+        (None, Some(EventKind::End)) => "the run ends".to_owned(),
+        (None, _) => "a command that this version does not know".to_owned(),
+    }
+}
+
+fn start(start: RunStart) -> String {
+    let mut words = format!("the run begins at {} s", Number((start.start_s * 1e3).round() / 1e3));
+    let extras = [(start.is_held, "held"), (start.is_paused, "paused"), (start.is_guarded, "guarded")];
+    for (_, extra) in extras.into_iter().filter(|(holds, _)| *holds) {
+        words = format!("{words}, {extra}");
+    }
+    if start.follows_timecode { format!("{words}, after timecode") } else { words }
+}
+
+fn clock(wall_ns: i64) -> String {
+    let instant = Timestamp::from_nanosecond(wall_ns.into()).unwrap_or_default();
+    instant.to_zoned(TimeZone::system()).strftime("%H:%M:%S").to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use bench_dragon_ipc::{Command, CommandReply, Refusal, Sender};
+
+    use super::*;
+
+    fn words(request: Request, reply: CommandReply) -> String {
+        let command = Command { sender: Sender::Ctl.to_wire(), ..request.to_wire() };
+        CommandWords::from(&CommandEvent::answered(&command, &reply)).text
+    }
+
+    #[test]
+    fn a_refused_command_has_its_reason_and_its_unit() {
+        let refused = CommandReply::refused(1, 9, Refusal::OutOfRange { lowest: 0.0, highest: 10.0 });
+        let text = words(Request::Speed { speed_mps: 11.0 }, refused);
+        assert_eq!(text, "ctl: speed 11 m/s, refused at tick 9: the speed is 11 m/s, must be from 0 to 10 m/s");
+        let held = CommandReply::refused(1, 9, Refusal::Held);
+        assert_eq!(words(Request::Resume, held), format!("ctl: resume, refused at tick 9: {}", Refusal::Held));
+    }
+
+    #[test]
+    fn the_start_and_the_end_of_a_run_are_worded() {
+        let start = RunStart {
+            start_s: 0.1,
+            travel_m: 0.1,
+            speed_mps: 1.0,
+            until_s: None,
+            is_held: true,
+            is_paused: false,
+            is_guarded: true,
+            follows_timecode: true,
+        };
+        let text = |event: &CommandEvent| CommandWords::from(event).text;
+        assert_eq!(text(&start.event()), "server: the run begins at 0.1 s, held, guarded, after timecode");
+        assert_eq!(text(&CommandEvent::plain(EventKind::End, Sender::Server, 77)), "server: the run ends, at tick 77");
+        let stand = CommandEvent::plain(EventKind::Stand, Sender::Timecode, 5);
+        assert_eq!(text(&stand), "timecode: the show stands with the timecode, at tick 5");
+    }
+
+    #[test]
+    fn an_event_of_a_newer_version_is_worded_too() {
+        let event = CommandEvent { kind: 99, sender: 98, ..CommandEvent::default() };
+        let text = CommandWords::from(&event).text;
+        assert_eq!(text, "sender 98: a command that this version does not know, at tick 0");
+    }
+}

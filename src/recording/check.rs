@@ -1,0 +1,211 @@
+//! Reading a whole recording to find damage, and saving what is readable of a damaged one.
+//!
+//! Everything that is whole is copied into a new file beside the old one, with an index and a summary. When that file is on
+//! the disk, it takes the old one's place in one step, and the old one is kept under another name: there may be more to
+//! save in it. Whatever fails before, the old file stays as it was.
+
+use std::{
+    collections::BTreeSet,
+    fs::{self, File},
+    io::{self, BufReader, BufWriter, Seek},
+    path::{Path, PathBuf},
+};
+
+use mcap::{
+    McapError, McapResult, Writer,
+    records::{Channel, Header, Record},
+    write::NoSeek,
+};
+
+use super::{
+    channels::Channels,
+    open_file::write_options,
+    records::{Ending, Records},
+    repair::{Locked, Repair, RepairError, open_ours, repair},
+    schema,
+    settings::RecorderSettings,
+    summary::declared_in_finished,
+};
+use crate::system::nameless_file::folder_of;
+
+/// What the name of the copy adds to that of the recording; a copy left by a killed repair is overwritten by the next.
+pub(super) const COPY_SUFFIX: &str = ".repairing";
+/// What the name of an old file adds that is kept.
+pub(super) const DAMAGED_SUFFIX: &str = ".damaged";
+const CHUNK_BYTES: u64 = 1 << 20;
+const BUFFER_BYTES: usize = 1 << 20;
+
+/// Reads a whole recording, finished or not, and finishes it as [`repair()`] does where every chunk is sound. Of one with
+/// damage a finished copy of all that is sound takes its place, and the old file is kept as `FILE.damaged`.
+///
+/// `progress` hears how many bytes of the file have been read, chunk by chunk; for a copy from the beginning again. A copy
+/// needs as much free disk as the recording is large.
+///
+/// # Errors
+/// See [`RepairError`]; [`RepairError::Damaged`] is none of them.
+pub fn repair_checked(path: &Path, mut progress: impl FnMut(u64)) -> Result<Repair, RepairError> {
+    let file = Locked::take(open_ours(path)?, path)?;
+    let sound = sound_frames(&file.0, &mut progress);
+    let sound = sound.map_err(|error| RepairError::Read { path: path.into(), source: io_error(error) })?;
+    drop(file);
+    if let Some(frames) = sound {
+        match repair(path) {
+            Ok(repaired) if repaired.frames != frames => {}
+            Err(RepairError::Damaged { .. }) => {}
+            done => return done,
+        }
+    }
+    let file = Locked::take(open_ours(path)?, path)?;
+    // A link stays one: the file that it leads to is replaced.
+    let target = path.canonicalize().map_err(|source| RepairError::Read { path: path.into(), source })?;
+    let (Copied { frames, skipped_bytes }, kept) = replace_by_finished_copy(&file.0, &target, progress)?;
+    Ok(Repair { path: path.into(), frames, was_unfinished: true, skipped_bytes, kept: Some(kept) })
+}
+
+/// The frames of a recording all of whose chunks are sound; `None` where there is damage.
+fn sound_frames(file: &File, progress: impl FnMut(u64)) -> McapResult<Option<u64>> {
+    let mut frame_channels = BTreeSet::new();
+    let mut frames = 0;
+    let flaws = visit(file, progress, |record| {
+        match record {
+            Record::Channel(channel) if channel.topic == schema::FRAMES => drop(frame_channels.insert(channel.id)),
+            Record::Message { header, .. } => frames += u64::from(frame_channels.contains(&header.channel_id)),
+            _ => {}
+        }
+        Ok(())
+    })?;
+    Ok((flaws == Flaws::default()).then_some(frames))
+}
+
+/// Damage that was found.
+#[derive(Default, PartialEq, Eq)]
+struct Flaws {
+    skipped_bytes: u64,
+    /// Whether the records could be followed to the end of the data.
+    breaks_off: bool,
+}
+
+/// Reads all records of a file's data.
+fn visit(
+    mut file: &File,
+    mut progress: impl FnMut(u64),
+    mut take: impl FnMut(Record<'_>) -> McapResult<()>,
+) -> McapResult<Flaws> {
+    file.rewind()?;
+    let mut records = Records::new(BufReader::with_capacity(BUFFER_BYTES, file));
+    let mut done_to = 0;
+    while let Some(record) = records.next()? {
+        take(record)?;
+        if records.position() > done_to {
+            done_to = records.position();
+            progress(done_to);
+        }
+    }
+    let breaks_off = records.ending() == Some(Ending::Damaged);
+    Ok(Flaws { skipped_bytes: records.skipped_bytes(), breaks_off })
+}
+
+/// What was copied of a recording.
+struct Copied {
+    frames: u64,
+    skipped_bytes: u64,
+}
+
+/// Returns what was copied, and where the old file is kept.
+fn replace_by_finished_copy(
+    file: &File,
+    path: &Path,
+    progress: impl FnMut(u64),
+) -> Result<(Copied, PathBuf), RepairError> {
+    let copy = with_suffix(path, COPY_SUFFIX);
+    let kept = free_name_for_damaged(path);
+    let replaced = write_finished_copy(file, &copy, progress).and_then(|copied| {
+        fs::hard_link(path, &kept)?;
+        fs::rename(&copy, path)?;
+        File::open(folder_of(path))?.sync_all()?;
+        Ok(copied)
+    });
+    match replaced {
+        Ok(copied) => Ok((copied, kept)),
+        Err(error) => {
+            // The error that is on its way explains more than this one would; the next check overwrites the copy.
+            let _ = fs::remove_file(&copy);
+            Err(RepairError::Write { path: copy, source: io_error(error) })
+        }
+    }
+}
+
+fn io_error(error: McapError) -> io::Error {
+    match error {
+        McapError::Io(error) => error,
+        other => io::Error::other(other),
+    }
+}
+
+fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(suffix);
+    name.into()
+}
+
+/// `FILE.damaged`, or where an earlier one has that name, `FILE.2.damaged` and so on.
+fn free_name_for_damaged(path: &Path) -> PathBuf {
+    let name = |number: u32| match number {
+        1 => with_suffix(path, DAMAGED_SUFFIX),
+        number => with_suffix(path, &format!(".{number}{DAMAGED_SUFFIX}")),
+    };
+    (1..=u32::MAX).map(name).find(|path| !path.exists()).expect("a folder holds fewer files than that")
+}
+
+fn write_finished_copy(old: &File, copy: &Path, progress: impl FnMut(u64)) -> McapResult<Copied> {
+    let file = File::create(copy)?;
+    file.set_permissions(old.metadata()?.permissions())?;
+    let sink = NoSeek::new(BufWriter::with_capacity(BUFFER_BYTES, file.try_clone()?));
+    let options = write_options(RecorderSettings::DEFAULT_COMPRESSION_LEVEL).chunk_size(Some(CHUNK_BYTES));
+    let mut copier = Copier { writer: options.create(sink)?, has_channels: false, is_of_this_version: false };
+    for declared in declared_in_finished(old)? {
+        copier.take(declared)?;
+    }
+    let Flaws { skipped_bytes, .. } = visit(old, progress, |record| copier.take(record))?;
+    let summary = copier.writer.finish()?;
+    file.sync_all()?;
+    Ok(Copied { frames: frames_in(&summary), skipped_bytes })
+}
+
+struct Copier<W: io::Write + Seek> {
+    writer: Writer<W>,
+    has_channels: bool,
+    is_of_this_version: bool,
+}
+
+impl<W: io::Write + Seek> Copier<W> {
+    fn take(&mut self, record: Record<'_>) -> McapResult<()> {
+        match record {
+            Record::Header(Header { library, .. }) => self.is_of_this_version = library == schema::LIBRARY,
+            Record::Schema { header, data } => {
+                self.writer.add_schema_with_id(header.id, &header.name, &header.encoding, &data)?;
+            }
+            Record::Channel(Channel { id, schema_id, topic, message_encoding, metadata }) => {
+                self.writer.add_channel_with_id(id, schema_id, &topic, &message_encoding, &metadata)?;
+                self.has_channels = true;
+            }
+            Record::Message { header, data } => {
+                if !self.has_channels && self.is_of_this_version {
+                    // The chunk that declares them is damaged; this version gives each the same number in every file.
+                    Channels::declare(&mut self.writer)?;
+                    self.has_channels = true;
+                }
+                self.writer.write_to_known_channel(&header, &data)?;
+            }
+            Record::Metadata(metadata) => self.writer.write_metadata(&metadata)?,
+            // The writer makes its own header and indexes.
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+fn frames_in(summary: &mcap::Summary) -> u64 {
+    let count = |id: &u16| summary.stats.as_ref().and_then(|stats| stats.channel_message_counts.get(id)).copied();
+    summary.channels.iter().filter(|(_, channel)| channel.topic == schema::FRAMES).filter_map(|(id, _)| count(id)).sum()
+}

@@ -1,0 +1,91 @@
+//! Export: the frames, the alerts and the commands of a recording as rows and columns, for spreadsheets and for people's own programs.
+//!
+//! **Which frames.** Those whose show time lies in an interval, in the recorded order, and of these the ones with which
+//! show time enters another step ([`sampling`]): a frame a second, say. Alerts and commands of the interval are all there.
+//!
+//! **As what.** Comma-separated values ([`write_csv`]) are written as the file is read: a row for each handle of each frame, numbers whole,
+//! in the shortest form that reads back the same. A [`Workbook`] has several sheets, among them positions and speeds with
+//! a column for each frame, as `solve poses` writes them; whether it fits is known before it is begun. Its numbers are
+//! whole as well, and shown with six decimals.
+//!
+//! **A damaged file** is exported without what is damaged, one without its end as far as it goes; [`Flaws`](crate::recording::Flaws) tells.
+
+mod csv;
+mod error;
+mod rows;
+pub mod sampling;
+mod selection;
+mod workbook;
+
+use std::path::PathBuf;
+
+use crate::recording::ShowInterval;
+
+pub use csv::write_csv;
+pub use error::ExportError;
+pub use selection::Selection;
+pub use workbook::Workbook;
+
+/// What is exported of a recording.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ExportSettings {
+    /// The recording.
+    pub file: PathBuf,
+    /// Show times of the frames and alerts.
+    pub interval: ShowInterval,
+    /// Nanoseconds of show time from one exported frame to the next; 0 for every frame.
+    pub every_ns: i64,
+    /// What the rows are about.
+    pub subject: Subject,
+    /// Whether alerts and commands are exported beside the subject: a workbook has sheets for them.
+    pub with_events: bool,
+}
+
+/// What rows are about.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Subject {
+    /// Every handle of each frame: position, velocity and speed.
+    #[default]
+    Handles,
+    /// Every bench of each frame: centre, heading, velocity and speed, and how fast it turns.
+    Benches,
+    /// Each frame as a whole: its state and its head.
+    Frames,
+    /// Alerts.
+    Alerts,
+    /// The record of commands.
+    Commands,
+}
+
+impl Subject {
+    /// The plural of what a row stands for.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Handles => "handles",
+            Self::Benches => "benches",
+            Self::Frames => "frames",
+            Self::Alerts => "alerts",
+            Self::Commands => "command events",
+        }
+    }
+
+    /// Whether frames are part of it.
+    pub fn has_frames(self) -> bool {
+        !matches!(self, Self::Alerts | Self::Commands)
+    }
+}
+
+/// How much was exported.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct ExportCounts {
+    /// Recorded runs that frames were exported of.
+    pub runs: u64,
+    /// Frames.
+    pub frames: u64,
+    /// Alerts.
+    pub alerts: u64,
+    /// Events of the record of commands.
+    pub commands: u64,
+    /// Rows of comma-separated values, without the titles; null of a workbook.
+    pub rows: Option<u64>,
+}

@@ -1,0 +1,124 @@
+//! Rows of frames, alerts and commands: what the columns are, and what stands in them.
+
+use bench_dragon_ipc::{Alert, BenchState, CommandEvent, FrameHeader};
+
+use super::Subject;
+use crate::output::report::CommandLine;
+use crate::output::table::{Cell, Column};
+use crate::recording::{Recorded, RecordedFrame};
+
+/// Decimals that people see.
+pub(super) const DECIMALS: usize = 6;
+
+/// The columns of rows about a subject.
+pub(super) fn columns(subject: Subject) -> Vec<Column> {
+    let when = [Column::whole("run_id"), Column::whole("tick"), Column::number("time_s", 9)];
+    let what = match subject {
+        Subject::Handles => {
+            let numbers = numbers(&["x_m", "y_m", "z_m", "vx_mps", "vy_mps", "vz_mps", "speed_mps"]);
+            [vec![Column::whole("handle")], numbers].concat()
+        }
+        Subject::Benches => {
+            let place = ["x_m", "y_m", "z_m", "heading_rad"];
+            let motion = ["vx_mps", "vy_mps", "vz_mps", "speed_mps", "turn_rate_radps"];
+            [vec![Column::whole("bench")], numbers(&place), numbers(&motion)].concat()
+        }
+        Subject::Frames => {
+            let numbers = numbers(&["head_travel_m", "head_speed_mps", "time_scale"]);
+            [vec![Column::text("state")], numbers, vec![Column::whole("benches")]].concat()
+        }
+        Subject::Alerts => {
+            let benches = vec![Column::text("kind"), Column::whole("bench_a"), Column::whole("bench_b")];
+            [benches, numbers(&["clearance_m", "x_m", "y_m", "forecast_s"])].concat()
+        }
+        Subject::Commands => {
+            let sender = vec![Column::text("wall_time"), Column::text("sender"), Column::whole("pid")];
+            let command =
+                vec![Column::text("command"), Column::number("value_1", DECIMALS), Column::number("value_2", DECIMALS)];
+            let outcome = vec![Column::text("outcome"), Column::text("reason"), Column::text("text")];
+            [sender, command, outcome, vec![Column::whole("number"), Column::whole("overruns")]].concat()
+        }
+    };
+    when.into_iter().chain(what).collect()
+}
+
+fn numbers(titles: &[&str]) -> Vec<Column> {
+    titles.iter().map(|title| Column::number(*title, DECIMALS)).collect()
+}
+
+/// Gives every row about a subject to `take`, in order.
+pub(super) fn for_each_row<E>(
+    subject: Subject,
+    recorded: &Recorded,
+    mut take: impl FnMut(Vec<Cell>) -> Result<(), E>,
+) -> Result<(), E> {
+    match (subject, recorded) {
+        (Subject::Handles, Recorded::Frame(RecordedFrame { header, handles, .. })) => {
+            for (index, handle) in handles.iter().enumerate() {
+                let numbers = [handle.position_m, handle.velocity_mps];
+                take(row(header, index, numbers.as_flattened().iter().copied().chain([handle.speed_mps()])))?;
+            }
+        }
+        (Subject::Benches, Recorded::Frame(RecordedFrame { header, handles, .. })) => {
+            for (index, bench) in BenchState::all(handles).enumerate() {
+                let BenchState { centre_m, heading_rad, velocity_mps, turn_rate_radps } = bench;
+                let numbers = centre_m.into_iter().chain([heading_rad]).chain(velocity_mps);
+                take(row(header, index, numbers.chain([bench.speed_mps(), turn_rate_radps])))?;
+            }
+        }
+        (Subject::Frames, Recorded::Frame(RecordedFrame { header, .. })) => take(frame_row(header))?,
+        (Subject::Alerts, Recorded::Alert(alert)) => take(alert_row(alert))?,
+        (Subject::Commands, Recorded::Command(event)) => take(command_row(event))?,
+        _ => {}
+    }
+    Ok(())
+}
+
+/// Show time in seconds: the double nearest to the recorded nanoseconds.
+pub(super) fn seconds(time_ns: i64) -> f64 {
+    time_ns as f64 / 1e9
+}
+
+fn row(header: &FrameHeader, index: usize, numbers: impl Iterator<Item = f64>) -> Vec<Cell> {
+    let when = when(header.run_id, header.tick, header.sim_time_ns);
+    when.into_iter().chain([index.into()]).chain(numbers.map(Cell::from)).collect()
+}
+
+pub(super) fn frame_row(header: &FrameHeader) -> Vec<Cell> {
+    let state = header.show_state().map_or_else(|| format!("state {}", header.state), |state| state.to_string());
+    let numbers = [header.head_travel_m, header.head_speed_mps, header.time_scale];
+    let when = when(header.run_id, header.tick, header.sim_time_ns).into_iter();
+    let benches = Cell::Whole(u64::from(header.bench_count));
+    when.chain([state.into()]).chain(numbers.map(Cell::from)).chain([benches]).collect()
+}
+
+pub(super) fn alert_row(alert: &Alert) -> Vec<Cell> {
+    let kind = alert.alert_kind().map_or_else(|| format!("kind {}", alert.kind), |kind| kind.to_string());
+    let pair = alert.pair();
+    let bench = |index: usize| pair.map_or(Cell::Blank, |pair| Cell::Whole(u64::from(pair[index])));
+    let of_pair = |number: f64| Cell::from(pair.map(|_| number));
+    let [x_m, y_m] = alert.point_m;
+    let forecast_s = (alert.forecast_ns != Alert::NO_FORECAST).then(|| seconds(alert.forecast_ns));
+    let what = [kind.into(), bench(0), bench(1), of_pair(alert.clearance_m), of_pair(x_m), of_pair(y_m)];
+    let when = when(alert.run_id, alert.tick, alert.sim_time_ns).into_iter();
+    when.chain(what).chain([forecast_s.into()]).collect()
+}
+
+/// The columns are those of [`CommandLine`]; an event that is no command has no outcome.
+pub(super) fn command_row(event: &CommandEvent) -> Vec<Cell> {
+    let CommandLine { command, text, reason, sender, pid, wall_time, values, .. } = CommandLine::from(event);
+    let value = |index: usize| Cell::from(values.get(index).copied().flatten());
+    let outcome = match (event.request(), &reason) {
+        (_, Some(_)) => "refused".into(),
+        (Some(_), None) => "accepted".into(),
+        (None, None) => Cell::Blank,
+    };
+    let sender = [wall_time.into(), sender.into(), pid.map_or(Cell::Blank, |pid| Cell::Whole(pid.into()))];
+    let command = [command.into(), value(0), value(1), outcome, reason.map_or(Cell::Blank, Cell::from), text.into()];
+    let when = when(event.run_id, event.tick, event.sim_time_ns).into_iter();
+    when.chain(sender).chain(command).chain([Cell::Whole(event.number), Cell::Whole(event.overruns)]).collect()
+}
+
+fn when(run_id: u64, tick: u64, sim_time_ns: i64) -> [Cell; 3] {
+    [Cell::Whole(run_id), Cell::Whole(tick), Cell::Number(seconds(sim_time_ns))]
+}

@@ -1,0 +1,146 @@
+//! Which files a recording consists of: their names, and which of them go when the recording grows too large.
+
+use std::{
+    collections::VecDeque,
+    ffi::OsStr,
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use crate::system::nameless_file::folder_of;
+
+/// The names of a recording's files: `show.mcap`, `show-0002.mcap`, `show-0003.mcap`, …
+#[derive(Clone, Debug)]
+pub struct FileNames {
+    first: PathBuf,
+}
+
+impl FileNames {
+    /// Names that begin with `first` itself.
+    pub fn new(first: PathBuf) -> Self {
+        Self { first }
+    }
+
+    /// Path of the file with a number, counted from 1.
+    pub fn path(&self, number: u64) -> PathBuf {
+        if number <= 1 {
+            return self.first.clone();
+        }
+        let mut name = self.stem().to_os_string();
+        name.push(format!("-{number:04}"));
+        if let Some(extension) = self.first.extension() {
+            name.push(".");
+            name.push(extension);
+        }
+        self.first.with_file_name(name)
+    }
+
+    /// A file that already has one of these names, the first one's or a later one's.
+    ///
+    /// # Errors
+    /// What listing the folder reports.
+    pub fn taken(&self) -> io::Result<Option<PathBuf>> {
+        for entry in fs::read_dir(self.folder())? {
+            let name = entry?.file_name();
+            if self.includes(&name) {
+                return Ok(Some(self.first.with_file_name(name)));
+            }
+        }
+        Ok(None)
+    }
+
+    fn folder(&self) -> &Path {
+        folder_of(&self.first)
+    }
+
+    fn stem(&self) -> &OsStr {
+        self.first.file_stem().unwrap_or_default()
+    }
+
+    fn includes(&self, name: &OsStr) -> bool {
+        let number = || -> Option<u64> {
+            let rest = name.to_str()?.strip_prefix(self.stem().to_str()?)?.strip_prefix('-')?;
+            let digits = rest.trim_end_matches(|character: char| !character.is_ascii_digit());
+            rest.get(..digits.len())?.parse().ok()
+        };
+        let same = |number| self.path(number).file_name() == Some(name);
+        same(1) || number().is_some_and(same)
+    }
+}
+
+/// The finished files of a recording, the oldest first.
+#[derive(Clone, Debug, Default)]
+pub struct FinishedFiles {
+    files: VecDeque<(PathBuf, u64)>,
+    bytes: u64,
+}
+
+impl FinishedFiles {
+    /// Adds the newest.
+    pub fn push(&mut self, path: PathBuf, bytes: u64) {
+        self.bytes += bytes;
+        self.files.push_back((path, bytes));
+    }
+
+    /// Bytes of all of them.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Takes out the oldest file where these files and a current one of `current_bytes` exceed `limit_bytes` together.
+    pub fn take_oldest_over(&mut self, limit_bytes: u64, current_bytes: u64) -> Option<PathBuf> {
+        if self.bytes + current_bytes <= limit_bytes {
+            return None;
+        }
+        let (path, bytes) = self.files.pop_front()?;
+        self.bytes -= bytes;
+        Some(path)
+    }
+
+    /// Their paths, the oldest first.
+    pub fn into_paths(self) -> Vec<PathBuf> {
+        self.files.into_iter().map(|(path, _)| path).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_file_has_the_given_name_and_the_others_a_number() {
+        let names = FileNames::new("shows/may.day.mcap".into());
+        assert_eq!(names.path(1), Path::new("shows/may.day.mcap"));
+        assert_eq!(names.path(2), Path::new("shows/may.day-0002.mcap"));
+        assert_eq!(names.path(12_345), Path::new("shows/may.day-12345.mcap"));
+        assert_eq!(FileNames::new("take".into()).path(3), Path::new("take-0003"));
+    }
+
+    #[test]
+    fn a_name_belongs_to_a_recording_only_in_the_form_it_would_give() {
+        let names = FileNames::new("show.mcap".into());
+        for name in ["show.mcap", "show-0002.mcap", "show-12345.mcap"] {
+            assert!(names.includes(OsStr::new(name)), "{name}");
+        }
+        for name in ["show-2.mcap", "show-0002.txt", "show-a.mcap", "show-0002-0003.mcap", "other.mcap", "show-"] {
+            assert!(!names.includes(OsStr::new(name)), "{name}");
+        }
+    }
+
+    #[test]
+    fn the_oldest_files_go_until_the_rest_fits() {
+        let mut files = FinishedFiles::default();
+        for number in 1..=4 {
+            files.push(format!("{number}").into(), 100);
+        }
+        assert_eq!(files.take_oldest_over(350, 100), Some("1".into()));
+        assert_eq!(files.take_oldest_over(350, 100), Some("2".into()));
+        assert_eq!(files.take_oldest_over(350, 100), None);
+        assert_eq!(files.bytes(), 200);
+    }
+
+    #[test]
+    fn the_current_file_is_never_removed() {
+        assert_eq!(FinishedFiles::default().take_oldest_over(10, 100), None);
+    }
+}

@@ -1,0 +1,200 @@
+//! A pass: a recorded run on the bus.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use bench_dragon_ipc::{BusError, FrameHeader, Refusal, Request};
+use crossbeam::channel::RecvTimeoutError;
+use serde::{Deserialize, Serialize};
+
+use super::excerpt::PlannedFrame;
+use super::read_ahead::RecordedRun;
+use super::{COMMAND_PERIOD, Replay};
+use crate::output::histogram::Percentiles;
+use crate::source::{Moment, Stage, TimesOfAll};
+use crate::system::clock::{monotonic_ns, sleep_precisely, sleep_until};
+
+/// How long a replay waits for the readers that it was told to expect.
+const READER_PATIENCE: Duration = Duration::from_secs(10);
+
+/// What a pass came to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PassSummary {
+    /// The run that it was on the bus.
+    pub run_id: u64,
+    /// The run that was recorded.
+    pub recorded_run_id: u64,
+    /// Frames published.
+    pub frames: u64,
+    /// Frames between the first and the last one that the recorder had lost.
+    pub missing: u64,
+    /// Show time of the last one, in seconds.
+    pub sim_time_s: f64,
+    /// How often a frame came too late.
+    pub overruns: u64,
+    /// From the instant each frame was due to the start of its tick, in microseconds.
+    pub lateness_us: Percentiles,
+    /// From the start of each tick until the loop was ready for the next one, in microseconds.
+    pub tick_us: Percentiles,
+}
+
+/// A recorded run that is on the bus, and about to be played.
+#[derive(Debug)]
+pub struct Pass<'a> {
+    replay: &'a mut Replay,
+    run: RecordedRun,
+    stage: Stage,
+    progress: Progress,
+}
+
+/// How far a pass has been played.
+#[derive(Debug)]
+struct Progress {
+    /// The next tick.
+    tick: u64,
+    /// Show time of the last frame.
+    sim_time_s: f64,
+    missing: u64,
+    overruns_before: u64,
+}
+
+/// That a signal or a client has asked for the end.
+#[derive(Debug)]
+struct Stopped;
+
+impl<'a> Pass<'a> {
+    /// A pass that is about to begin.
+    pub(super) fn new(replay: &'a mut Replay, run: RecordedRun, stage: Stage) -> Self {
+        let progress = Progress { tick: 0, sim_time_s: 0.0, missing: 0, overruns_before: replay.pace.overruns() };
+        Self { replay, run, stage, progress }
+    }
+
+    /// The number of the run that it is on the bus.
+    pub fn run_id(&self) -> u64 {
+        self.stage.run_id()
+    }
+
+    /// The number of the run that was recorded.
+    pub fn recorded_run_id(&self) -> u64 {
+        self.run.configuration.run_id
+    }
+
+    /// Publishes frame after frame until the recorded run ends, `stop` is set, or a client asks for it.
+    ///
+    /// # Errors
+    /// [`BusError::Failed`] where a frame cannot be published.
+    pub fn play(mut self, stop: &AtomicBool) -> Result<PassSummary, BusError> {
+        sleep_precisely();
+        self.replay.is_stopped = self.wait_for_readers(stop).is_err();
+        while !self.replay.is_stopped {
+            match self.next_frame(stop) {
+                Ok(Some(frame)) => self.play_frame(frame, stop)?,
+                Ok(None) => break,
+                Err(Stopped) => self.replay.is_stopped = true,
+            }
+        }
+        Ok(self.into_summary())
+    }
+
+    /// Publishes a frame when it is due.
+    fn play_frame(
+        &mut self,
+        PlannedFrame { frame, due_ns, missing, .. }: PlannedFrame,
+        stop: &AtomicBool,
+    ) -> Result<(), BusError> {
+        let due_ns = self.replay.pace.due_ns(due_ns, monotonic_ns());
+        if let Err(Stopped) = self.wait_until(due_ns, stop) {
+            self.replay.is_stopped = true;
+            return Ok(());
+        }
+        let begun_ns = monotonic_ns();
+        let header = FrameHeader { time_scale: frame.header.time_scale * self.replay.pace.rate(), ..frame.header };
+        let tick = self.progress.tick;
+        self.stage.publish(&header, &frame.handles, tick, due_ns)?;
+        self.progress.take(&header, missing);
+        let overruns = self.overruns();
+        self.stage.report().tell(&FrameHeader { tick, ..header }, overruns);
+        self.stage.report().tell_behind(self.replay.pace.behind_ns());
+        // The reading thread is gone where it has read all: then the frame is given up here.
+        let _ = self.run.played.send(frame);
+        self.stage.report().count(begun_ns - due_ns, monotonic_ns() - begun_ns);
+        Ok(())
+    }
+
+    /// The next frame, as soon as it has been read; `None` where the recorded run ends.
+    fn next_frame(&mut self, stop: &AtomicBool) -> Result<Option<PlannedFrame>, Stopped> {
+        loop {
+            match self.run.frames.recv_timeout(COMMAND_PERIOD) {
+                Ok(frame) => return Ok(Some(frame)),
+                Err(RecvTimeoutError::Disconnected) => return Ok(None),
+                Err(RecvTimeoutError::Timeout) => self.look_for_stop(stop)?,
+            }
+        }
+    }
+
+    fn wait_until(&mut self, due_ns: u64, stop: &AtomicBool) -> Result<(), Stopped> {
+        self.look_for_stop(stop)?;
+        loop {
+            let now_ns = monotonic_ns();
+            if now_ns >= due_ns {
+                return Ok(());
+            }
+            let is_far = due_ns - now_ns > COMMAND_PERIOD.as_nanos() as u64;
+            sleep_until(if is_far { now_ns + COMMAND_PERIOD.as_nanos() as u64 } else { due_ns });
+            if is_far || stop.load(Ordering::Relaxed) {
+                self.look_for_stop(stop)?;
+            }
+        }
+    }
+
+    /// Answers the commands that have come.
+    fn look_for_stop(&mut self, stop: &AtomicBool) -> Result<(), Stopped> {
+        let mut asked_to_stop = false;
+        let sim_time_ns = (self.progress.sim_time_s * 1e9).round() as i64;
+        let moment = Moment { sim_time_ns, overruns: self.overruns() };
+        self.stage.take_commands(self.progress.tick, moment, |request| match request {
+            Request::Stop => {
+                asked_to_stop = true;
+                Ok(())
+            }
+            _ => Err(Refusal::Replayed),
+        });
+        if asked_to_stop || stop.load(Ordering::Relaxed) { Err(Stopped) } else { Ok(()) }
+    }
+
+    fn wait_for_readers(&mut self, stop: &AtomicBool) -> Result<(), Stopped> {
+        const LOOK_PERIOD: Duration = Duration::from_millis(1);
+        let is_first = self.replay.summary.passes == 1;
+        let expected = if is_first { self.replay.settings.readers } else { 0 };
+        let deadline = Instant::now() + READER_PATIENCE;
+        while self.stage.reader_count() < expected {
+            if Instant::now() >= deadline {
+                tracing::warn!("starting with {} of {expected} readers", self.stage.reader_count());
+                return Ok(());
+            }
+            self.look_for_stop(stop)?;
+            std::thread::sleep(LOOK_PERIOD);
+        }
+        Ok(())
+    }
+
+    fn overruns(&self) -> u64 {
+        self.replay.pace.overruns() - self.progress.overruns_before
+    }
+
+    fn into_summary(self) -> PassSummary {
+        let (run_id, recorded_run_id, overruns) = (self.run_id(), self.recorded_run_id(), self.overruns());
+        let Progress { tick: frames, sim_time_s, missing, .. } = self.progress;
+        self.replay.summary.frames += frames;
+        let TimesOfAll { lateness_us, tick_us } = self.stage.finish();
+        PassSummary { run_id, recorded_run_id, frames, missing, sim_time_s, overruns, lateness_us, tick_us }
+    }
+}
+
+impl Progress {
+    fn take(&mut self, recorded: &FrameHeader, missing: u64) {
+        self.missing = self.missing.saturating_add(missing);
+        self.sim_time_s = recorded.sim_time_s();
+        self.tick += 1;
+    }
+}

@@ -1,0 +1,144 @@
+//! The comparison of a recorded frame with the simulated one.
+
+use std::fmt;
+
+use bench_dragon_ipc::{FrameHeader, HandleState, ShowState};
+use serde::{Deserialize, Serialize};
+
+use crate::recording::RecordedFrame;
+
+/// Rounding makes no greater difference, in metres or metres per second.
+const ROUNDING: f64 = 1e-6;
+
+/// What differs between a recording and its simulation, at the first tick at which something does.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Difference {
+    /// The tick.
+    pub tick: u64,
+    /// Show time of the recorded frame, in seconds.
+    pub time_s: f64,
+    /// The field, as the frame's message names it.
+    pub field: String,
+    /// Index of the handle; null where the field is not of one.
+    pub handle: Option<u64>,
+    /// The recorded value.
+    pub recorded: Value,
+    /// The simulated value.
+    pub simulated: Value,
+}
+
+/// A value that differs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Value {
+    /// A finite number. Two of them differ in their bits.
+    Number(f64),
+    /// Anything else, in words.
+    Text(String),
+}
+
+impl Difference {
+    /// A difference that is not in a number of the frame.
+    pub(super) fn in_words(header: &FrameHeader, field: &str, recorded: String, simulated: String) -> Self {
+        let [recorded, simulated] = [recorded, simulated].map(Value::Text);
+        let (tick, time_s) = (header.tick, header.sim_time_s());
+        Self { tick, time_s, field: field.to_owned(), handle: None, recorded, simulated }
+    }
+
+    /// Whether it may be one of rounding alone: that of another processor's instructions or another C library.
+    pub fn may_be_rounding(&self) -> bool {
+        match (&self.recorded, &self.simulated) {
+            (Value::Number(recorded), Value::Number(simulated)) => {
+                self.handle.is_some() && (recorded - simulated).abs() < ROUNDING
+            }
+            _ => false,
+        }
+    }
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { tick, time_s, field, handle, recorded, simulated } = self;
+        write!(formatter, "at tick {tick} ({time_s:.6} s of show time), ")?;
+        if let Some(handle) = handle {
+            write!(formatter, "handle {handle}, ")?;
+        }
+        write!(formatter, "{field} is recorded as {recorded} and simulated as {simulated}")
+    }
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) => write!(formatter, "{number}"),
+            Self::Text(text) => formatter.write_str(text),
+        }
+    }
+}
+
+impl From<f64> for Value {
+    fn from(number: f64) -> Self {
+        if number.is_finite() {
+            Self::Number(number)
+        } else {
+            Self::Text(format!("{number} ({:#018x})", number.to_bits()))
+        }
+    }
+}
+
+/// The first bits of a recorded frame that are not those of the simulated one. The stamps are not compared.
+pub(super) fn difference(
+    recorded: &RecordedFrame,
+    header: &FrameHeader,
+    handles: &[HandleState],
+) -> Option<Difference> {
+    let of = |field: &str, handle, recorded_value: Value, simulated: Value| Difference {
+        tick: recorded.header.tick,
+        time_s: recorded.header.sim_time_s(),
+        field: field.to_owned(),
+        handle,
+        recorded: recorded_value,
+        simulated,
+    };
+    let was = &recorded.header;
+    if was.state != header.state {
+        return Some(of("state", None, state_text(was), state_text(header)));
+    }
+    let whole = [
+        ("sim_time_ns", was.sim_time_ns.to_string(), header.sim_time_ns.to_string()),
+        ("bench_count", was.bench_count.to_string(), header.bench_count.to_string()),
+        ("handles", recorded.handles.len().to_string(), handles.len().to_string()),
+    ];
+    if let Some((field, was, is)) = whole.into_iter().find(|(_, was, is)| was != is) {
+        return Some(of(field, None, Value::Text(was), Value::Text(is)));
+    }
+    let numbers = [
+        ("head_travel_m", was.head_travel_m, header.head_travel_m),
+        ("head_speed_mps", was.head_speed_mps, header.head_speed_mps),
+        ("time_scale", was.time_scale, header.time_scale),
+    ];
+    if let Some((field, was, is)) = numbers.into_iter().find(|(_, was, is)| was.to_bits() != is.to_bits()) {
+        return Some(of(field, None, was.into(), is.into()));
+    }
+    let differing = recorded.handles.iter().zip(handles).position(|(was, is)| bits(was) != bits(is))?;
+    let (was, is) = (&recorded.handles[differing], &handles[differing]);
+    let part = bits(was).iter().zip(bits(is)).position(|(was, is)| *was != is)?;
+    let field = ["position_m", "velocity_mps"][part / 3];
+    let field = format!("{field}[{}]", part % 3);
+    Some(of(&field, Some(differing as u64), values(was)[part].into(), values(is)[part].into()))
+}
+
+fn state_text(header: &FrameHeader) -> Value {
+    Value::Text(
+        header.show_state().map_or_else(|| header.state.to_string(), |state: ShowState| state.name().to_owned()),
+    )
+}
+
+fn values(handle: &HandleState) -> [f64; 6] {
+    let ([x, y, z], [vx, vy, vz]) = (handle.position_m, handle.velocity_mps);
+    [x, y, z, vx, vy, vz]
+}
+
+fn bits(handle: &HandleState) -> [u64; 6] {
+    values(handle).map(f64::to_bits)
+}

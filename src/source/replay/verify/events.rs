@@ -1,0 +1,115 @@
+//! The events of commands that a recording holds, run by run.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use bench_dragon_ipc::{CommandEvent, EventKind, RunStart};
+
+use super::VerifyError;
+use super::recordings::Recordings;
+use crate::recording::Recorded;
+
+/// Events of commands that a verification keeps in memory at most: 120 bytes each. A guard makes some ten a second.
+pub const MOST_EVENTS: usize = 1 << 20;
+/// Frames that are passed over before it is looked whether to go on.
+const STRIDE: u64 = 256;
+
+/// The events of all runs of a recording.
+pub(super) struct EventsOfRuns {
+    runs: BTreeMap<u64, Vec<CommandEvent>>,
+    bytes_read: u64,
+}
+
+impl EventsOfRuns {
+    /// Reads the events, and passes over the frames.
+    pub(super) fn read(files: &[PathBuf], stop: &AtomicBool, mut look: impl FnMut(u64)) -> Result<Self, VerifyError> {
+        let mut recordings = Recordings::new(files);
+        let mut runs: BTreeMap<u64, Vec<CommandEvent>> = BTreeMap::new();
+        let (mut count, mut passed) = (0, 0_u64);
+        let mut is_to_look = |_: &_| {
+            passed += 1;
+            passed.is_multiple_of(STRIDE)
+        };
+        while !stop.load(Ordering::Relaxed)
+            && let Some(recorded) = recordings.next(&mut is_to_look)?
+        {
+            if let Recorded::Command(event) = recorded {
+                count += 1;
+                if count > MOST_EVENTS {
+                    return Err(VerifyError::TooManyEvents);
+                }
+                runs.entry(event.run_id).or_default().push(event);
+            }
+            look(recordings.bytes_read());
+        }
+        Ok(Self { runs, bytes_read: recordings.bytes_read() })
+    }
+
+    /// Bytes read.
+    pub(super) fn bytes_read(&self) -> u64 {
+        self.bytes_read
+    }
+
+    /// The events of a run.
+    pub(super) fn take(&mut self, run_id: u64) -> Vec<CommandEvent> {
+        self.runs.remove(&run_id).unwrap_or_default()
+    }
+}
+
+/// The events of a run as far as none is missing, from its start on.
+pub(super) struct RunEvents {
+    pub(super) start: RunStart,
+    /// Those after the start, in the order in which the server took them.
+    pub(super) events: std::iter::Peekable<std::vec::IntoIter<CommandEvent>>,
+    /// Tick from which on events may be missing, and how many are.
+    pub(super) gap: Option<Gap>,
+    /// Tick of the last event, where that is not the end of the run.
+    pub(super) open_end_tick: Option<u64>,
+}
+
+/// Events that are missing in a recording.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Gap {
+    pub(super) from_tick: u64,
+    pub(super) missing: u64,
+}
+
+impl RunEvents {
+    /// Sorts the events of a run.
+    ///
+    /// # Errors
+    /// Why they cannot be used at all.
+    pub(super) fn new(mut events: Vec<CommandEvent>) -> Result<Self, String> {
+        // Files that were joined by other tools may hold them in another order, or twice.
+        events.sort_by_key(|event| event.number);
+        events.dedup_by_key(|event| event.number);
+        let first = events.first().ok_or(
+            "it has no record of commands: it is of an earlier version, of a replay, or of a server on another host",
+        )?;
+        let start = match (first.number, first.run_start()) {
+            (0, Some(start)) => start,
+            (0, None) => {
+                return Err("its record of commands does not begin with a start: it is no run of a server".into());
+            }
+            (missing, _) => {
+                return Err(format!(
+                    "the first {missing} events of its commands are missing: the recording began too late"
+                ));
+            }
+        };
+        let whole = events.iter().zip(0..).take_while(|(event, number)| event.number == *number).count();
+        let gap = events.get(whole).map(|behind| Gap {
+            from_tick: events[whole - 1].tick,
+            missing: behind.number - events[whole - 1].number - 1,
+        });
+        events.truncate(whole);
+        if !events.is_sorted_by_key(|event| event.tick) {
+            return Err("the ticks of its commands are not in order".to_owned());
+        }
+        let open_end_tick =
+            events.last().filter(|last| last.event_kind() != Some(EventKind::End)).map(|last| last.tick);
+        events.remove(0);
+        Ok(Self { start, events: events.into_iter().peekable(), gap, open_end_tick })
+    }
+}

@@ -1,0 +1,277 @@
+//! Verification: a recording simulated again, and compared with itself bit for bit.
+//!
+//! A recording holds all that decides on its frames: the configuration, how the run began, and every command with the tick
+//! from which it holds. [`verify`] gives these to the simulation of the server ([`Simulation::tick`]) and compares every
+//! recorded frame with the simulated one, all bits of header and handles. It needs neither a bus nor a server.
+//!
+//! **Releases that were missed** follow from the frames: each was due at `epoch + release / rate`, in integers.
+//!
+//! **Frames that the recorder lost** are simulated as well, but not compared. Releases that were missed meanwhile, or a
+//! timecode that led the show, leave open how; there the verification of the run ends.
+//!
+//! **What a verification takes from the frames:** the instants at which they were due, and the time scale while a timecode
+//! leads the show, which only they have. `published_ns` is when a frame was sent; nothing can be compared with it.
+//!
+//! **The same bits** come from the same instructions: on a machine without AVX2 and FMA handles differ by rounding from those
+//! of a machine that has them ([`Instructions`]). The route's functions are those of the C library.
+//!
+//! **Bounds.** Files are read twice, one chunk in memory at a time: first the events of commands, [`MOST_EVENTS`] at most, and
+//! then the frames. For an event may be recorded behind the frames of its tick.
+//!
+//! [`Simulation::tick`]: crate::source::server::Simulation::tick
+//! [`Instructions`]: bench_dragon_geometry::dragon::Instructions
+
+mod difference;
+mod events;
+mod recordings;
+mod releases;
+mod run_check;
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use serde::{Deserialize, Serialize};
+
+use crate::recording::{Configuration, Flaws, ReadError, Recorded, RecordedFrame};
+
+pub use difference::{Difference, Value};
+pub use events::MOST_EVENTS;
+
+use events::EventsOfRuns;
+use recordings::Recordings;
+use run_check::{RunCheck, Stop};
+
+/// What a verification found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Verification {
+    /// The runs, in the recorded order.
+    pub runs: Vec<RunVerification>,
+    /// The files that could not be read whole.
+    pub flawed: Vec<FlawedFile>,
+    /// Whether it was broken off.
+    pub is_interrupted: bool,
+}
+
+/// A file that could not be read whole.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FlawedFile {
+    /// The file.
+    pub file: PathBuf,
+    /// What could not be read.
+    #[serde(flatten)]
+    pub flaws: Flaws,
+}
+
+/// What a verification found of one run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunVerification {
+    /// The run.
+    pub run_id: u64,
+    /// Its frames in the recording.
+    pub frames: u64,
+    /// Those that are as simulated: all from the first one on, unless the verdict names where that ends.
+    pub verified: u64,
+    /// Tick of the first recorded frame.
+    pub first_tick: u64,
+    /// Tick of the last recorded frame.
+    pub last_tick: u64,
+    /// Frames that are missing in the recording up to the last verified one, from tick 0 on. They were simulated.
+    pub missing: u64,
+    /// Releases that the server missed, up to the last verified frame.
+    pub overruns: u64,
+    /// Accepted commands that were applied, grants excepted.
+    pub commands: u64,
+    /// Grants that were applied.
+    pub grants: u64,
+    /// Changes of what the timecode had the show do.
+    pub timecode: u64,
+    /// The result.
+    #[serde(flatten)]
+    pub verdict: Verdict,
+}
+
+/// The result of a verification.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "verdict", rename_all = "snake_case")]
+pub enum Verdict {
+    /// Every recorded frame is as simulated.
+    Verified,
+    /// A frame is not: the first one.
+    Differs {
+        /// What differs, and where.
+        difference: Difference,
+    },
+    /// Some frames cannot be verified.
+    Unverifiable {
+        /// The tick from which on.
+        from_tick: u64,
+        /// Why not.
+        reason: String,
+    },
+}
+
+/// Why recordings could not be verified at all.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum VerifyError {
+    /// A file cannot be read as a recording.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// More events of commands than are kept in memory.
+    #[error("the recording holds more than {MOST_EVENTS} events of commands: verify the files of one run at a time")]
+    TooManyEvents,
+    /// There is nothing to verify.
+    #[error("there are no frames in the recording")]
+    NoFrames,
+}
+
+/// Verifies the runs of a recording: its files, oldest first. `look` is shown how many bytes were read, of twice the bytes of
+/// all files; `stop` breaks it off.
+///
+/// # Errors
+/// [`VerifyError`].
+pub fn verify(files: &[PathBuf], stop: &AtomicBool, mut look: impl FnMut(u64)) -> Result<Verification, VerifyError> {
+    let mut events = EventsOfRuns::read(files, stop, &mut look)?;
+    let mut recordings = Recordings::new(files);
+    let mut runs = Runs::default();
+    while !stop.load(Ordering::Relaxed)
+        && let Some(recorded) = recordings.next(|_| true)?
+    {
+        if let Recorded::Frame(frame) = recorded {
+            runs.take(&frame, recordings.configuration(), &mut events, stop);
+            look(events.bytes_read() + recordings.bytes_read());
+        }
+    }
+    let is_interrupted = stop.load(Ordering::Relaxed);
+    let runs = runs.finish();
+    if runs.is_empty() && !is_interrupted {
+        return Err(VerifyError::NoFrames);
+    }
+    Ok(Verification { runs, flawed: recordings.into_flawed(), is_interrupted })
+}
+
+/// The runs so far.
+#[derive(Default)]
+struct Runs {
+    done: Vec<RunVerification>,
+    known: BTreeSet<u64>,
+    current: Option<RunInProgress>,
+}
+
+/// A run whose frames are being read.
+struct RunInProgress {
+    found: RunVerification,
+    /// `None` from where it cannot go on.
+    check: Option<RunCheck>,
+    /// Where its record of commands has no end.
+    open_end: Option<OpenEnd>,
+}
+
+/// The end of a record of commands that is not said to be one.
+#[derive(Clone, Copy, Debug)]
+struct OpenEnd {
+    /// Tick of the last event.
+    last_tick: u64,
+    rate_hz: u32,
+}
+
+impl OpenEnd {
+    /// A server publishes its events ten times a second; on a busy machine later. In parts of a second.
+    const LAST_MOMENTS: u64 = 2;
+
+    /// Whether a tick lies in the last moments of the run, behind the last event.
+    fn contains(self, tick: u64, last_tick: u64) -> bool {
+        tick >= self.last_tick && last_tick.saturating_sub(tick) <= u64::from(self.rate_hz) / Self::LAST_MOMENTS
+    }
+}
+
+impl Runs {
+    fn take(
+        &mut self,
+        frame: &RecordedFrame,
+        configuration: Option<&Configuration>,
+        events: &mut EventsOfRuns,
+        stop: &AtomicBool,
+    ) {
+        let run_id = frame.header.run_id;
+        if self.current.as_ref().is_none_or(|run| run.found.run_id != run_id) {
+            self.done.extend(self.current.take().map(RunInProgress::finish));
+            let check = if self.known.insert(run_id) {
+                let configuration = configuration.filter(|configuration| configuration.run_id == run_id);
+                RunCheck::begin(run_id, configuration, events.take(run_id))
+            } else {
+                Err("its frames are not in the recorded order: name the files oldest first".to_owned())
+            };
+            self.current = Some(RunInProgress::new(frame, check));
+        }
+        let run = self.current.as_mut().expect("begun where it was missing");
+        run.take(frame, stop);
+    }
+
+    fn finish(mut self) -> Vec<RunVerification> {
+        self.done.extend(self.current.take().map(RunInProgress::finish));
+        self.done
+    }
+}
+
+impl RunInProgress {
+    fn new(frame: &RecordedFrame, check: Result<RunCheck, String>) -> Self {
+        let tick = frame.header.tick;
+        let (check, verdict) = match check {
+            Ok(check) => (Some(check), Verdict::Verified),
+            Err(reason) => (None, Verdict::Unverifiable { from_tick: tick, reason }),
+        };
+        let found = RunVerification {
+            run_id: frame.header.run_id,
+            frames: 0,
+            verified: 0,
+            first_tick: tick,
+            last_tick: tick,
+            missing: 0,
+            overruns: 0,
+            commands: 0,
+            grants: 0,
+            timecode: 0,
+            verdict,
+        };
+        let open_end = check.as_ref().and_then(RunCheck::open_end);
+        Self { found, check, open_end }
+    }
+
+    fn take(&mut self, frame: &RecordedFrame, stop: &AtomicBool) {
+        self.found.frames += 1;
+        self.found.last_tick = frame.header.tick;
+        let Some(check) = &mut self.check else { return };
+        let checked = check.take(frame, stop);
+        check.counts().write_to(&mut self.found);
+        let stopped = match checked {
+            Ok(()) => {
+                self.found.verified += 1;
+                return;
+            }
+            Err(stopped) => stopped,
+        };
+        self.found.verdict = match stopped {
+            Stop::Differs(difference) => Verdict::Differs { difference },
+            Stop::Unverifiable { from_tick, reason } => Verdict::Unverifiable { from_tick, reason },
+        };
+        self.check = None;
+    }
+
+    /// A server or a recorder that is killed leaves the commands of its last moments unrecorded. Where a frame differs only
+    /// there, nothing is known of why.
+    fn finish(mut self) -> RunVerification {
+        let Some(open_end) = self.open_end else { return self.found };
+        if let Verdict::Differs { difference } = &self.found.verdict
+            && open_end.contains(difference.tick, self.found.last_tick)
+        {
+            let reason = format!(
+                "the record of commands has no end, as after a crash: some of its last moments may be missing; as recorded, \
+                 the run differs {difference}"
+            );
+            self.found.verdict = Verdict::Unverifiable { from_tick: difference.tick, reason };
+        }
+        self.found
+    }
+}

@@ -1,0 +1,331 @@
+//! The server: advances the dragon at a fixed rate and publishes every frame.
+//!
+//! One tick, in order: wait for the release; advance the motion by the releases that were missed; take commands; advance the
+//! motion by one period; write the handles straight into the loaned sample; send it; wake the readers; loan the next sample. A
+//! server that follows timecode looks at the newest one before the last advance, and lets show time go on faster or slower.
+//! The loop neither locks nor formats, and allocates nothing of its own; what it counts, a slower thread publishes.
+//!
+//! A command holds from the release at which the loop takes it: the show has gone on without it through those missed
+//! before. So a show that misses releases is, at every other one, where it would have been without.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use bench_dragon_ipc::service::{AlertService, EventService, Member, ReaderService, Role};
+use bench_dragon_ipc::{
+    BusError, CommandEvent, Description, Domain, EventKind, Refusal, Request, RunStart, Sender, ShowState, SourceKind,
+    SourceLock,
+};
+
+use crate::config::Config;
+use crate::output::histogram::Percentiles;
+use crate::source::{
+    CommandLog, CommandServer, FramePublisher, Moment, SourceReport, TimesOfAll, random_run_id, service_manager,
+};
+use crate::system::clock::{monotonic_ns, sleep_until, spin_until};
+
+pub mod motion;
+pub mod schedule;
+
+mod following;
+mod real_time;
+mod simulation;
+
+pub use following::{Following, TimecodeNews};
+pub use simulation::{Simulation, Steering};
+
+use motion::MotionPlan;
+use schedule::Schedule;
+
+/// From here to the first release.
+const LEAD: Duration = Duration::from_millis(1);
+/// How long a server waits for the readers that it was told to expect.
+const READER_PATIENCE: Duration = Duration::from_secs(10);
+
+/// What a server is started with.
+#[derive(Clone, Debug)]
+pub struct ServerSettings {
+    /// The dragon, its route and the rate.
+    pub config: Config,
+    /// Show time at tick 0, in seconds.
+    pub start_s: f64,
+    /// Travel at tick 0, where it is not the planned speed times the show time.
+    pub start_travel_m: Option<f64>,
+    /// Speed at tick 0, where it is not the planned one.
+    pub start_speed_mps: Option<f64>,
+    /// Show time at which the server ends.
+    pub until_s: Option<f64>,
+    /// Whether tick 0 is held.
+    pub held: bool,
+    /// Whether tick 0 is paused, or will be once the hold is lifted.
+    pub paused: bool,
+    /// Readers to wait for before tick 0, for ten seconds at most.
+    pub readers: usize,
+}
+
+/// What a server did.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct ServerSummary {
+    /// Its run.
+    pub run_id: u64,
+    /// Frames published.
+    pub frames: u64,
+    /// Show time of the last one, in seconds.
+    pub sim_time_s: f64,
+    /// Releases skipped.
+    pub overruns: u64,
+    /// How far the show was behind the clock at the end, in seconds of wall time.
+    pub behind_s: f64,
+    /// The furthest that it was behind.
+    pub most_behind_s: f64,
+    /// From each release to the start of its tick, in microseconds.
+    pub lateness_us: Percentiles,
+    /// From the start of each tick until the loop was ready for the next one, in microseconds.
+    pub tick_us: Percentiles,
+}
+
+/// A server that is ready to run.
+#[derive(Debug)]
+pub struct Server {
+    simulation: Simulation,
+    // Dropped in this order: ports before the node, everything before the lock.
+    frames: FramePublisher,
+    commands: CommandServer,
+    // Alerts are the monitor's and reports the readers', but only a source creates services, and they last while somebody
+    // holds them.
+    _alerts: (AlertService, EventService),
+    _readers: ReaderService,
+    report: SourceReport,
+    _member: Member,
+    _lock: SourceLock,
+    following: Option<Following>,
+    /// Whether a signal has asked for the end.
+    is_ending: bool,
+    /// Show seconds per wall-clock second at present.
+    time_scale: f64,
+    settings: ServerSettings,
+    run_id: u64,
+}
+
+impl Server {
+    /// Takes the instance, creates its services and publishes the description.
+    ///
+    /// # Errors
+    /// [`BusError::SourceRunning`] where another server runs on the instance; the others as [`Member::join`] and
+    /// [`Member::frames`].
+    pub fn create(domain: &Domain, settings: ServerSettings) -> Result<Self, BusError> {
+        let lock = SourceLock::take(domain)?;
+        for path in lock.cleared() {
+            tracing::warn!("removed {}, which a killed server had left half made", path.display());
+        }
+        let bench_count = settings.config.dragon().dimensions().benches();
+        let member = Member::join(domain, "serve", Role::Source { bench_count })?;
+        let run_id = random_run_id();
+        let description = Description { run_id, toml: settings.config.to_toml() };
+        let rate_hz = settings.config.rate_hz();
+        let report = SourceReport::start(SourceKind::Server, domain.clone(), description, bench_count, rate_hz)?;
+        let plan = MotionPlan::of_run(&settings.config, &settings.run_start(), run_id);
+        let server = Self {
+            simulation: Simulation::new(settings.config.dragon().clone(), plan),
+            commands: CommandServer::create(&member)?,
+            _alerts: (member.alerts()?, member.alert_events()?),
+            _readers: member.readers()?,
+            // The last service: clients take it for the sign that all are there.
+            frames: FramePublisher::create(domain, &member, bench_count)?,
+            report,
+            _member: member,
+            _lock: lock,
+            following: None,
+            is_ending: false,
+            time_scale: settings.config.time_scale(),
+            settings,
+            run_id,
+        };
+        service_manager::ready();
+        Ok(server)
+    }
+
+    /// The run's number.
+    pub fn run_id(&self) -> u64 {
+        self.run_id
+    }
+
+    /// Whether the head walks only where a guard has granted it.
+    pub fn is_guarded(&self) -> bool {
+        self.settings.config.is_guarded()
+    }
+
+    /// Has the show follow timecode: it stands until the first one.
+    pub fn follow(&mut self, following: Following) {
+        self.simulation.follow();
+        self.following = Some(following);
+    }
+
+    /// Publishes frame after frame, on the calling thread, until the run has ended: `stop` was set or a client asked for it,
+    /// and the head has come to rest; or the show time to end at is reached. The last frame's state is [`ShowState::Ended`].
+    ///
+    /// The thread takes on the processor and the priority of the configuration, as far as it may, and keeps them.
+    ///
+    /// # Errors
+    /// [`BusError::Failed`] where a frame cannot be published.
+    pub fn run(mut self, stop: &AtomicBool) -> Result<ServerSummary, BusError> {
+        real_time::settle(&self.settings.config);
+        self.record(self.settings.run_start_event(self.following.is_some()), 0);
+        self.wait_for_readers(stop);
+        let mut schedule = Schedule::new(monotonic_ns() + LEAD.as_nanos() as u64, self.settings.config.rate_hz());
+        let (mut tick, mut missed) = (0, 0);
+        let spin_ns = u64::from(self.settings.config.spin_us()) * 1000;
+        loop {
+            // A signal ends the sleep early; the loop looks at it when the tick is due.
+            while !sleep_until(schedule.due_ns() - spin_ns) {}
+            let begun_ns = spin_until(schedule.due_ns());
+            let state = self.tick(tick, missed, &schedule, stop.load(Ordering::Relaxed))?;
+            let ended_ns = monotonic_ns();
+            self.report.count(begun_ns - schedule.due_ns(), ended_ns - begun_ns);
+            if state == ShowState::Ended {
+                self.record(CommandEvent::plain(EventKind::End, Sender::Server, tick), schedule.overruns());
+                return Ok(self.finish(tick + 1, &schedule));
+            }
+            tick += 1;
+            missed = schedule.advance(ended_ns);
+        }
+    }
+
+    /// One tick, after so many missed releases. Returns the state that its frame shows.
+    fn tick(&mut self, tick: u64, missed: u64, schedule: &Schedule, has_signal: bool) -> Result<ShowState, BusError> {
+        let is_led = self.is_led();
+        let Self { simulation, commands, report, following, settings, run_id, time_scale, is_ending, .. } = self;
+        simulation.tick(missed, is_led, |simulation| {
+            let overruns = schedule.overruns();
+            if has_signal && !std::mem::replace(is_ending, true) {
+                end_by_signal(simulation, report.commands(), tick, overruns);
+            }
+            take_commands(commands, simulation, report.commands(), Turn { run_id: *run_id, tick, overruns, is_led });
+            let following = following.as_mut()?;
+            let steering = follow_timecode(following, simulation, report, tick, schedule);
+            *time_scale = steering.time_scale;
+            Some(steering)
+        });
+        let header = simulation.header(*run_id, tick, schedule.due_ns(), *time_scale);
+        let fill = |handles: &mut [_]| {
+            simulation.write(handles);
+            header
+        };
+        self.frames.publish(fill, monotonic_ns)?;
+        let rate_hz = settings.config.rate_hz();
+        report.tell(&header, schedule.overruns());
+        report.tell_behind(simulation.catch_up().behind_ns(rate_hz));
+        report.report_limits(simulation.limits());
+        report.report_stops(simulation.stops());
+        Ok(simulation.head().state)
+    }
+
+    fn record(&mut self, event: CommandEvent, overruns: u64) {
+        let moment = moment(&self.simulation, overruns);
+        self.report.commands().record(event, moment);
+    }
+
+    /// Whether it is a timecode that says where the show is.
+    fn is_led(&self) -> bool {
+        self.following.as_ref().is_some_and(Following::leads)
+    }
+
+    /// Waits for the readers that it was started with, unless it is asked to end.
+    fn wait_for_readers(&mut self, stop: &AtomicBool) {
+        const POLL_PERIOD: Duration = Duration::from_millis(1);
+        let deadline = Instant::now() + READER_PATIENCE;
+        let is_to_end = |simulation: &Simulation| simulation.stops().ending || stop.load(Ordering::Relaxed);
+        while self.frames.reader_count() < self.settings.readers && !is_to_end(&self.simulation) {
+            if Instant::now() >= deadline {
+                let (seen, expected) = (self.frames.reader_count(), self.settings.readers);
+                tracing::warn!("starting with {seen} of {expected} readers");
+                break;
+            }
+            let Self { simulation, commands, report, run_id, .. } = self;
+            let turn = Turn { run_id: *run_id, tick: 0, overruns: 0, is_led: false };
+            take_commands(commands, simulation, report.commands(), turn);
+            self.report.beat();
+            std::thread::sleep(POLL_PERIOD);
+        }
+    }
+
+    fn finish(self, frames: u64, schedule: &Schedule) -> ServerSummary {
+        service_manager::stopping();
+        let sim_time_s = self.simulation.head().sim_time_ns as f64 * 1e-9;
+        let (catch_up, rate_hz) = (*self.simulation.catch_up(), self.settings.config.rate_hz());
+        let [behind_s, most_behind_s] =
+            [catch_up.behind_ns(rate_hz), catch_up.most_behind_ns(rate_hz)].map(|behind_ns| behind_ns as f64 * 1e-9);
+        let (run_id, overruns) = (self.run_id, schedule.overruns());
+        let TimesOfAll { lateness_us, tick_us } = self.report.finish();
+        ServerSummary { run_id, frames, sim_time_s, overruns, behind_s, most_behind_s, lateness_us, tick_us }
+    }
+}
+
+/// Which tick takes commands.
+#[derive(Clone, Copy, Debug)]
+struct Turn {
+    run_id: u64,
+    tick: u64,
+    /// Releases missed before it.
+    overruns: u64,
+    /// Whether it is a timecode that says where the show is.
+    is_led: bool,
+}
+
+/// Answers the commands that have come; they hold from this tick on.
+fn take_commands(commands: &CommandServer, simulation: &mut Simulation, log: &mut CommandLog, turn: Turn) {
+    let moment = moment(simulation, turn.overruns);
+    let decide = |request| match request {
+        // It would be undone at once.
+        Request::Seek { .. } if turn.is_led => Err(Refusal::Followed),
+        _ => simulation.request(request),
+    };
+    commands.drain(turn.run_id, turn.tick, decide, |event| log.record(event, moment));
+}
+
+/// Has the head come to rest, because the process was asked to end.
+fn end_by_signal(simulation: &mut Simulation, log: &mut CommandLog, tick: u64, overruns: u64) {
+    // A stop is never refused.
+    let _ = simulation.request(Request::Stop);
+    log.record(CommandEvent::plain(EventKind::Stop, Sender::Signal, tick), moment(simulation, overruns));
+}
+
+/// Takes the newest timecode, and records what it changes.
+fn follow_timecode(
+    following: &mut Following,
+    simulation: &mut Simulation,
+    report: &mut SourceReport,
+    tick: u64,
+    schedule: &Schedule,
+) -> Steering {
+    let moment = moment(simulation, schedule.overruns());
+    let log = report.commands();
+    let record = |event: CommandEvent| log.record(CommandEvent { tick, ..event }, moment);
+    let steering = following.steer(simulation, schedule, record);
+    report.report_timecode(following.kind(), following.state());
+    steering
+}
+
+fn moment(simulation: &Simulation, overruns: u64) -> Moment {
+    Moment { sim_time_ns: simulation.head().sim_time_ns, overruns }
+}
+
+impl ServerSettings {
+    fn run_start(&self) -> RunStart {
+        let speed_mps = self.config.head_speed_mps();
+        RunStart {
+            start_s: self.start_s,
+            travel_m: self.start_travel_m.unwrap_or(speed_mps * self.start_s),
+            speed_mps: self.start_speed_mps.unwrap_or(speed_mps),
+            until_s: self.until_s,
+            is_held: self.held,
+            is_paused: self.paused,
+            is_guarded: self.config.is_guarded(),
+            follows_timecode: false,
+        }
+    }
+
+    fn run_start_event(&self, follows_timecode: bool) -> CommandEvent {
+        RunStart { follows_timecode, ..self.run_start() }.event()
+    }
+}

@@ -1,0 +1,107 @@
+//! What a motion starts from, and what it says of the head.
+
+use bench_dragon_ipc::{RunStart, ShowState};
+
+use crate::config::Config;
+
+#[cfg(doc)]
+use {super::Motion, bench_dragon_ipc::Request};
+
+/// What a motion starts from. All values are finite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionPlan {
+    /// Speed of the head that travel is planned with, above 0, in metres per show second.
+    pub speed_mps: f64,
+    /// Greatest acceleration of the head, above 0, in m/s²; without one it starts and stops at once.
+    pub accel_mps2: Option<f64>,
+    /// Show seconds that one running tick advances, until [`Motion::set_tick`].
+    pub tick_s: f64,
+    /// Show time at tick 0.
+    pub start_s: f64,
+    /// Travel at tick 0, in metres.
+    pub start_travel_m: f64,
+    /// Speed to walk at from tick 0 on, from 0 to [`Request::MAX_SPEED_MPS`], in metres per show second.
+    pub start_speed_mps: f64,
+    /// Show time of the run's start: the least that may be sought.
+    pub first_s: f64,
+    /// Show time of the run's end at the planned speed: the most that may be sought.
+    pub last_s: f64,
+    /// Travel at which the run ends, in metres.
+    pub end_travel_m: f64,
+    /// Show time at which the show is over, where that comes first.
+    pub until_s: Option<f64>,
+    /// Whether tick 0 is held.
+    pub held: bool,
+    /// Whether tick 0 is paused, or will be once the hold is lifted.
+    pub paused: bool,
+    /// The run whose guard's grants the head waits for; without one it walks freely.
+    pub guarded_run: Option<u64>,
+    /// Releases that may be missed in one go and jumped; a longer standstill is made up slowly.
+    pub most_jumped: u64,
+}
+
+impl MotionPlan {
+    /// The motion of a server's run.
+    pub fn of_run(config: &Config, start: &RunStart, run_id: u64) -> Self {
+        Self {
+            speed_mps: config.head_speed_mps(),
+            accel_mps2: config.head_accel_mps2(),
+            tick_s: config.tick_s(),
+            start_s: start.start_s,
+            start_travel_m: start.travel_m,
+            start_speed_mps: start.speed_mps,
+            first_s: config.start_s(),
+            last_s: config.last_seek_s(),
+            end_travel_m: config.dragon().end_travel_m(),
+            until_s: start.until_s,
+            held: start.is_held,
+            paused: start.is_paused,
+            guarded_run: start.is_guarded.then_some(run_id),
+            most_jumped: config.most_jumped(),
+        }
+    }
+
+    /// A run at 1 m/s, between two travels, of which nothing else is wanted. It jumps all missed releases.
+    pub fn plain(tick_s: f64, start_travel_m: f64, end_travel_m: f64) -> Self {
+        Self {
+            speed_mps: 1.0,
+            accel_mps2: None,
+            tick_s,
+            start_s: start_travel_m,
+            start_travel_m,
+            start_speed_mps: 1.0,
+            first_s: start_travel_m,
+            last_s: end_travel_m,
+            end_travel_m,
+            until_s: None,
+            held: false,
+            paused: false,
+            guarded_run: None,
+            most_jumped: u64::MAX,
+        }
+    }
+}
+
+/// The head at one tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeadState {
+    /// Show time in nanoseconds.
+    pub sim_time_ns: i64,
+    /// Signed arc length walked since t = 0, in metres.
+    pub travel_m: f64,
+    /// Speed in metres per show second; 0 where the head stands.
+    pub speed_mps: f64,
+    /// What the show is doing.
+    pub state: ShowState,
+}
+
+/// What a guard has to do with a head. Without a guard there is nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Travel up to which the head may walk, in metres.
+    pub granted_to_m: Option<f64>,
+    /// Travel that a seek has asked for and that is not proved yet.
+    pub asked_m: Option<f64>,
+    /// Travel at which the granted stretch ends for good, in metres, where the guard has reached it.
+    pub end_m: Option<f64>,
+}

@@ -1,0 +1,194 @@
+//! Taking timecode off a socket, on a thread of its own.
+
+use std::io;
+use std::net::{SocketAddr, UdpSocket};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use super::inbox::{Inbox, Slot, inbox};
+use super::intake::{Intake, Kind};
+use super::{Admission, FrameRate, Sample, TimecodeSource};
+use crate::system::clock::monotonic_ns;
+
+/// More than any timecode has, and too little for bundles in bundles to do harm. What is longer is cut, and malformed.
+const LONGEST_PACKET_BYTES: usize = 2048;
+/// How often a thread that hears nothing looks whether it is over.
+const LOOK_PERIOD: Duration = Duration::from_millis(100);
+
+/// What has come so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TimecodeCounts {
+    /// Timecodes that were taken.
+    pub taken: u64,
+    /// Packets that were no timecode and should have been.
+    pub malformed: u64,
+    /// Timecodes of others than the sender that was followed.
+    pub of_others: u64,
+    /// How often packets came so fast that they were left to the kernel for a while.
+    pub floods: u64,
+}
+
+/// Why timecode cannot be received.
+#[derive(Debug, thiserror::Error)]
+pub enum ReceiverError {
+    /// Another program has the port.
+    #[error(
+        "cannot listen for timecode on {listen}: another program has this port; end it, or have the timecode sent to another \
+         one, and name that"
+    )]
+    Busy {
+        /// Where it was to listen.
+        listen: SocketAddr,
+    },
+    /// The address is not this machine's, or the port is not to be had.
+    #[error("cannot listen for timecode on {listen}")]
+    Failed {
+        /// Where it was to listen.
+        listen: SocketAddr,
+        /// What the kernel says.
+        source: io::Error,
+    },
+}
+
+/// The running thread.
+#[derive(Debug)]
+pub struct Receiver {
+    listen: SocketAddr,
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    taken: AtomicU64,
+    malformed: AtomicU64,
+    of_others: AtomicU64,
+    floods: AtomicU64,
+    is_over: AtomicBool,
+}
+
+impl Receiver {
+    /// Binds the socket and begins to listen; samples come into the inbox. Frames whose number a second is not told are of
+    /// `rate`; a sender that is silent for `timeout_ns` gives way to another.
+    ///
+    /// # Errors
+    /// Where another program has the port, the address is not this machine's, or the port is not to be had.
+    pub fn start(source: TimecodeSource, rate: FrameRate, timeout_ns: u64) -> Result<(Self, Inbox), ReceiverError> {
+        let listen = source.listen();
+        let failed = |source: io::Error| match source.kind() {
+            io::ErrorKind::AddrInUse => ReceiverError::Busy { listen },
+            _ => ReceiverError::Failed { listen, source },
+        };
+        let socket = UdpSocket::bind(listen).map_err(failed)?;
+        socket.set_read_timeout(Some(LOOK_PERIOD)).map_err(failed)?;
+        let listen = socket.local_addr().map_err(failed)?;
+        let (slot, inbox) = inbox();
+        let shared = Arc::new(Shared::default());
+        let admission = Admission::new(timeout_ns);
+        let listening = Listening { socket, source, rate, admission, slot, shared: Arc::clone(&shared) };
+        let thread =
+            thread::Builder::new().name("timecode".to_owned()).spawn(move || listening.run()).map_err(failed)?;
+        Ok((Self { listen, shared, thread: Some(thread) }, inbox))
+    }
+
+    /// Where it listens.
+    pub fn listen(&self) -> SocketAddr {
+        self.listen
+    }
+
+    /// What has come so far.
+    pub fn counts(&self) -> TimecodeCounts {
+        let Shared { taken, malformed, of_others, floods, .. } = &*self.shared;
+        let [taken, malformed, of_others, floods] =
+            [taken, malformed, of_others, floods].map(|count| count.load(Ordering::Relaxed));
+        TimecodeCounts { taken, malformed, of_others, floods }
+    }
+}
+
+impl Drop for Receiver {
+    fn drop(&mut self) {
+        self.shared.is_over.store(true, Ordering::Relaxed);
+        // It does not panic, and here nobody could be told.
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
+
+/// What the thread works with.
+struct Listening {
+    socket: UdpSocket,
+    source: TimecodeSource,
+    rate: FrameRate,
+    admission: Admission,
+    slot: Slot,
+    shared: Arc<Shared>,
+}
+
+impl Listening {
+    fn run(mut self) {
+        let mut packet = [0; LONGEST_PACKET_BYTES + 1];
+        let mut intake = Intake::new(monotonic_ns());
+        while !self.shared.is_over.load(Ordering::Relaxed) {
+            // A failure is the silence that ends a wait, or the answer of a host that is none of ours.
+            let Ok((length, sender)) = self.socket.recv_from(&mut packet) else { continue };
+            let arrived_ns = monotonic_ns();
+            let kind = self.take(&packet[..length], sender, arrived_ns);
+            if let Some(rest_ns) = intake.count(kind, arrived_ns) {
+                // What comes meanwhile is the kernel's to keep or to drop.
+                count(&self.shared.floods);
+                thread::sleep(Duration::from_nanos(rest_ns));
+            }
+        }
+    }
+
+    /// Takes what a packet has, and says what it is.
+    fn take(&mut self, packet: &[u8], sender: SocketAddr, arrived_ns: u64) -> Kind {
+        let position = if packet.len() > LONGEST_PACKET_BYTES {
+            Err(super::Malformed)
+        } else {
+            self.source.position(packet, self.rate)
+        };
+        match position {
+            Err(super::Malformed) => count(&self.shared.malformed),
+            Ok(None) => return Kind::Other,
+            Ok(Some(_)) if !self.admission.admits(sender.ip(), arrived_ns) => count(&self.shared.of_others),
+            Ok(Some(position)) => {
+                count(&self.shared.taken);
+                self.slot.leave(Sample { position, arrived_ns });
+            }
+        }
+        Kind::Timecode
+    }
+}
+
+fn count(counter: &AtomicU64) {
+    counter.fetch_add(1, Ordering::Relaxed);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_malformed_or_of_another_sender_counts_as_timecode_and_light_does_not() {
+        let (slot, mut inbox) = inbox();
+        let mut listening = Listening {
+            socket: UdpSocket::bind("127.0.0.1:0").expect("a port"),
+            source: "artnet".parse().expect("a source"),
+            rate: FrameRate::default(),
+            admission: Admission::new(1_000_000_000),
+            slot,
+            shared: Arc::default(),
+        };
+        let timecode = b"Art-Net\0\x00\x97\x00\x0e\x00\x00\x05\x02\x01\x00\x01";
+        let light = b"Art-Net\0\x00\x50\x00\x0e";
+        let [desk, other] = ["127.0.0.1:9", "127.0.0.2:9"].map(|sender| sender.parse().expect("an address"));
+        let kinds = [(&timecode[..], desk), (timecode, other), (&timecode[..18], desk), (light, desk)]
+            .map(|(packet, sender)| listening.take(packet, sender, 5));
+        assert_eq!(kinds, [Kind::Timecode, Kind::Timecode, Kind::Timecode, Kind::Other]);
+        assert_eq!(inbox.take().map(|sample| sample.arrived_ns).collect::<Vec<_>>(), [5]);
+    }
+}

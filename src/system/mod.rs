@@ -1,0 +1,9 @@
+//! The machine: clocks, processors, signals, limits, and checks of what stands in the way of a show.
+
+pub mod clock;
+pub mod doctor;
+pub(crate) mod limits;
+pub(crate) mod log;
+pub mod nameless_file;
+pub mod processors;
+pub mod stop;
