@@ -7,7 +7,7 @@
 //! | [`recording`] | MCAP files: writing, repair, reading, export |
 //! | [`bridge`] | frames for lighting desks, media servers and other machines |
 //! | [`display`] | what people look at: browser page, terminal view, metrics |
-//! | [`control`] | commands to a server |
+//! | [`command_queue`] | commands to a server, one at a time and in their order, and holds past all others |
 //! | [`output`] | tables, figures, reports, histograms, and how they are printed |
 //! | [`config`] | the validated TOML document |
 //! | [`system`] | clocks, processors, signals, limits, and checks of the machine |
@@ -18,8 +18,8 @@
 pub mod bridge;
 mod cli;
 mod command;
+pub mod command_queue;
 pub mod config;
-pub mod control;
 pub mod display;
 pub mod output;
 mod program;

@@ -10,7 +10,7 @@ use std::thread;
 use allocation_counter::AllocationInfo;
 use bench_dragon::config::Config;
 use bench_dragon::source::server::{Following, Server, ServerSettings};
-use bench_dragon::source::timecode::{FollowerSettings, FrameRate, Receiver};
+use bench_dragon::source::timecode::{FollowerSettings, FrameRate, TimecodeReceiver};
 use bench_dragon_ipc::{Domain, FrameSubscriber, Instance, ShowState, StatusReader, TimecodeKind};
 
 #[path = "processes/eventually.rs"]
@@ -122,7 +122,7 @@ fn run(releases: u64, spin_us: u32) -> Allocations {
 fn run_after_timecode(ticks: u64) -> (AllocationInfo, u64) {
     let (domain, mut server) = create(ticks, 0);
     let source = "osc:0".parse().expect("a source");
-    let (receiver, inbox) = Receiver::start(source, FrameRate::default(), 1_000_000_000).expect("a port");
+    let (receiver, inbox) = TimecodeReceiver::start(source, FrameRate::default(), 1_000_000_000).expect("a port");
     let settings = FollowerSettings { offset_s: 0.0, timeout_ns: 1_000_000_000, first_s: 0.0, last_s: 100.0 };
     server.follow(Following::new(settings, TimecodeKind::Osc, inbox).0);
     let (begun, over) = mpsc::channel::<()>();

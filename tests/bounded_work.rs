@@ -8,7 +8,8 @@ use std::hint::black_box;
 
 use allocation_counter::measure;
 use bench_dragon::config::Config;
-use bench_dragon::safety::monitor::{ALERT_BURST, Monitor};
+use bench_dragon::safety::alerts::ALERT_BURST;
+use bench_dragon::safety::monitor::Monitor;
 use bench_dragon::system::processors::Processors;
 use bench_dragon_geometry::clearance::{first_contact, first_within};
 use bench_dragon_geometry::dragon::{ChainSolver, Dragon, Meter};

@@ -1,8 +1,8 @@
 //! The monitor on frames that a simulation makes, without a bus: what it tells must not depend on how the frames come.
 
 use bench_dragon::config::{Config, Overrides};
+use bench_dragon::safety::forecast::Forecast;
 use bench_dragon::safety::monitor::Monitor;
-use bench_dragon::safety::monitor::forecast::Forecast;
 use bench_dragon::source::server::Simulation;
 use bench_dragon::source::server::motion::MotionPlan;
 use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState, Request};

@@ -1,7 +1,7 @@
 //! A motion that follows timecode, tick by tick, with no clock and no socket.
 
 use bench_dragon::source::server::motion::{HeadState, Motion, MotionPlan};
-use bench_dragon::source::timecode::{Event, Follower, FollowerSettings, Position, Sample, Show};
+use bench_dragon::source::timecode::{Follower, FollowerEvent, FollowerSettings, Position, Sample, Show};
 use bench_dragon_ipc::{Request, ShowState};
 
 const RATE_HZ: u64 = 1000;
@@ -17,7 +17,7 @@ struct Rehearsal {
     motion: Motion,
     follower: Follower,
     tick: u64,
-    events: Vec<Event>,
+    events: Vec<FollowerEvent>,
 }
 
 /// One tick: the head, its time scale and where the desk's clock is.
@@ -112,7 +112,7 @@ fn a_show_stands_until_the_first_timecode_and_is_put_where_it_is() {
         "one alone is not believed"
     );
     assert_near(&moments[FRAME_TICKS as usize..], FRAME_S / 4.0);
-    assert!(matches!(rehearsal.events[..], [Event::Follows { .. }]), "{:?}", rehearsal.events);
+    assert!(matches!(rehearsal.events[..], [FollowerEvent::Follows { .. }]), "{:?}", rehearsal.events);
 }
 
 #[test]
@@ -167,9 +167,15 @@ fn a_lost_timecode_lets_the_show_go_on_by_itself_until_it_is_back() {
     let moments = rehearsal.play(30_000, |elapsed_s| Some(back_s + elapsed_s));
     assert_eq!(seeks(&moments).len(), 0);
     assert_near(&moments[25_000..], FRAME_S / 4.0);
-    let names =
-        [matches!(rehearsal.events[0], Event::Follows { .. }), matches!(rehearsal.events[1], Event::Lost { .. })];
-    assert!(names == [true; 2] && matches!(rehearsal.events[2], Event::Follows { .. }), "{:?}", rehearsal.events);
+    let names = [
+        matches!(rehearsal.events[0], FollowerEvent::Follows { .. }),
+        matches!(rehearsal.events[1], FollowerEvent::Lost { .. }),
+    ];
+    assert!(
+        names == [true; 2] && matches!(rehearsal.events[2], FollowerEvent::Follows { .. }),
+        "{:?}",
+        rehearsal.events
+    );
     assert_eq!(rehearsal.events.len(), 3);
 }
 
@@ -209,7 +215,11 @@ fn a_timecode_that_is_lost_before_its_cue_has_the_show_start_when_that_was_due()
     let (before, after) = moments.split_at(5_997);
     assert!(before.iter().all(|moment| (moment.head.state, moment.head.sim_time_ns) == (ShowState::Paused, 0)));
     assert!((after[3_999].sim_s() - 3.998).abs() < 0.01, "{:?}", after[3_999]);
-    assert!(matches!(rehearsal.events[..], [Event::Follows { .. }, Event::Lost { .. }]), "{:?}", rehearsal.events);
+    assert!(
+        matches!(rehearsal.events[..], [FollowerEvent::Follows { .. }, FollowerEvent::Lost { .. }]),
+        "{:?}",
+        rehearsal.events
+    );
 }
 
 #[test]
@@ -226,7 +236,7 @@ fn one_packet_that_is_astray_moves_nothing() {
         let standing = rehearsal.play(2_000, |elapsed_s| astray(elapsed_s, 23.96));
         assert!(standing.iter().all(|moment| moment.head == rest), "{stray_s}");
         assert!(
-            matches!(rehearsal.events[..], [Event::Follows { .. }, Event::Stands { .. }]),
+            matches!(rehearsal.events[..], [FollowerEvent::Follows { .. }, FollowerEvent::Stands { .. }]),
             "{:?}",
             rehearsal.events
         );

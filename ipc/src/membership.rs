@@ -62,7 +62,7 @@ pub(crate) struct Membership {
 
 /// Who else is in a domain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Company {
+enum OtherMembers {
     /// Nobody; this member holds the exclusive lock.
     Nobody,
     /// Somebody who will leave after this member.
@@ -83,7 +83,7 @@ impl Membership {
         let path = lock_path(domain);
         let join = |file: &mut File| {
             share(file, &path)?;
-            if company(file, domain) == Company::Nobody {
+            if others(file, domain) == OtherMembers::Nobody {
                 sweep(domain)?;
             }
             share(file, &path)
@@ -102,14 +102,14 @@ impl Membership {
     fn leave(&self) {
         let begun = Instant::now();
         loop {
-            let patience = match company(&self.file, &self.domain) {
-                Company::Nobody => {
+            let patience = match others(&self.file, &self.domain) {
+                OtherMembers::Nobody => {
                     let _ = dissolve(&self.domain, &lock_path(&self.domain));
                     return;
                 }
-                Company::Living | Company::Removed => return,
-                Company::Ending => PATIENCE,
-                Company::Unseen => PATIENCE_UNSEEN,
+                OtherMembers::Living | OtherMembers::Removed => return,
+                OtherMembers::Ending => PATIENCE,
+                OtherMembers::Unseen => PATIENCE_UNSEEN,
             };
             if begun.elapsed() > patience {
                 return;
@@ -146,24 +146,24 @@ fn share(file: &File, path: &Path) -> Result<(), DomainError> {
 }
 
 /// Who else is in the domain. Tries for the exclusive lock; where it is refused, the shared one is lost.
-fn company(file: &File, domain: &Domain) -> Company {
+fn others(file: &File, domain: &Domain) -> OtherMembers {
     match file.try_lock() {
         Ok(()) => match is_at(file, &lock_path(domain)) {
             Ok(true) => owners_of_nodes(domain),
-            Ok(false) => Company::Removed,
-            Err(_) => Company::Living,
+            Ok(false) => OtherMembers::Removed,
+            Err(_) => OtherMembers::Living,
         },
         Err(_) => match Holders::of(file) {
-            Holders::Living => Company::Living,
-            Holders::Ending => Company::Ending,
-            Holders::Unseen => Company::Unseen,
+            Holders::Living => OtherMembers::Living,
+            Holders::Ending => OtherMembers::Ending,
+            Holders::Unseen => OtherMembers::Unseen,
         },
     }
 }
 
 /// Step 6: who has a node that lives.
-fn owners_of_nodes(domain: &Domain) -> Company {
-    let mut company = Company::Nobody;
+fn owners_of_nodes(domain: &Domain) -> OtherMembers {
+    let mut others = OtherMembers::Nobody;
     let listed = Node::<Service>::list(&domain.iceoryx2_config(), |state| {
         let living = match &state {
             NodeState::Alive(node) => {
@@ -173,12 +173,12 @@ fn owners_of_nodes(domain: &Domain) -> Company {
             NodeState::Inaccessible(_) => true,
             NodeState::Dead(_) | NodeState::Undefined(_) => return CallbackProgression::Continue,
         };
-        company = if living { Company::Living } else { Company::Ending };
+        others = if living { OtherMembers::Living } else { OtherMembers::Ending };
         if living { CallbackProgression::Stop } else { CallbackProgression::Continue }
     });
     match listed {
-        Ok(()) => company,
+        Ok(()) => others,
         // A signal came in between, for example: look again, but not for ever.
-        Err(_) => Company::Unseen,
+        Err(_) => OtherMembers::Unseen,
     }
 }

@@ -12,16 +12,13 @@ pub mod psn;
 #[cfg(feature = "zenoh")]
 pub mod zenoh;
 
-mod freshness;
-mod outage;
+mod latest_frame;
+mod osc_address;
 mod outlet;
-mod packets;
-mod snapshot;
+mod slip_sender;
+mod tracker;
 mod udp_sender;
 
-pub use freshness::{Freshness, freshness, freshness_limit};
-pub use outage::{Outage, Turn};
-pub use outlet::{Delivery, Outlet};
-pub use packets::{MAX_PACKET_LEN, Packets};
-pub use snapshot::Snapshot;
+pub use latest_frame::{Freshness, LatestFrame, freshness, freshness_limit};
+pub use outlet::{Delivery, MAX_PACKET_LEN, Outage, OutageChange, Outlet, Packets};
 pub use udp_sender::{UdpSender, UdpTarget};

@@ -1,8 +1,6 @@
-//! Where packets leave.
+//! Where packets leave: the packets of a frame, what takes them to a receiver, and when a failure is worth a message.
 
 use std::io;
-
-use super::packets::Packets;
 
 /// Takes packets to a receiver. It never waits for one for long, and reads nothing.
 pub trait Outlet {
@@ -38,5 +36,119 @@ impl Delivery {
                 self.trouble.get_or_insert(error);
             }
         }
+    }
+}
+
+/// Most bytes of a datagram that an Ethernet of 1,500 bytes carries in one piece: less 20 of IP and 8 of UDP.
+pub const MAX_PACKET_LEN: usize = 1_472;
+
+/// Packets one behind the other in one buffer, which is kept from frame to frame.
+#[derive(Clone, Debug, Default)]
+pub struct Packets {
+    bytes: Vec<u8>,
+    ends: Vec<usize>,
+}
+
+impl Packets {
+    /// Forgets all packets.
+    pub fn clear(&mut self) {
+        self.bytes.clear();
+        self.ends.clear();
+    }
+
+    /// Adds the packet that `write` appends to the buffer.
+    pub fn push(&mut self, write: impl FnOnce(&mut Vec<u8>)) {
+        write(&mut self.bytes);
+        self.ends.push(self.bytes.len());
+    }
+
+    /// The packets in their order.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = &[u8]> {
+        (0..self.ends.len()).map(|index| {
+            let start = index.checked_sub(1).map_or(0, |before| self.ends[before]);
+            &self.bytes[start..self.ends[index]]
+        })
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.ends.is_empty()
+    }
+}
+
+/// How long nothing may fail before the trouble counts as over. A host that refuses packets says so about once a second.
+const CALM_NS: u64 = 3_000_000_000;
+
+/// Follows whether sending works.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Outage {
+    ongoing: Option<Ongoing>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Ongoing {
+    last_failure_ns: u64,
+    failed_frames: u64,
+}
+
+/// What is to be told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OutageChange {
+    /// Sending has begun to fail.
+    Began,
+    /// Sending has worked for a while again.
+    Ended {
+        /// Frames that were not sent, or not all of them.
+        failed_frames: u64,
+    },
+}
+
+impl Outage {
+    /// Takes note of one frame at `now_ns`. Returns what is to be told.
+    pub fn note(&mut self, failed: bool, now_ns: u64) -> Option<OutageChange> {
+        match (&mut self.ongoing, failed) {
+            (None, false) => None,
+            (None, true) => {
+                self.ongoing = Some(Ongoing { last_failure_ns: now_ns, failed_frames: 1 });
+                Some(OutageChange::Began)
+            }
+            (Some(ongoing), true) => {
+                ongoing.last_failure_ns = now_ns;
+                ongoing.failed_frames += 1;
+                None
+            }
+            (Some(Ongoing { last_failure_ns, failed_frames }), false) => {
+                let turn = OutageChange::Ended { failed_frames: *failed_frames };
+                let is_over = now_ns.saturating_sub(*last_failure_ns) >= CALM_NS;
+                is_over.then(|| {
+                    self.ongoing = None;
+                    turn
+                })
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn trouble_is_told_once_and_its_end_after_a_calm() {
+        let mut outage = Outage::default();
+        assert_eq!(outage.note(false, 0), None);
+        assert_eq!(outage.note(true, 1), Some(OutageChange::Began));
+        assert_eq!(outage.note(true, 2), None);
+        assert_eq!(outage.note(false, 3), None);
+        assert_eq!(outage.note(true, 4), None, "a calm that is too short is none");
+        assert_eq!(outage.note(false, 3 + CALM_NS), None);
+        assert_eq!(outage.note(false, 4 + CALM_NS), Some(OutageChange::Ended { failed_frames: 3 }));
+        assert_eq!(outage.note(false, 5 + CALM_NS), None);
+        assert_eq!(outage.note(true, 6 + CALM_NS), Some(OutageChange::Began));
     }
 }

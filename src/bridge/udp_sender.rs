@@ -6,8 +6,7 @@ use std::time::Duration;
 
 use rustix::net::sockopt::set_ip_multicast_if;
 
-use super::outlet::{Delivery, Outlet};
-use super::packets::Packets;
+use super::outlet::{Delivery, Outlet, Packets};
 
 /// How long a datagram may wait for the network to take those before it.
 const PATIENCE: Duration = Duration::from_millis(20);

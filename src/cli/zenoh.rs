@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum, ValueHint};
 
 use super::value::{rate, within};
 use crate::bridge::zenoh::wire::MAX_EVERY;
-use crate::bridge::zenoh::{KeyPrefix, KeyPrefixError, LinkMode, check_endpoint};
+use crate::bridge::zenoh::{KeyPrefix, KeyPrefixError, SessionMode, check_endpoint};
 
 /// Arguments of `bridge zenoh`.
 #[derive(Clone, Debug, Args)]
@@ -51,7 +51,7 @@ pub(crate) enum Mode {
     Router,
 }
 
-impl From<Mode> for LinkMode {
+impl From<Mode> for SessionMode {
     fn from(mode: Mode) -> Self {
         match mode {
             Mode::Peer => Self::Peer,

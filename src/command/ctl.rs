@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::cli::{CtlArgs, Format, Order};
 use crate::command::ctl_status;
 use crate::command::output::{complain, print_json, print_line};
-use crate::control;
+use crate::command_queue;
 use crate::system::stop::StopFlag;
 
 #[derive(Serialize)]
@@ -24,7 +24,7 @@ pub(crate) fn run(args: &CtlArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::new(args.bus.instance.clone())?;
     let Some(request) = request(args.order) else { return ctl_status::run(domain, args.format.format) };
     let stop = StopFlag::on_signals()?;
-    let reply = control::call(&domain, "ctl", Sender::Ctl, request, || stop.is_set())?;
+    let reply = command_queue::call(&domain, "ctl", Sender::Ctl, request, || stop.is_set())?;
     let outcome = reply.outcome();
     let reason = outcome.err().map(|refusal| match refusal {
         Refusal::NotProved if GuardLock::holder(&domain).is_none() => {

@@ -25,9 +25,10 @@ use crate::output::report::{
     AlertLine, ClearanceReport, CommandCounts, CommandLine, ContactReport, GuardReport, MonitorLine, MonitorProgress,
     MonitorSummary, TimesReport, local_time,
 };
+use crate::safety::alerts::{ALERTS_PER_S, AlertPublisher};
+use crate::safety::forecast::{Forecast, Forecaster};
 use crate::safety::guard::ClearanceCheck;
-use crate::safety::monitor::forecast::{Forecast, Forecaster};
-use crate::safety::monitor::{ALERTS_PER_S, AlertPublisher, Monitor, fault_alert, run_alert};
+use crate::safety::monitor::{Monitor, fault_alert, run_alert};
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
 

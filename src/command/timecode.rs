@@ -14,7 +14,7 @@ use crate::command::output::{complain, print_json};
 use crate::config::Config;
 use crate::output::report::{ServeLine, TimecodeLine};
 use crate::source::server::{Following, Server, TimecodeNews};
-use crate::source::timecode::{FollowerSettings, Inbox, Receiver, TimecodeSource};
+use crate::source::timecode::{FollowerSettings, SampleQueue, TimecodeReceiver, TimecodeSource};
 
 /// How often news are looked for.
 const LOOK_PERIOD: Duration = Duration::from_millis(20);
@@ -23,8 +23,8 @@ const DEFAULT_TIMEOUT_S: f64 = 1.0;
 /// Timecode that is being received, and that nobody follows yet.
 #[derive(Debug)]
 pub(super) struct Awaited {
-    receiver: Receiver,
-    inbox: Inbox,
+    receiver: TimecodeReceiver,
+    inbox: SampleQueue,
     settings: FollowerSettings,
     kind: TimecodeKind,
     format: Format,
@@ -33,7 +33,7 @@ pub(super) struct Awaited {
 /// Timecode that a server follows.
 #[derive(Debug)]
 pub(super) struct Followed {
-    receiver: Receiver,
+    receiver: TimecodeReceiver,
     format: Format,
     telling: Telling,
 }
@@ -76,7 +76,8 @@ impl Awaited {
             first_s: config.start_s(),
             last_s: until_s.map_or(config.last_seek_s(), |until_s| until_s.min(config.last_seek_s())),
         };
-        let (receiver, inbox) = Receiver::start(source.clone(), args.frame_rate.unwrap_or_default(), timeout_ns)?;
+        let (receiver, inbox) =
+            TimecodeReceiver::start(source.clone(), args.frame_rate.unwrap_or_default(), timeout_ns)?;
         Ok(Some(Self { receiver, inbox, settings, kind: source.kind(), format }))
     }
 

@@ -1,10 +1,13 @@
-//! Taking commands off the bus.
+//! Taking commands off the bus, and the record of them: from the loop to the thread that publishes their events.
 
-use bench_dragon_ipc::service::{CommandService, MAX_ACTIVE_REQUESTS, Member, Service};
-use bench_dragon_ipc::{BusError, Command, CommandEvent, CommandReply, Refusal, Request, service};
+use bench_dragon_ipc::service::{self, CommandService, MAX_ACTIVE_REQUESTS, Member, Service};
+use bench_dragon_ipc::{BusError, Command, CommandEvent, CommandReply, Refusal, Request};
+use iceoryx2::port::server::Server;
+use rtrb::{Consumer, Producer, RingBuffer};
+
+use crate::system::clock::unix_ns;
 #[cfg(feature = "zenoh")]
 use iceoryx2::active_request::ActiveRequest;
-use iceoryx2::port::server::Server;
 
 /// Commands taken in one tick at most; the others wait for the next.
 pub(crate) const MAX_COMMANDS_PER_TICK: usize = MAX_ACTIVE_REQUESTS;
@@ -74,4 +77,42 @@ impl AskedCommand {
     pub(crate) fn answer(self, reply: CommandReply) {
         let _ = self.0.send_copy(reply);
     }
+}
+
+/// Events that may wait to be published: more than a flood of commands makes in the time between two reports.
+const MOST_WAITING: usize = 1024;
+
+/// The loop's end of the record. Recording neither waits nor allocates.
+#[derive(Debug)]
+pub(crate) struct CommandLog {
+    waiting: Producer<CommandEvent>,
+    run_id: u64,
+    /// The next event's number.
+    number: u64,
+}
+
+impl CommandLog {
+    /// The empty record of a run, and the end of it that the publishing thread reads.
+    pub(super) fn new(run_id: u64) -> (Self, Consumer<CommandEvent>) {
+        let (waiting, to_publish) = RingBuffer::new(MOST_WAITING);
+        (Self { waiting, run_id, number: 0 }, to_publish)
+    }
+
+    /// Records an event at a show time, after so many missed releases. Where too many wait already, it is lost, which its
+    /// readers see by the next one's number.
+    pub(crate) fn record(&mut self, event: CommandEvent, moment: Moment) {
+        let Moment { sim_time_ns, overruns } = moment;
+        let (run_id, number) = (self.run_id, self.number);
+        let _ = self.waiting.push(CommandEvent { run_id, number, sim_time_ns, overruns, wall_ns: unix_ns(), ..event });
+        self.number += 1;
+    }
+}
+
+/// Where a run stands as it takes a command.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Moment {
+    /// Show time in nanoseconds.
+    pub(crate) sim_time_ns: i64,
+    /// Releases missed so far.
+    pub(crate) overruns: u64,
 }

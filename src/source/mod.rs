@@ -3,14 +3,10 @@
 //! A source holds the instance's [`SourceLock`](bench_dragon_ipc::SourceLock), creates the services, and gives each run
 //! a number of its own.
 
-mod command_log;
 mod command_server;
-mod frame_publisher;
 mod reporter;
-mod run_id;
+mod source_ports;
 mod source_report;
-mod stage;
-mod tick_times;
 
 pub mod replay;
 pub mod server;
@@ -18,14 +14,11 @@ pub mod timecode;
 
 pub(crate) mod service_manager;
 
-pub(crate) use command_log::{CommandLog, Moment};
 #[cfg(feature = "zenoh")]
 pub(crate) use command_server::AskedCommand;
-pub(crate) use command_server::CommandServer;
-pub(crate) use frame_publisher::FramePublisher;
+pub(crate) use command_server::{CommandLog, CommandServer, Moment};
 pub(crate) use reporter::TimesOfAll;
-pub(crate) use run_id::random_run_id;
-pub(crate) use source_report::SourceReport;
 #[cfg(feature = "zenoh")]
-pub(crate) use stage::described_bench_count;
-pub(crate) use stage::{Stage, described_rate_hz};
+pub(crate) use source_ports::described_bench_count;
+pub(crate) use source_ports::{FramePublisher, SourcePorts, described_rate_hz, random_run_id};
+pub(crate) use source_report::SourceReport;

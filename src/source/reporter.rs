@@ -15,7 +15,7 @@ use iceoryx2::port::update_connections::UpdateConnections as _;
 use rtrb::Consumer;
 
 use super::service_manager::ServiceManager;
-use super::tick_times::TickTimes;
+use super::source_report::TickTimes;
 use crate::output::histogram::Percentiles;
 
 /// How often the status is published and late joiners are given the description.

@@ -2,6 +2,7 @@
 //!
 //! A thread of zenoh's never waits: each way has its bound, and what does not find room is counted.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::thread::{self, Thread};
 use std::time::Duration;
@@ -9,10 +10,14 @@ use std::time::Duration;
 use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
 use crossbeam::queue::ArrayQueue;
 use zenoh::bytes::ZBytes;
+use zenoh::pubsub::Subscriber;
+use zenoh::qos::{CongestionControl, Priority};
+use zenoh::query::Reply;
 use zenoh::sample::{Sample, SampleKind};
+use zenoh::{Session, Wait as _};
 
-use super::backlog::Backlog;
-use super::relay::Answer;
+use super::command_relay::CommandAnswer;
+use super::key_prefix::KeyPrefix;
 use super::wire::{ALERT_BYTES, Described, MAX_FRAME_BYTES, WireError, decode_description};
 use crate::system::clock::monotonic_ns;
 
@@ -35,11 +40,11 @@ pub(super) struct Arrival {
 /// The box.
 #[derive(Debug)]
 pub(super) struct Inbox {
-    pub(super) frames: Backlog<Arrival>,
-    pub(super) alerts: Backlog<ZBytes>,
-    pub(super) descriptions: Backlog<(Described, String)>,
+    pub(super) frames: BoundedQueue<Arrival>,
+    pub(super) alerts: BoundedQueue<ZBytes>,
+    pub(super) descriptions: BoundedQueue<(Described, String)>,
     /// As many as commands may be asked at a time, each answered once: there is room for all.
-    pub(super) answers: ArrayQueue<Answer>,
+    pub(super) answers: ArrayQueue<CommandAnswer>,
     sources: AtomicUsize,
     has_new_source: AtomicBool,
     malformed: AtomicU64,
@@ -52,9 +57,9 @@ impl Inbox {
     /// The box of this thread.
     pub(super) fn of_this_thread(max_answers: usize) -> Self {
         Self {
-            frames: Backlog::new(MAX_FRAMES, MAX_FRAMES_BYTES),
-            alerts: Backlog::new(MAX_ALERTS, MAX_ALERTS * ALERT_BYTES),
-            descriptions: Backlog::new(MAX_DESCRIPTIONS, MAX_DESCRIPTIONS * MAX_DESCRIPTION_LEN),
+            frames: BoundedQueue::new(MAX_FRAMES, MAX_FRAMES_BYTES),
+            alerts: BoundedQueue::new(MAX_ALERTS, MAX_ALERTS * ALERT_BYTES),
+            descriptions: BoundedQueue::new(MAX_DESCRIPTIONS, MAX_DESCRIPTIONS * MAX_DESCRIPTION_LEN),
             answers: ArrayQueue::new(max_answers),
             sources: AtomicUsize::new(0),
             has_new_source: AtomicBool::new(false),
@@ -104,7 +109,7 @@ impl Inbox {
         self.tell();
     }
 
-    pub(super) fn put_answer(&self, answer: Answer) {
+    pub(super) fn put_answer(&self, answer: CommandAnswer) {
         // One that finds no room is to a command that is not waited for any more.
         let _ = self.answers.push(answer);
         self.tell();
@@ -150,4 +155,139 @@ fn described(sample: &Sample) -> Result<(Described, String), WireError> {
     }
     let attached = sample.attachment().filter(|attached| attached.len() <= size_of::<[u64; 4]>());
     decode_description(&sample.payload().to_bytes(), &attached.ok_or(WireError::Description)?.to_bytes())
+}
+
+/// What is listened to, for as long as this is kept.
+#[derive(Debug)]
+pub(super) struct Subscriptions {
+    _samples: [Subscriber<()>; 3],
+    _source: Subscriber<()>,
+}
+
+/// Has what comes under the keys put into the inbox.
+pub(super) fn subscribe(session: &Session, prefix: &KeyPrefix, inbox: &Arc<Inbox>) -> zenoh::Result<Subscriptions> {
+    let to = |put: fn(&Inbox, &Sample)| {
+        let inbox = Arc::clone(inbox);
+        move |sample: Sample| put(&inbox, &sample)
+    };
+    let subscriptions = Subscriptions {
+        _samples: [
+            session.declare_subscriber(prefix.description()).callback(to(Inbox::put_description)).wait()?,
+            session.declare_subscriber(prefix.alerts()).callback(to(Inbox::put_alert)).wait()?,
+            session.declare_subscriber(prefix.frames()).callback(to(Inbox::put_frame)).wait()?,
+        ],
+        _source: session
+            .liveliness()
+            .declare_subscriber(prefix.source())
+            .history(true)
+            .callback(to(|inbox, sample| inbox.put_liveliness(sample.kind())))
+            .wait()?,
+    };
+    Ok(subscriptions)
+}
+
+/// Has the description put there that the other side has.
+pub(super) fn ask_for_description(session: &Session, prefix: &KeyPrefix, inbox: &Arc<Inbox>) -> zenoh::Result<()> {
+    let inbox = Arc::clone(inbox);
+    let take = move |reply: Reply| {
+        if let Ok(sample) = reply.result() {
+            inbox.put_description(sample);
+        }
+    };
+    session
+        .get(prefix.description())
+        .congestion_control(CongestionControl::Drop)
+        .priority(Priority::InteractiveHigh)
+        .callback(take)
+        .wait()
+}
+
+/// A queue between a thread of zenoh's, which never waits, and the one of the bus.
+///
+/// Full is: so many entries, or so many bytes. Then the oldest are dropped, and counted.
+#[derive(Debug)]
+pub(super) struct BoundedQueue<Entry> {
+    entries: ArrayQueue<(usize, Entry)>,
+    bytes: AtomicUsize,
+    max_bytes: usize,
+    dropped: AtomicU64,
+}
+
+impl<Entry> BoundedQueue<Entry> {
+    /// An empty one.
+    pub(super) fn new(max_entries: usize, max_bytes: usize) -> Self {
+        Self {
+            entries: ArrayQueue::new(max_entries),
+            bytes: AtomicUsize::new(0),
+            max_bytes,
+            dropped: AtomicU64::new(0),
+        }
+    }
+
+    /// Adds an entry that holds so many bytes.
+    pub(super) fn push(&self, bytes: usize, entry: Entry) {
+        let mut held = self.bytes.fetch_add(bytes, Ordering::Relaxed) + bytes;
+        while held > self.max_bytes && self.pop().is_some() {
+            self.dropped.fetch_add(1, Ordering::Relaxed);
+            held = self.bytes.load(Ordering::Relaxed);
+        }
+        if let Some((bytes, _)) = self.entries.force_push((bytes, entry)) {
+            self.bytes.fetch_sub(bytes, Ordering::Relaxed);
+            self.dropped.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// The oldest entry.
+    pub(super) fn pop(&self) -> Option<Entry> {
+        let (bytes, entry) = self.entries.pop()?;
+        self.bytes.fetch_sub(bytes, Ordering::Relaxed);
+        Some(entry)
+    }
+
+    /// Entries that were given up.
+    pub(super) fn dropped(&self) -> u64 {
+        self.dropped.load(Ordering::Relaxed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rest(queue: &BoundedQueue<u32>) -> Vec<u32> {
+        std::iter::from_fn(|| queue.pop()).collect()
+    }
+
+    #[test]
+    fn too_many_entries_cost_the_oldest() {
+        let queue = BoundedQueue::new(3, usize::MAX);
+        (0..5).for_each(|entry| queue.push(10, entry));
+        assert_eq!((rest(&queue), queue.dropped()), (vec![2, 3, 4], 2));
+    }
+
+    #[test]
+    fn too_many_bytes_cost_the_oldest() {
+        let queue = BoundedQueue::new(100, 25);
+        (0..5).for_each(|entry| queue.push(10, entry));
+        assert_eq!((rest(&queue), queue.dropped()), (vec![3, 4], 3));
+        assert_eq!(queue.bytes.load(Ordering::Relaxed), 0);
+    }
+
+    #[test]
+    fn whatever_two_threads_do_every_entry_is_taken_or_counted() {
+        const ENTRIES: u64 = 20_000;
+        let queue = BoundedQueue::new(8, 700);
+        let taken = thread::scope(|scope| {
+            let pushing = scope.spawn(|| (0..ENTRIES).for_each(|entry| queue.push(100, entry)));
+            let mut taken = Vec::new();
+            while !pushing.is_finished() {
+                taken.extend(queue.pop());
+            }
+            taken.extend(std::iter::from_fn(|| queue.pop()));
+            taken
+        });
+        assert!(taken.is_sorted(), "in the order in which they came");
+        assert_eq!(taken.len() as u64 + queue.dropped(), ENTRIES);
+        assert_eq!(queue.bytes.load(Ordering::Relaxed), 0);
+    }
 }

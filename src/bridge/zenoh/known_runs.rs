@@ -30,7 +30,7 @@ pub(super) struct KnownRuns {
 
 /// What is to be done about a frame of a run that is not received.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Standing {
+pub(super) enum RunDecision {
     /// The run is to be received, being described so.
     Next(Described, String),
     /// Nobody has described it.
@@ -73,21 +73,21 @@ impl KnownRuns {
     }
 
     /// What is to be done about a frame of this run. One that is to be received is known no longer.
-    pub(super) fn standing(&mut self, run_id: u64, bench_count: u32, now_ns: u64) -> Standing {
+    pub(super) fn decide(&mut self, run_id: u64, bench_count: u32, now_ns: u64) -> RunDecision {
         if self.past_runs.contains(&run_id) {
-            return Standing::Barred;
+            return RunDecision::Barred;
         }
         let Some(index) = self.descriptions.iter().position(|(described, _)| described.run_id == run_id) else {
-            return Standing::Unknown;
+            return RunDecision::Unknown;
         };
         if described_bench_count(&self.descriptions[index].1) != Some(bench_count) {
-            return Standing::OtherDragon;
+            return RunDecision::OtherDragon;
         }
         if !self.run_limit.allows(now_ns) {
-            return Standing::Barred;
+            return RunDecision::Barred;
         }
         let (described, toml) = self.descriptions.swap_remove(index);
-        Standing::Next(described, toml)
+        RunDecision::Next(described, toml)
     }
 
     /// Takes note that a run is over: it does not come back.
@@ -121,12 +121,12 @@ mod tests {
     #[test]
     fn a_run_begins_with_a_frame_of_the_dragon_that_it_is_described_with() {
         let mut known = knowing([7]);
-        assert_eq!(known.standing(8, 5, SECOND_NS), Standing::Unknown);
-        assert_eq!(known.standing(7, 100_000, SECOND_NS), Standing::OtherDragon);
-        assert_eq!(known.standing(7, 5, SECOND_NS), Standing::Next(described(7), TOML.to_owned()));
+        assert_eq!(known.decide(8, 5, SECOND_NS), RunDecision::Unknown);
+        assert_eq!(known.decide(7, 100_000, SECOND_NS), RunDecision::OtherDragon);
+        assert_eq!(known.decide(7, 5, SECOND_NS), RunDecision::Next(described(7), TOML.to_owned()));
         for toml in ["", "[dragon]\n", "[dragon]\nbenches = -5\n", "[dragon"] {
             assert!(known.describe(described(9), toml.to_owned()));
-            assert_eq!(known.standing(9, 5, SECOND_NS), Standing::OtherDragon, "{toml}");
+            assert_eq!(known.decide(9, 5, SECOND_NS), RunDecision::OtherDragon, "{toml}");
             known = KnownRuns::new();
         }
     }
@@ -136,18 +136,18 @@ mod tests {
         let mut known = knowing([7]);
         known.end(7);
         assert!(!known.describe(described(7), TOML.to_owned()));
-        assert_eq!(known.standing(7, 5, SECOND_NS), Standing::Barred);
+        assert_eq!(known.decide(7, 5, SECOND_NS), RunDecision::Barred);
     }
 
     #[test]
     fn runs_and_descriptions_that_come_too_often_have_to_wait() {
         let now_ns = 10 * SECOND_NS;
         let mut known = knowing(0..4);
-        let begun = (0..4).filter(|&run_id| known.standing(run_id, 5, now_ns) != Standing::Barred).count();
+        let begun = (0..4).filter(|&run_id| known.decide(run_id, 5, now_ns) != RunDecision::Barred).count();
         assert_eq!(begun, RUN_RATE.1 as usize);
         assert!(known.describe(described(4), TOML.to_owned()));
-        assert_eq!(known.standing(4, 5, now_ns), Standing::Barred);
-        assert_eq!(known.standing(4, 5, now_ns + SECOND_NS), Standing::Next(described(4), TOML.to_owned()));
+        assert_eq!(known.decide(4, 5, now_ns), RunDecision::Barred);
+        assert_eq!(known.decide(4, 5, now_ns + SECOND_NS), RunDecision::Next(described(4), TOML.to_owned()));
         let heard = (0..100).filter(|_| known.hears(now_ns)).count();
         assert_eq!(heard, DESCRIPTION_RATE.1 as usize);
     }

@@ -7,10 +7,10 @@
 //! ```
 //!
 //! **What is sent.** Frames as they lie in shared memory ([`wire`]), all of them or a share ([`Share`]), alerts, and the
-//! description, under the keys of a [`KeyPrefix`]. A liveliness token is there for as long as a source is. A [`Sender`] is
+//! description, under the keys of a [`KeyPrefix`]. A liveliness token is there for as long as a source is. A [`SendingBridge`] is
 //! a reader of the bus like any other: nothing that happens to it or beyond it reaches the server.
 //!
-//! **What is received.** A [`Receiver`] is a source like the server. Each run of the other host has a number of its own
+//! **What is received.** A [`ReceivingBridge`] is a source like the server. Each run of the other host has a number of its own
 //! here, its ticks count from 0 without a hole, and its frames are due when they came ([`RemoteRun`]); all else is bit for
 //! bit what was sent. What was lost on the way is counted by the ticks there. A run whose frames stop and come again goes on
 //! as the same run: its services stay, so do its readers.
@@ -24,37 +24,27 @@
 
 pub mod wire;
 
-mod advance;
-mod backlog;
-mod clerk;
-mod company;
-mod desk;
-mod error;
+mod command_forwarder;
+mod command_relay;
 mod inbox;
-mod keys;
+mod key_prefix;
 mod known_runs;
-mod line;
-mod link;
-mod link_error;
-mod link_settings;
-mod orders;
+mod query_server;
 mod rate_limit;
 mod received_run;
 mod receiver;
-mod relay;
 mod remote_run;
+mod report;
 mod sender;
 mod sent_runs;
-mod subscriptions;
-mod thinning;
+mod session;
+mod session_settings;
 
-pub use error::BridgeError;
-pub use keys::{KeyPrefix, KeyPrefixError};
-pub use line::{ReceiverSummary, SenderSummary, Silence, ZenohLine};
-pub use link::Link;
-pub use link_error::LinkError;
-pub use link_settings::{DEFAULT_ENDPOINT, LinkMode, LinkSettings, Side, check_endpoint};
-pub use receiver::Receiver;
+pub use key_prefix::{KeyPrefix, KeyPrefixError};
+pub use receiver::ReceivingBridge;
 pub use remote_run::{NotNew, RemoteRun};
-pub use sender::{Sender, SenderPorts, SenderSettings};
-pub use thinning::{Share, Thinning};
+pub use report::{ReceiverSummary, SenderSummary, Silence, ZenohReport};
+pub use sender::{SenderPorts, SenderSettings, SendingBridge};
+pub use sent_runs::{Share, Thinning};
+pub use session::{BridgeError, BridgeSession, SessionError};
+pub use session_settings::{DEFAULT_ENDPOINT, SessionMode, SessionSettings, Side, check_endpoint};

@@ -1,4 +1,7 @@
-//! How often something may happen: a bucket of tokens that fills at a steady rate.
+//! How much may come from another host: events at a rate, and ticks no later than the run can have reached. Pure: the time
+//! is an argument.
+
+use crate::source::replay::FASTEST_HZ;
 
 /// A limit. It reads no clock: the time is handed to it.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +33,39 @@ impl RateLimit {
     }
 }
 
+/// How much later than it was sent the first frame may have come, in seconds: what a cut way holds back.
+const MAX_DELAY_S: u64 = 10;
+/// Clocks differ by less than this share of the time that has passed.
+const DRIFT: u64 = 1_000;
+
+/// What the first frame of a run says of those that follow. It reads no clock: the time is handed to it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TickBound {
+    rate_hz: u64,
+    first: Option<(u64, u64)>,
+}
+
+impl TickBound {
+    /// Of a run of this rate; of the greatest one where it is not known.
+    pub(super) fn new(rate_hz: u64) -> Self {
+        let most_hz = u64::from(FASTEST_HZ);
+        Self { rate_hz: if rate_hz == 0 { most_hz } else { rate_hz.min(most_hz) }, first: None }
+    }
+
+    /// The rate that is counted on.
+    pub(super) fn rate_hz(&self) -> u64 {
+        self.rate_hz
+    }
+
+    /// Whether the run can have come to this tick by now. The first one is believed.
+    pub(super) fn allows(&mut self, tick: u64, now_ns: u64) -> bool {
+        let &mut (first_tick, first_ns) = self.first.get_or_insert((tick, now_ns));
+        let elapsed_ms = now_ns.saturating_sub(first_ns) / 1_000_000;
+        let passed = (elapsed_ms + elapsed_ms / DRIFT).saturating_mul(self.rate_hz) / 1_000;
+        tick.saturating_sub(first_tick) <= passed.saturating_add(MAX_DELAY_S * self.rate_hz)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -58,5 +94,38 @@ mod tests {
         let mut limit = RateLimit::new(1, 1);
         assert!(limit.allows(5 * SECOND_NS));
         assert!(!limit.allows(5 * SECOND_NS) && !limit.allows(0));
+    }
+
+    #[test]
+    fn frames_that_were_held_up_and_those_of_now_behind_them_are_believed() {
+        let mut tick_bound = TickBound::new(1_000);
+        assert!(tick_bound.allows(40, SECOND_NS));
+        assert!(tick_bound.allows(2_040, 3 * SECOND_NS), "the last before a cut");
+        for tick in [2_041, 2_100, 7_900, 8_040] {
+            assert!(tick_bound.allows(tick, 9 * SECOND_NS), "{tick}: what TCP has kept, and what is new, at once");
+        }
+        assert!(tick_bound.allows(3_600_040, 3_601 * SECOND_NS));
+    }
+
+    #[test]
+    fn a_first_frame_that_was_held_up_itself_makes_no_later_one_look_early() {
+        let mut tick_bound = TickBound::new(1_000);
+        assert!(tick_bound.allows(0, SECOND_NS));
+        assert!(tick_bound.allows(9_000, SECOND_NS + 1), "it had been on its way for nine seconds");
+    }
+
+    #[test]
+    fn a_tick_that_the_run_cannot_have_come_to_is_not_believed_and_spoils_nothing() {
+        let mut tick_bound = TickBound::new(1_000);
+        assert!(tick_bound.allows(0, SECOND_NS));
+        for tick in [u64::MAX, 1 << 40, 12_000] {
+            assert!(!tick_bound.allows(tick, 2 * SECOND_NS), "{tick}");
+        }
+        assert!(tick_bound.allows(1_000, 2 * SECOND_NS));
+    }
+
+    #[test]
+    fn a_rate_that_nobody_can_have_is_none() {
+        assert_eq!([0, 60, u64::MAX].map(|rate_hz| TickBound::new(rate_hz).rate_hz()), [10_000_000, 60, 10_000_000]);
     }
 }

@@ -2,15 +2,14 @@
 
 use bench_dragon_ipc::{Alert, BusError, Domain, FrameHeader, HandleState, SourceKind};
 
-use super::advance::Advance;
+use super::command_relay::RunPosition;
 use super::known_runs::Description;
-use super::rate_limit::RateLimit;
-use super::relay::Place;
+use super::rate_limit::{RateLimit, TickBound};
 use super::remote_run::{NotNew, RemoteRun};
 use super::wire::{Described, Seen};
-use crate::safety::monitor::AlertPublisher;
+use crate::safety::alerts::AlertPublisher;
 use crate::source::replay::FASTEST_HZ;
-use crate::source::{AskedCommand, Stage};
+use crate::source::{AskedCommand, SourcePorts};
 use crate::system::clock::monotonic_ns;
 
 /// How much faster than described frames may come: what was held up on the way comes at once.
@@ -25,11 +24,11 @@ const ALERT_RATE: (u64, u64) = (1_000, 1_000);
 pub(super) struct ReceivedRun {
     // Dropped in this order: the alerts are opened as a client does, while a source is there.
     alerts: AlertPublisher,
-    stage: Stage,
+    ports: SourcePorts,
     remote: RemoteRun,
     bench_count: usize,
     toml: String,
-    advance: Advance,
+    tick_bound: TickBound,
     last_arrived_ns: u64,
     frame_limit: RateLimit,
     alert_limit: RateLimit,
@@ -61,23 +60,23 @@ impl ReceivedRun {
     /// Makes the services of a run and publishes its description.
     ///
     /// # Errors
-    /// As [`Stage::open`] and [`AlertPublisher::open`].
+    /// As [`SourcePorts::open`] and [`AlertPublisher::open`].
     pub(super) fn begin(
         domain: &Domain,
         described: Described,
         toml: String,
         bench_count: usize,
     ) -> Result<Self, BusError> {
-        let stage = Stage::open(domain, SourceKind::Remote, &toml, bench_count, sent_hz(described))?;
-        let advance = Advance::new(described.rate_hz);
-        let most_hz = advance.rate_hz() * HASTE;
+        let ports = SourcePorts::open(domain, SourceKind::Remote, &toml, bench_count, sent_hz(described))?;
+        let tick_bound = TickBound::new(described.rate_hz);
+        let most_hz = tick_bound.rate_hz() * HASTE;
         Ok(Self {
             alerts: AlertPublisher::open(domain)?,
-            stage,
+            ports,
             remote: RemoteRun::new(described),
             bench_count,
             toml,
-            advance,
+            tick_bound,
             last_arrived_ns: 0,
             frame_limit: RateLimit::new(most_hz, most_hz.max(LEAST_BURST)),
             alert_limit: RateLimit::new(ALERT_RATE.0, ALERT_RATE.1),
@@ -86,7 +85,7 @@ impl ReceivedRun {
     }
 
     pub(super) fn run_id(&self) -> u64 {
-        self.stage.run_id()
+        self.ports.run_id()
     }
 
     pub(super) fn remote_run_id(&self) -> u64 {
@@ -107,26 +106,26 @@ impl ReceivedRun {
 
     /// How far apart frames are to come, in nanoseconds.
     pub(super) fn period_ns(&self) -> u64 {
-        self.remote.every().saturating_mul(1_000_000_000) / self.advance.rate_hz()
+        self.remote.every().saturating_mul(1_000_000_000) / self.tick_bound.rate_hz()
     }
 
     /// Where it stands.
-    pub(super) fn place(&self) -> Place {
-        Place { run_id: self.run_id(), tick: self.remote.next_tick() }
+    pub(super) fn position(&self) -> RunPosition {
+        RunPosition { run_id: self.run_id(), tick: self.remote.next_tick() }
     }
 
     /// What has been seen of it there by now: its last frame, or as many ticks later as have passed since, but not the next
     /// frame that is sent.
     pub(super) fn seen(&self, now_ns: u64) -> Seen {
         let since_ns = u128::from(now_ns.saturating_sub(self.last_arrived_ns));
-        let ticks = since_ns * u128::from(self.advance.rate_hz()) / 1_000_000_000;
+        let ticks = since_ns * u128::from(self.tick_bound.rate_hz()) / 1_000_000_000;
         let ticks = ticks.min(u128::from(self.remote.every() - 1)) as u64;
         let last_tick = self.remote.last_tick().unwrap_or(0);
         Seen { run_id: self.remote_run_id(), tick: last_tick.saturating_add(ticks) }
     }
 
     pub(super) fn describe(&mut self, described: Described) {
-        self.stage.report().tell_rate(sent_hz(described));
+        self.ports.report().report_rate(sent_hz(described));
         self.remote.describe(described);
     }
 
@@ -141,7 +140,7 @@ impl ReceivedRun {
             return Ok(Taken::OtherDragon);
         }
         let begun_ns = monotonic_ns();
-        if !self.frame_limit.allows(begun_ns) || !self.advance.allows(header.tick, begun_ns) {
+        if !self.frame_limit.allows(begun_ns) || !self.tick_bound.allows(header.tick, begun_ns) {
             return Ok(Taken::TooFast);
         }
         let tick = match self.remote.take(header.tick) {
@@ -149,9 +148,9 @@ impl ReceivedRun {
             Err(NotNew) => return Ok(Taken::NotNew),
         };
         self.last_arrived_ns = arrived_ns;
-        self.stage.publish(header, handles, tick, arrived_ns)?;
-        self.stage.report().tell(&FrameHeader { tick, ..*header }, 0);
-        self.stage.report().count(begun_ns - arrived_ns, monotonic_ns() - begun_ns);
+        self.ports.publish(header, handles, tick, arrived_ns)?;
+        self.ports.report().report_frame(&FrameHeader { tick, ..*header }, 0);
+        self.ports.report().count(begun_ns - arrived_ns, monotonic_ns() - begun_ns);
         Ok(Taken::Published)
     }
 
@@ -168,19 +167,19 @@ impl ReceivedRun {
 
     /// The next command of a client here.
     pub(super) fn take_command(&self) -> Option<AskedCommand> {
-        self.stage.take_command()
+        self.ports.take_command()
     }
 
     /// Tells that the bridge lives, whether frames come or not.
     pub(super) fn report_alive(&mut self) {
-        self.stage.report().beat();
+        self.ports.report().beat();
     }
 
     /// Takes the services off the bus.
     pub(super) fn finish(self) -> Ended {
-        let Self { alerts, stage, remote, toml, alerts_told, .. } = self;
+        let Self { alerts, ports, remote, toml, alerts_told, .. } = self;
         drop(alerts);
-        stage.finish();
+        ports.finish();
         Ended {
             frames: remote.next_tick(),
             lost: remote.lost(),

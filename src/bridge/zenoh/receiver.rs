@@ -7,16 +7,13 @@ use std::time::Duration;
 use bench_dragon_ipc::service::frame_memory;
 use bench_dragon_ipc::{BusError, Domain, HandleState, SourceLock};
 
-use super::error::BridgeError;
-use super::inbox::{Arrival, Inbox};
-use super::keys::KeyPrefix;
-use super::known_runs::{Description, KnownRuns, Standing};
-use super::line::{ReceiverSummary, Silence, ZenohLine};
-use super::link::Link;
-use super::link_error::LinkError;
+use super::command_relay::{CommandRelay, MAX_ASKED};
+use super::inbox::{Arrival, Inbox, Subscriptions, ask_for_description, subscribe};
+use super::key_prefix::KeyPrefix;
+use super::known_runs::{Description, KnownRuns, RunDecision};
 use super::received_run::{ReceivedRun, Taken};
-use super::relay::{MAX_ASKED, Relay};
-use super::subscriptions::{Subscriptions, ask_for_description, subscribe};
+use super::report::{ReceiverSummary, Silence, ZenohReport};
+use super::session::{BridgeError, BridgeSession, SessionError};
 use super::wire::{Described, decode_alert, decode_frame};
 use crate::output::histogram::LatencyHistogram;
 use crate::system::clock::monotonic_ns;
@@ -36,11 +33,11 @@ struct OtherDragon;
 
 /// A receiving bridge.
 #[derive(Debug)]
-pub struct Receiver {
+pub struct ReceivingBridge {
     domain: Domain,
     prefix: KeyPrefix,
     inbox: Arc<Inbox>,
-    relay: Relay,
+    relay: CommandRelay,
     // After the relay, whose commands are its services'.
     run: Option<ReceivedRun>,
     others: KnownRuns,
@@ -53,27 +50,27 @@ pub struct Receiver {
     handling: LatencyHistogram,
     // Given up before the session that they are of.
     _subscriptions: Subscriptions,
-    link: Link,
+    session: BridgeSession,
     // Given up last.
     _lock: SourceLock,
 }
 
-impl Receiver {
+impl ReceivingBridge {
     /// Takes the instance and begins to listen to the other side. It stays on the thread that it was opened on.
     ///
     /// # Errors
     /// [`BusError::SourceRunning`] where a source runs on the instance,
-    /// [`LinkError::Session`].
-    pub fn open(domain: &Domain, link: Link, prefix: KeyPrefix) -> Result<Self, BridgeError> {
+    /// [`SessionError::Session`].
+    pub fn open(domain: &Domain, session: BridgeSession, prefix: KeyPrefix) -> Result<Self, BridgeError> {
         let lock = SourceLock::take(domain)?;
         for path in lock.cleared() {
             tracing::warn!("removed {}, which a killed server had left half made", path.display());
         }
         let inbox = Arc::new(Inbox::of_this_thread(MAX_ASKED));
-        let subscriptions = subscribe(&link.session, &prefix, &inbox).map_err(LinkError::session)?;
+        let subscriptions = subscribe(&session.zenoh, &prefix, &inbox).map_err(SessionError::session)?;
         let receiver = Self {
             domain: domain.clone(),
-            relay: Relay::new(&prefix),
+            relay: CommandRelay::new(&prefix),
             prefix,
             inbox,
             run: None,
@@ -85,7 +82,7 @@ impl Receiver {
             summary: ReceiverSummary::default(),
             handling: LatencyHistogram::new(),
             _subscriptions: subscriptions,
-            link,
+            session,
             _lock: lock,
         };
         Ok(receiver)
@@ -98,7 +95,7 @@ impl Receiver {
     pub fn run<Failed: From<BridgeError>>(
         mut self,
         stop: &AtomicBool,
-        mut tell: impl FnMut(ZenohLine) -> Result<(), Failed>,
+        mut tell: impl FnMut(ZenohReport) -> Result<(), Failed>,
     ) -> Result<ReceiverSummary, Failed> {
         while !stop.load(Ordering::Relaxed) {
             self.inbox.wait(LOOK_PERIOD);
@@ -127,7 +124,7 @@ impl Receiver {
     }
 
     /// The next description. Returns what is to be told of it.
-    fn take_description(&mut self, described: Described, toml: String) -> Option<ZenohLine> {
+    fn take_description(&mut self, described: Described, toml: String) -> Option<ZenohReport> {
         if !self.others.hears(monotonic_ns()) {
             self.summary.too_fast += 1;
             return None;
@@ -137,10 +134,10 @@ impl Receiver {
             return None;
         }
         let is_new = self.others.describe(described, toml);
-        is_new.then_some(ZenohLine::Found { remote_run_id: described.run_id, every: described.every })
+        is_new.then_some(ZenohReport::Found { remote_run_id: described.run_id, every: described.every })
     }
 
-    fn take_frame(&mut self, arrival: &Arrival) -> Result<Option<ZenohLine>, BridgeError> {
+    fn take_frame(&mut self, arrival: &Arrival) -> Result<Option<ZenohReport>, BridgeError> {
         let Ok(header) = decode_frame(&arrival.payload.to_bytes(), &mut self.handles) else {
             self.summary.malformed += 1;
             return Ok(None);
@@ -170,7 +167,7 @@ impl Receiver {
         let now_ns = monotonic_ns();
         self.handling.record(now_ns - arrival.arrived_ns);
         self.last_frame_ns = now_ns;
-        let resumed = self.silent.take().map(|_| ZenohLine::Resumed { run_id: run.run_id(), lost: run.lost() });
+        let resumed = self.silent.take().map(|_| ZenohReport::Resumed { run_id: run.run_id(), lost: run.lost() });
         Ok(begun.or(resumed))
     }
 
@@ -179,28 +176,28 @@ impl Receiver {
     ///
     /// # Errors
     /// [`OtherDragon`] where a frame is not of as many benches as its run is described with.
-    fn begin(&mut self, remote_run_id: u64, bench_count: u32) -> Result<Option<ZenohLine>, OtherDragon> {
+    fn begin(&mut self, remote_run_id: u64, bench_count: u32) -> Result<Option<ZenohReport>, OtherDragon> {
         let now_ns = monotonic_ns();
-        match self.others.standing(remote_run_id, bench_count, now_ns) {
-            Standing::Next(described, toml) => {
+        match self.others.decide(remote_run_id, bench_count, now_ns) {
+            RunDecision::Next(described, toml) => {
                 let begun = self.replace_run(described, toml, bench_count as usize);
                 Ok(Some(begun.unwrap_or_else(|error| {
                     self.others.end(remote_run_id);
-                    ZenohLine::Refused { remote_run_id, reason: error.to_string() }
+                    ZenohReport::Refused { remote_run_id, reason: error.to_string() }
                 })))
             }
-            Standing::Unknown => {
+            RunDecision::Unknown => {
                 self.ask_for_description(now_ns);
                 Ok(None)
             }
-            Standing::Barred => Ok(None),
-            Standing::OtherDragon => Err(OtherDragon),
+            RunDecision::Barred => Ok(None),
+            RunDecision::OtherDragon => Err(OtherDragon),
         }
     }
 
     /// The services of a run go before those of the next one come, or are taken over from readers that keep them open. Where
     /// the next one cannot begin, the one before begins again with its next frame, if it had to end at all.
-    fn replace_run(&mut self, described: Described, toml: String, bench_count: usize) -> Result<ZenohLine, BusError> {
+    fn replace_run(&mut self, described: Described, toml: String, bench_count: usize) -> Result<ZenohReport, BusError> {
         let freed = self.run.as_ref().map_or(0, |run| frame_memory(run.bench_count()));
         require_room(frame_memory(bench_count).saturating_sub(freed))?;
         let before = self.end_run();
@@ -216,7 +213,7 @@ impl Receiver {
         if let Some((before, _)) = before {
             self.others.end(before.run_id);
         }
-        let line = ZenohLine::Receiving { run_id: run.run_id(), remote_run_id: described.run_id };
+        let line = ZenohReport::Receiving { run_id: run.run_id(), remote_run_id: described.run_id };
         self.summary.runs += 1;
         self.silent = None;
         self.run = Some(run);
@@ -226,7 +223,7 @@ impl Receiver {
     /// Ends the run that is received. Returns what it was described as.
     fn end_run(&mut self) -> Option<Description> {
         let run = self.run.take()?;
-        self.relay.give_up(run.place());
+        self.relay.give_up(run.position());
         let ended = run.finish();
         self.summary.frames += ended.frames;
         self.summary.lost += ended.lost;
@@ -239,7 +236,7 @@ impl Receiver {
             return;
         }
         self.asked_ns = now_ns;
-        if let Err(error) = ask_for_description(&self.link.session, &self.prefix, &self.inbox) {
+        if let Err(error) = ask_for_description(&self.session.zenoh, &self.prefix, &self.inbox) {
             tracing::warn!("the description is not asked for: {error}");
         }
     }
@@ -264,13 +261,13 @@ impl Receiver {
         let now_ns = monotonic_ns();
         run.report_alive();
         while let Some(command) = run.take_command() {
-            self.relay.pass_on(command, &self.link.session, &self.inbox, run.place(), run.seen(now_ns), now_ns);
+            self.relay.pass_on(command, &self.session.zenoh, &self.inbox, run.position(), run.seen(now_ns), now_ns);
         }
-        self.relay.give_back(&self.inbox, run.remote(), run.place(), now_ns);
+        self.relay.give_back(&self.inbox, run.remote(), run.position(), now_ns);
     }
 
     /// Says once that frames have stopped, and once more where more is known of why.
-    fn look_for_silence(&mut self) -> Option<ZenohLine> {
+    fn look_for_silence(&mut self) -> Option<ZenohReport> {
         let quiet_ns = monotonic_ns().saturating_sub(self.last_frame_ns);
         let silence_ns = self.run.as_ref().map_or(0, |run| run.period_ns().saturating_mul(3)).max(SILENCE_NS);
         if quiet_ns <= silence_ns || self.silent.is_some_and(|reason| reason != Silence::LinkOrSource) {
@@ -278,7 +275,7 @@ impl Receiver {
         }
         let reason = if self.inbox.has_source() {
             Silence::LinkOrSource
-        } else if self.link.is_connected() {
+        } else if self.session.is_connected() {
             Silence::NoSource
         } else {
             Silence::NoConnection
@@ -287,7 +284,7 @@ impl Receiver {
             return None;
         }
         self.silent = Some(reason);
-        Some(ZenohLine::Silent { run_id: self.run.as_ref().map(ReceivedRun::run_id), reason })
+        Some(ZenohReport::Silent { run_id: self.run.as_ref().map(ReceivedRun::run_id), reason })
     }
 
     fn finish(mut self) -> ReceiverSummary {

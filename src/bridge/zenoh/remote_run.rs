@@ -104,8 +104,9 @@ impl RemoteRun {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     fn run(every: u64) -> RemoteRun {
         RemoteRun::new(Described { run_id: 1, every, rate_hz: 1000 })

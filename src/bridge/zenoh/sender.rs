@@ -13,16 +13,11 @@ use zenoh::pubsub::Publisher;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::{Session, Wait as _};
 
-use super::clerk::Clerk;
-use super::company::{Change, Company};
-use super::desk::Desk;
-use super::error::BridgeError;
-use super::keys::KeyPrefix;
-use super::line::{SenderSummary, Silence, ZenohLine};
-use super::link::Link;
-use super::link_error::LinkError;
-use super::sent_runs::{Fate, SentRuns};
-use super::thinning::{Share, Thinning};
+use super::key_prefix::KeyPrefix;
+use super::query_server::{QueryServer, QueryState};
+use super::report::{SenderSummary, Silence, ZenohReport};
+use super::sent_runs::{FrameDisposition, SentRuns, Share, Thinning};
+use super::session::{BridgeError, BridgeSession, Change, PeerPresence, SessionError};
 use super::wire::{
     ALERT_ENCODING, DESCRIPTION_ENCODING, Described, FRAME_ENCODING, encode_alert, encode_described, encode_frame,
 };
@@ -84,7 +79,7 @@ impl SenderPorts {
 /// queues of their own before that of the frames. Nothing is gathered into batches (`express`): a frame that waits for the
 /// next one is late.
 #[derive(Debug)]
-pub struct Sender {
+pub struct SendingBridge {
     ports: SenderPorts,
     settings: SenderSettings,
     runs: SentRuns,
@@ -92,17 +87,17 @@ pub struct Sender {
     news: Option<(Description, Instant)>,
     /// A run and its rate, as the last status has them.
     rate: Option<(u64, u32)>,
-    company: Company,
+    presence: PeerPresence,
     source: Option<LivelinessToken>,
     last_sign: Instant,
     /// Whether it was told that no source is there.
     was_silent: bool,
     summary: SenderSummary,
-    desk: Arc<Desk>,
-    // The clerk's questions end before the session does.
-    clerk: Clerk,
+    state: Arc<QueryState>,
+    // The query_server's questions end before the session does.
+    query_server: QueryServer,
     publishers: Publishers,
-    link: Link,
+    session: BridgeSession,
 }
 
 #[derive(Debug)]
@@ -112,35 +107,35 @@ struct Publishers {
     description: Publisher<'static>,
 }
 
-impl Sender {
+impl SendingBridge {
     /// Begins to answer the other side's questions.
     ///
     /// # Errors
-    /// [`LinkError::Session`].
+    /// [`SessionError::Session`].
     pub fn open(
         domain: &Domain,
-        link: Link,
+        session: BridgeSession,
         ports: SenderPorts,
         settings: SenderSettings,
     ) -> Result<Self, BridgeError> {
-        let (desk, prefix) = (Arc::new(Desk::default()), &settings.prefix);
-        let clerk = Clerk::start(&link.session, prefix, domain, &desk, settings.allows_commands);
-        let publishers = Publishers::declare(&link.session, prefix).map_err(LinkError::session)?;
+        let (state, prefix) = (Arc::new(QueryState::default()), &settings.prefix);
+        let query_server = QueryServer::start(&session.zenoh, prefix, domain, &state, settings.allows_commands);
+        let publishers = Publishers::declare(&session.zenoh, prefix).map_err(SessionError::session)?;
         Ok(Self {
-            clerk: clerk.map_err(LinkError::session)?,
+            query_server: query_server.map_err(SessionError::session)?,
             ports,
             settings,
             runs: SentRuns::default(),
             news: None,
             rate: None,
-            company: Company::none(monotonic_ns()),
+            presence: PeerPresence::none(monotonic_ns()),
             source: None,
             last_sign: Instant::now(),
             was_silent: false,
             summary: SenderSummary::default(),
-            desk,
+            state,
             publishers,
-            link,
+            session,
         })
     }
 
@@ -151,11 +146,11 @@ impl Sender {
     pub fn run<Failed: From<BridgeError>>(
         mut self,
         stop: &AtomicBool,
-        mut tell: impl FnMut(ZenohLine) -> Result<(), Failed>,
+        mut tell: impl FnMut(ZenohReport) -> Result<(), Failed>,
     ) -> Result<SenderSummary, Failed> {
         while !stop.load(Ordering::Relaxed) {
             let frame = self.ports.frames.wait(WAIT_PERIOD).map_err(BridgeError::from)?;
-            if let Some(line) = self.look_for_company() {
+            if let Some(line) = self.look_for_peers() {
                 tell(line)?;
             }
             if let Some(frame) = &frame
@@ -175,33 +170,37 @@ impl Sender {
     }
 
     fn finish(self) -> SenderSummary {
-        let Self { ports, clerk, desk, summary, .. } = self;
+        let Self { ports, query_server, state, summary, .. } = self;
         // What it has at hand counts as well.
-        drop(clerk);
+        drop(query_server);
         let lost = summary.lost + ports.frames.lost();
-        SenderSummary { lost, commands: desk.commands(), refused: desk.refused(), ..summary }
+        SenderSummary { lost, commands: state.commands(), refused: state.refused(), ..summary }
     }
 
-    fn send_frame(&mut self, frame: &Frame) -> Result<Option<ZenohLine>, BridgeError> {
+    fn send_frame(&mut self, frame: &Frame) -> Result<Option<ZenohReport>, BridgeError> {
         let header = frame.header();
         let begun = self.wait_for_run(header.run_id)?;
         if !self.runs.knows(header.run_id) && self.runs.do_without_description(header.run_id) {
             tracing::warn!("the source of run {} publishes no description: nobody can follow it", header.run_id);
         }
-        match self.runs.fate(header) {
-            Fate::Sent => {
-                self.publishers.frames.put(encode_frame(header, frame.handles())).wait().map_err(LinkError::session)?;
-                let count = if self.company.is_there() { &mut self.summary.frames } else { &mut self.summary.unheard };
+        match self.runs.disposition(header) {
+            FrameDisposition::Sent => {
+                self.publishers
+                    .frames
+                    .put(encode_frame(header, frame.handles()))
+                    .wait()
+                    .map_err(SessionError::session)?;
+                let count = if self.presence.is_there() { &mut self.summary.frames } else { &mut self.summary.unheard };
                 *count += 1;
             }
-            Fate::LeftOut => {}
-            Fate::Past => self.summary.lost += 1,
+            FrameDisposition::LeftOut => {}
+            FrameDisposition::Past => self.summary.lost += 1,
         }
         Ok(begun)
     }
 
     /// Waits for the description of a run, but not for long.
-    fn wait_for_run(&mut self, run_id: u64) -> Result<Option<ZenohLine>, BridgeError> {
+    fn wait_for_run(&mut self, run_id: u64) -> Result<Option<ZenohReport>, BridgeError> {
         let deadline = Instant::now() + DESCRIPTION_PATIENCE;
         while !self.runs.knows(run_id) {
             let begun = self.take_description()?;
@@ -218,7 +217,7 @@ impl Sender {
     }
 
     /// Tells the other side what the frames that follow are of, where there is a new run and it is known how fast it is.
-    fn take_description(&mut self) -> Result<Option<ZenohLine>, BridgeError> {
+    fn take_description(&mut self) -> Result<Option<ZenohReport>, BridgeError> {
         if let Some(description) = self.ports.descriptions.poll()? {
             self.news = Some((description, Instant::now()));
         }
@@ -232,12 +231,12 @@ impl Sender {
         };
         let thinning = Thinning::of(self.settings.share, rate_hz);
         let described = Described { run_id, every: thinning.every(), rate_hz: rate_hz.into() };
-        self.desk.describe(described, toml);
+        self.state.describe(described, toml);
         let put = self.publishers.description.put(toml.as_str()).attachment(encode_described(described));
-        put.wait().map_err(LinkError::session)?;
+        put.wait().map_err(SessionError::session)?;
         self.news = None;
         self.runs.describe(run_id, thinning);
-        Ok(Some(ZenohLine::Sending { run_id, every: described.every }))
+        Ok(Some(ZenohReport::Sending { run_id, every: described.every }))
     }
 
     /// The status is a sign of life, and has the rate of what comes, which for a recording that is played faster is not the one
@@ -253,25 +252,25 @@ impl Sender {
     }
 
     /// Says that nobody is connected, and that somebody is again.
-    fn look_for_company(&mut self) -> Option<ZenohLine> {
-        let Self { company, link, summary, .. } = self;
-        Some(match company.note(monotonic_ns(), || link.is_connected())? {
-            Change::Alone => ZenohLine::Alone { connects: link.connects().to_vec() },
-            Change::Connected => ZenohLine::Connected { unheard: summary.unheard },
+    fn look_for_peers(&mut self) -> Option<ZenohReport> {
+        let Self { presence, session, summary, .. } = self;
+        Some(match presence.note(monotonic_ns(), || session.is_connected())? {
+            Change::Alone => ZenohReport::Alone { connects: session.connects().to_vec() },
+            Change::Connected => ZenohReport::Connected { unheard: summary.unheard },
         })
     }
 
     fn send_alerts(&mut self) -> Result<(), BridgeError> {
         for _ in 0..MAX_ALERTS_A_FRAME {
             let Some(alert) = self.ports.alerts.receive()? else { break };
-            self.publishers.alerts.put(encode_alert(&alert)).wait().map_err(LinkError::session)?;
+            self.publishers.alerts.put(encode_alert(&alert)).wait().map_err(SessionError::session)?;
             self.summary.alerts += 1;
         }
         Ok(())
     }
 
     /// Keeps the word that a source is there.
-    fn look_for_source(&mut self, has_frame: bool) -> Result<Option<ZenohLine>, BridgeError> {
+    fn look_for_source(&mut self, has_frame: bool) -> Result<Option<ZenohReport>, BridgeError> {
         self.look_at_status()?;
         let now = Instant::now();
         if has_frame {
@@ -281,16 +280,16 @@ impl Sender {
         // Whoever sees it asks for the description, which is to be there.
         let run_id = self.runs.run_id();
         if let (true, None, Some(run_id)) = (is_there, &self.source, run_id) {
-            let token = self.link.session.liveliness().declare_token(self.settings.prefix.source()).wait();
-            self.source = Some(token.map_err(LinkError::session)?);
+            let token = self.session.zenoh.liveliness().declare_token(self.settings.prefix.source()).wait();
+            self.source = Some(token.map_err(SessionError::session)?);
             let lost = self.summary.lost + self.ports.frames.lost();
-            return Ok(std::mem::take(&mut self.was_silent).then_some(ZenohLine::Resumed { run_id, lost }));
+            return Ok(std::mem::take(&mut self.was_silent).then_some(ZenohReport::Resumed { run_id, lost }));
         }
         if is_there || self.source.take().is_none() {
             return Ok(None);
         }
         self.was_silent = true;
-        Ok(Some(ZenohLine::Silent { run_id, reason: Silence::NoSource }))
+        Ok(Some(ZenohReport::Silent { run_id, reason: Silence::NoSource }))
     }
 }
 

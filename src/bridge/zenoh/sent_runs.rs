@@ -7,8 +7,6 @@ use std::collections::VecDeque;
 
 use bench_dragon_ipc::FrameHeader;
 
-use super::thinning::{Share, Thinning};
-
 /// Runs that are remembered to be over: more than a reader's buffer ever holds frames of.
 const MAX_PAST_RUNS: usize = 64;
 
@@ -30,7 +28,7 @@ struct SentRun {
 
 /// Whether a frame is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Fate {
+pub(super) enum FrameDisposition {
     /// It is one of those that are sent.
     Sent,
     /// It is one of those between them.
@@ -80,11 +78,11 @@ impl SentRuns {
     }
 
     /// What becomes of a frame of a run that is known.
-    pub(super) fn fate(&mut self, header: &FrameHeader) -> Fate {
+    pub(super) fn disposition(&mut self, header: &FrameHeader) -> FrameDisposition {
         let mut going_on = self.described.iter_mut().chain(&mut self.nameless);
-        let Some(run) = going_on.find(|run| run.run_id == header.run_id) else { return Fate::Past };
+        let Some(run) = going_on.find(|run| run.run_id == header.run_id) else { return FrameDisposition::Past };
         run.has_begun = true;
-        if run.thinning.takes(header) { Fate::Sent } else { Fate::LeftOut }
+        if run.thinning.takes(header) { FrameDisposition::Sent } else { FrameDisposition::LeftOut }
     }
 
     fn end(&mut self, run_id: u64) {
@@ -95,39 +93,82 @@ impl SentRuns {
     }
 }
 
+/// How many of the frames are sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Share {
+    /// One of so many, at least 1.
+    OneOf(u64),
+    /// As many a second as come nearest to this from below, at least 1.
+    RateHz(u32),
+}
+
+/// The choice for one run.
+#[derive(Clone, Copy, Debug)]
+pub struct Thinning {
+    every: u64,
+    state: Option<u32>,
+}
+
+impl Thinning {
+    /// The choice for a run whose frames come at a rate, or at one that is not known where it is 0: then all are sent,
+    /// unless it was said how many.
+    pub fn of(share: Share, rate_hz: u32) -> Self {
+        let every = match share {
+            Share::OneOf(every) => every.max(1),
+            Share::RateHz(wanted_hz) => u64::from(rate_hz.div_ceil(wanted_hz.max(1)).max(1)),
+        };
+        Self { every, state: None }
+    }
+
+    /// Of the frames, those are sent whose tick is a multiple of this, and those that change the state.
+    pub fn every(&self) -> u64 {
+        self.every
+    }
+
+    /// Whether to send this frame. A change of the state is never left out: it may be the last thing that is said.
+    pub fn takes(&mut self, header: &FrameHeader) -> bool {
+        let is_change = self.state.is_some_and(|state| state != header.state);
+        self.state = Some(header.state);
+        is_change || header.tick.is_multiple_of(self.every)
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+    use crate::source::replay::FASTEST_HZ;
 
     fn one_of(every: u64) -> Thinning {
         Thinning::of(Share::OneOf(every), 1_000)
     }
 
-    fn fates(runs: &mut SentRuns, run_id: u64, ticks: std::ops::Range<u64>) -> Vec<Fate> {
-        ticks.map(|tick| runs.fate(&FrameHeader { run_id, tick, ..FrameHeader::default() })).collect()
+    fn dispositions(runs: &mut SentRuns, run_id: u64, ticks: std::ops::Range<u64>) -> Vec<FrameDisposition> {
+        ticks.map(|tick| runs.disposition(&FrameHeader { run_id, tick, ..FrameHeader::default() })).collect()
     }
 
     #[test]
     fn frames_of_a_run_that_another_one_has_followed_come_too_late_and_change_nothing() {
         let mut runs = SentRuns::default();
         runs.describe(1, one_of(50));
-        assert_eq!(fates(&mut runs, 1, 50..52), [Fate::Sent, Fate::LeftOut]);
+        assert_eq!(dispositions(&mut runs, 1, 50..52), [FrameDisposition::Sent, FrameDisposition::LeftOut]);
         runs.describe(2, one_of(50));
         assert!(runs.knows(1), "so that nobody waits for its description");
-        assert_eq!(fates(&mut runs, 1, 52..54), [Fate::Past, Fate::Past]);
-        assert_eq!(fates(&mut runs, 2, 0..2), [Fate::Sent, Fate::LeftOut]);
+        assert_eq!(dispositions(&mut runs, 1, 52..54), [FrameDisposition::Past, FrameDisposition::Past]);
+        assert_eq!(dispositions(&mut runs, 2, 0..2), [FrameDisposition::Sent, FrameDisposition::LeftOut]);
     }
 
     #[test]
     fn a_run_between_two_that_are_described_is_over_when_the_later_one_is_known() {
         let mut runs = SentRuns::default();
         runs.describe(1, one_of(50));
-        assert_eq!(fates(&mut runs, 1, 0..1), [Fate::Sent]);
+        assert_eq!(dispositions(&mut runs, 1, 0..1), [FrameDisposition::Sent]);
         runs.describe(3, one_of(50));
         assert!(!runs.knows(2));
         assert!(!runs.do_without_description(2));
-        assert_eq!((runs.knows(2), fates(&mut runs, 2, 0..1)), (true, vec![Fate::Past]));
-        assert_eq!(fates(&mut runs, 3, 0..2), [Fate::Sent, Fate::LeftOut]);
+        assert_eq!((runs.knows(2), dispositions(&mut runs, 2, 0..1)), (true, vec![FrameDisposition::Past]));
+        assert_eq!(dispositions(&mut runs, 3, 0..2), [FrameDisposition::Sent, FrameDisposition::LeftOut]);
     }
 
     #[test]
@@ -135,11 +176,11 @@ mod tests {
         let mut runs = SentRuns::default();
         assert!(!runs.knows(1));
         assert!(runs.do_without_description(1));
-        assert_eq!(fates(&mut runs, 1, 0..2), [Fate::Sent, Fate::Sent]);
+        assert_eq!(dispositions(&mut runs, 1, 0..2), [FrameDisposition::Sent, FrameDisposition::Sent]);
         runs.describe(1, one_of(2));
-        assert_eq!(fates(&mut runs, 1, 2..4), [Fate::Sent, Fate::LeftOut]);
+        assert_eq!(dispositions(&mut runs, 1, 2..4), [FrameDisposition::Sent, FrameDisposition::LeftOut]);
         assert!(runs.do_without_description(2), "the one that is described has had frames, so this one follows it");
-        assert_eq!(fates(&mut runs, 2, 1..2), [Fate::Sent]);
+        assert_eq!(dispositions(&mut runs, 2, 1..2), [FrameDisposition::Sent]);
     }
 
     #[test]
@@ -150,5 +191,35 @@ mod tests {
             (runs.past.len(), runs.run_id(), runs.knows(998), runs.knows(3)),
             (MAX_PAST_RUNS, Some(999), true, false)
         );
+    }
+
+    fn sent(share: Share, frames: &[(u64, u32)]) -> Vec<u64> {
+        let mut thinning = Thinning::of(share, 1000);
+        let header = |(tick, state)| FrameHeader { tick, state, ..FrameHeader::default() };
+        frames.iter().filter(|&&frame| thinning.takes(&header(frame))).map(|frame| frame.0).collect()
+    }
+
+    #[test]
+    fn one_of_so_many_is_sent_and_every_change_of_the_state() {
+        let frames: Vec<_> = (0..12).map(|tick| (tick, u32::from(tick == 7))).collect();
+        assert_eq!(sent(Share::OneOf(5), &frames), [0, 5, 7, 8, 10]);
+        assert_eq!(sent(Share::OneOf(1), &frames).len(), frames.len());
+    }
+
+    #[test]
+    fn a_rate_is_never_exceeded() {
+        assert_eq!(Thinning::of(Share::RateHz(60), 1000).every(), 17);
+        assert_eq!(Thinning::of(Share::RateHz(1000), 1000).every(), 1);
+        assert_eq!(Thinning::of(Share::RateHz(2000), 1000).every(), 1);
+        assert_eq!(Thinning::of(Share::RateHz(60), 0).every(), 1, "a run of another version");
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_sent_is_as_near_to_the_rate_as_a_whole_step_comes(wanted_hz in 1..=FASTEST_HZ, rate_hz in 1..=FASTEST_HZ) {
+            let every = Thinning::of(Share::RateHz(wanted_hz), rate_hz).every();
+            prop_assert!(u64::from(rate_hz) <= every * u64::from(wanted_hz));
+            prop_assert!(every == 1 || u64::from(rate_hz) > (every - 1) * u64::from(wanted_hz));
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use bench_dragon_ipc::{BusError, Domain, FrameSubscriber, StatusReader};
 
-use crate::bridge::{Snapshot, freshness, freshness_limit};
+use crate::bridge::{LatestFrame, freshness, freshness_limit};
 use crate::command::follow::{WAIT_PERIOD, open_when_there};
 use crate::source::server::schedule::Schedule;
 use crate::system::clock::{monotonic_ns, sleep_until};
@@ -22,7 +22,7 @@ pub(super) struct Feed<'a> {
     rate: Option<(u64, u32)>,
     schedule: Schedule,
     epoch_ns: u64,
-    snapshot: Option<Snapshot>,
+    latest: Option<LatestFrame>,
 }
 
 /// An instant at which to send.
@@ -31,7 +31,7 @@ pub(super) struct Release<'a> {
     /// When it is, in nanoseconds of `CLOCK_MONOTONIC`.
     pub(super) now_ns: u64,
     /// What to send.
-    pub(super) snapshot: &'a Snapshot,
+    pub(super) latest: &'a LatestFrame,
 }
 
 impl<'a> Feed<'a> {
@@ -52,7 +52,7 @@ impl<'a> Feed<'a> {
             rate: None,
             schedule: Schedule::new(monotonic_ns(), rate_hz),
             epoch_ns,
-            snapshot: None,
+            latest: None,
         }))
     }
 
@@ -71,22 +71,22 @@ impl<'a> Feed<'a> {
                 let Some(status) = self.status.poll()? else { break };
                 self.rate = Some((status.run_id, status.rate_hz));
             }
-            match (self.frames.latest()?, &mut self.snapshot) {
-                (Some(frame), Some(snapshot)) => snapshot.replace(&frame),
-                (Some(frame), none) => *none = Some(Snapshot::of(&frame)),
+            match (self.frames.latest()?, &mut self.latest) {
+                (Some(frame), Some(latest)) => latest.replace(&frame),
+                (Some(frame), none) => *none = Some(LatestFrame::of(&frame)),
                 (None, _) => {}
             }
             let now_ns = monotonic_ns();
             self.schedule.advance(now_ns);
-            if let Some(snapshot) = &mut self.snapshot {
-                let header = &snapshot.header;
+            if let Some(latest) = &mut self.latest {
+                let header = &latest.header;
                 let rate_hz =
                     self.rate.filter(|(run_id, _)| *run_id == header.run_id).map_or(0, |(_, rate_hz)| rate_hz);
-                snapshot.freshness = freshness(header.published_ns, now_ns, freshness_limit(rate_hz));
+                latest.freshness = freshness(header.published_ns, now_ns, freshness_limit(rate_hz));
                 break;
             }
         }
-        Ok(self.snapshot.as_ref().map(|snapshot| Release { now_ns: monotonic_ns(), snapshot }))
+        Ok(self.latest.as_ref().map(|latest| Release { now_ns: monotonic_ns(), latest }))
     }
 
     /// Releases that have passed while the bridge was busy.

@@ -26,7 +26,7 @@ pub(super) fn run(args: &BridgeArgs, osc: &OscArgs) -> anyhow::Result<ExitCode> 
     let mut encoder = OscEncoder::new(settings(osc));
     let mut packets = Packets::default();
     while let Some(release) = feed.next()? {
-        encoder.frame(release.snapshot, unix_minus_monotonic_ns(), &mut packets);
+        encoder.frame(release.latest, unix_minus_monotonic_ns(), &mut packets);
         session.send_frame(&packets, &release)?;
     }
     session.finish(feed.missed())

@@ -35,11 +35,11 @@ fn hand_on(feed: &mut Feed<'_>, name: SystemName, session: &mut Session) -> anyh
     let mut info = Schedule::new(monotonic_ns(), INFO_RATE_HZ);
     while let Some(release) = feed.next()? {
         if info.due_ns() <= release.now_ns {
-            encoder.info(release.snapshot.benches.len(), release.now_ns, &mut packets)?;
+            encoder.info(release.latest.benches.len(), release.now_ns, &mut packets)?;
             session.send(&packets, release.now_ns)?;
             info.advance(release.now_ns);
         }
-        encoder.data(release.snapshot, release.now_ns, &mut packets)?;
+        encoder.data(release.latest, release.now_ns, &mut packets)?;
         session.send_frame(&packets, &release)?;
     }
     Ok(())

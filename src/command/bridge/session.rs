@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::process::ExitCode;
 
 use super::feed::Release;
-use crate::bridge::{Freshness, Outage, Outlet, Packets, Turn};
+use crate::bridge::{Freshness, Outage, OutageChange, Outlet, Packets};
 use crate::cli::Format;
 use crate::command::output::{complain, print_json, print_line};
 use crate::output::number::Counted;
@@ -37,10 +37,10 @@ impl Session {
 
     /// Sends a frame of poses.
     pub(super) fn send_frame(&mut self, packets: &Packets, release: &Release<'_>) -> anyhow::Result<()> {
-        self.note_freshness(release.snapshot.freshness)?;
+        self.note_freshness(release.latest.freshness)?;
         let is_sent = self.send(packets, release.now_ns)?;
         self.summary.frames += u64::from(is_sent);
-        self.summary.stale += u64::from(is_sent && !release.snapshot.freshness.is_fresh());
+        self.summary.stale += u64::from(is_sent && !release.latest.freshness.is_fresh());
         Ok(())
     }
 
@@ -53,8 +53,10 @@ impl Session {
         self.summary.dropped += u64::from(delivery.dropped);
         let to = &self.to;
         match (self.outage.note(delivery.trouble.is_some(), now_ns), delivery.trouble) {
-            (Some(Turn::Began), Some(error)) => self.tell(&format!("cannot send to {to}, still trying: {error}"))?,
-            (Some(Turn::Ended { failed_frames }), _) => {
+            (Some(OutageChange::Began), Some(error)) => {
+                self.tell(&format!("cannot send to {to}, still trying: {error}"))?
+            }
+            (Some(OutageChange::Ended { failed_frames }), _) => {
                 self.tell(&format!(
                     "sending to {to} works again, after {} with errors",
                     Counted(failed_frames, "frame")

@@ -5,8 +5,8 @@ use std::process::ExitCode;
 use bench_dragon_ipc::Domain;
 
 use crate::bridge::zenoh::{
-    KeyPrefix, Link, LinkSettings, Receiver, ReceiverSummary, Sender, SenderPorts, SenderSettings, SenderSummary,
-    Share, Side, Silence, ZenohLine,
+    BridgeSession, KeyPrefix, ReceiverSummary, ReceivingBridge, SenderPorts, SenderSettings, SenderSummary,
+    SendingBridge, SessionSettings, Share, Side, Silence, ZenohReport,
 };
 use crate::cli::{BridgeArgs, Format, ZenohArgs};
 use crate::command::BadInput;
@@ -21,28 +21,28 @@ pub(super) fn run(args: &BridgeArgs, zenoh: &ZenohArgs) -> anyhow::Result<ExitCo
     let prefix = zenoh.key.clone().unwrap_or_else(|| KeyPrefix::of(&args.bus.instance));
     let side = if zenoh.receive { Side::Receiving } else { Side::Sending };
     let format = args.format.format;
-    if let Some(link) = open(zenoh, side, &stop)? {
+    if let Some(session) = open(zenoh, side, &stop)? {
         let key = prefix.to_string();
         tell(
             format,
-            &ZenohLine::Started { key, listens: link.listens().to_vec(), connects: link.connects().to_vec() },
+            &ZenohReport::Started { key, listens: session.listens().to_vec(), connects: session.connects().to_vec() },
         )?;
         match side {
-            Side::Sending => send(&domain, link, prefix, zenoh, format, &stop)?,
-            Side::Receiving => receive(&domain, link, prefix, format, &stop)?,
+            Side::Sending => send(&domain, session, prefix, zenoh, format, &stop)?,
+            Side::Receiving => receive(&domain, session, prefix, format, &stop)?,
         }
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn open(zenoh: &ZenohArgs, side: Side, stop: &StopFlag) -> anyhow::Result<Option<Link>> {
-    let settings = LinkSettings {
+fn open(zenoh: &ZenohArgs, side: Side, stop: &StopFlag) -> anyhow::Result<Option<BridgeSession>> {
+    let settings = SessionSettings {
         config: zenoh.config.clone(),
         mode: zenoh.mode.map(Into::into),
         connect: zenoh.connect.clone(),
         listen: zenoh.listen.clone(),
     };
-    Link::open(&settings, side, stop.as_atomic(), tell_waiting)
+    BridgeSession::open(&settings, side, stop.as_atomic(), tell_waiting)
         .map_err(|error| if error.is_bad_input() { BadInput(error.to_string()).into() } else { error.into() })
 }
 
@@ -52,7 +52,7 @@ fn tell_waiting(connects: &[String]) {
 
 fn send(
     domain: &Domain,
-    link: Link,
+    session: BridgeSession,
     prefix: KeyPrefix,
     zenoh: &ZenohArgs,
     format: Format,
@@ -63,59 +63,65 @@ fn send(
     let ports = open_when_there(domain.instance(), stop, || SenderPorts::open(domain))?;
     let mut summary = SenderSummary::default();
     if let Some(ports) = ports {
-        let sender = Sender::open(domain, link, ports, settings)?;
+        let sender = SendingBridge::open(domain, session, ports, settings)?;
         summary = sender.run(stop.as_atomic(), |line| tell(format, &line))?;
     }
-    tell(format, &ZenohLine::Sent(summary))
+    tell(format, &ZenohReport::Sent(summary))
 }
 
-fn receive(domain: &Domain, link: Link, prefix: KeyPrefix, format: Format, stop: &StopFlag) -> anyhow::Result<()> {
-    let receiver = Receiver::open(domain, link, prefix)?;
+fn receive(
+    domain: &Domain,
+    session: BridgeSession,
+    prefix: KeyPrefix,
+    format: Format,
+    stop: &StopFlag,
+) -> anyhow::Result<()> {
+    let receiver = ReceivingBridge::open(domain, session, prefix)?;
     let summary = receiver.run(stop.as_atomic(), |line| tell(format, &line))?;
-    tell(format, &ZenohLine::Received(summary))
+    tell(format, &ZenohReport::Received(summary))
 }
 
-fn tell(format: Format, line: &ZenohLine) -> anyhow::Result<()> {
+fn tell(format: Format, line: &ZenohReport) -> anyhow::Result<()> {
     if format == Format::Json {
         return print_json(line);
     }
     match line {
-        ZenohLine::Started { key, listens, connects } => {
+        ZenohReport::Started { key, listens, connects } => {
             let ways = [("listening on", listens), ("connecting to", connects)];
             let ways = ways.map(|(way, endpoints)| format!(", {way} {}", listed(endpoints))).concat();
             complain(&format!("{key}{ways}; Ctrl-C ends it"));
         }
-        ZenohLine::Sending { run_id, every: 1 } => complain(&format!("sending run {run_id}, every frame")),
-        ZenohLine::Sending { run_id, every } => complain(&format!("sending run {run_id}, one frame of {every}")),
-        ZenohLine::Found { remote_run_id, .. } => complain(&format!("found run {remote_run_id}")),
-        ZenohLine::Receiving { run_id, remote_run_id } => {
+        ZenohReport::Sending { run_id, every: 1 } => complain(&format!("sending run {run_id}, every frame")),
+        ZenohReport::Sending { run_id, every } => complain(&format!("sending run {run_id}, one frame of {every}")),
+        ZenohReport::Found { remote_run_id, .. } => complain(&format!("found run {remote_run_id}")),
+        ZenohReport::Receiving { run_id, remote_run_id } => {
             complain(&format!("receiving run {remote_run_id}, here run {run_id}"));
         }
-        ZenohLine::Refused { remote_run_id, reason } => {
+        ZenohReport::Refused { remote_run_id, reason } => {
             complain(&format!("run {remote_run_id} is not received: {reason}"));
         }
-        ZenohLine::Alone { connects } => {
+        ZenohReport::Alone { connects } => {
             let trying = format!(", still trying {}; RUST_LOG=zenoh=debug tells why", listed(connects));
             complain(&format!("nobody is connected{}", if connects.is_empty() { "" } else { &trying }));
         }
-        ZenohLine::Connected { unheard } => {
+        ZenohReport::Connected { unheard } => {
             complain(&format!("somebody is connected; {} reached nobody", Counted(*unheard, "frame")));
         }
-        ZenohLine::Silent { reason: Silence::LinkOrSource, .. } => {
+        ZenohReport::Silent { reason: Silence::LinkOrSource, .. } => {
             complain("no frames come, though a source is there: the link is cut, or the source stands");
         }
-        ZenohLine::Silent { reason: Silence::NoSource, run_id: None } => {
+        ZenohReport::Silent { reason: Silence::NoSource, run_id: None } => {
             complain("no frames come: no source is there; both sides need the same --instance or --key");
         }
-        ZenohLine::Silent { reason: Silence::NoSource, run_id: Some(_) } => {
+        ZenohReport::Silent { reason: Silence::NoSource, run_id: Some(_) } => {
             complain("no frames come: no source is there");
         }
-        ZenohLine::Silent { reason: Silence::NoConnection, .. } => {
+        ZenohReport::Silent { reason: Silence::NoConnection, .. } => {
             complain("no frames come: nobody is connected, still trying; RUST_LOG=zenoh=debug tells why");
         }
-        ZenohLine::Resumed { lost, .. } => complain(&format!("frames come again, {lost} have been lost on the way")),
-        ZenohLine::Sent(summary) => print_line(sent(summary))?,
-        ZenohLine::Received(summary) => print_line(received(summary))?,
+        ZenohReport::Resumed { lost, .. } => complain(&format!("frames come again, {lost} have been lost on the way")),
+        ZenohReport::Sent(summary) => print_line(sent(summary))?,
+        ZenohReport::Received(summary) => print_line(received(summary))?,
     }
     Ok(())
 }

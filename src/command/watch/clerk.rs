@@ -8,37 +8,40 @@ use bench_dragon_ipc::{Domain, Request, Sender};
 
 use super::mailbox::Mailbox;
 use crate::command::output::complain;
-use crate::control::{Desk, HOLD_PATIENCE};
+use crate::command_queue::{CommandQueue, HOLD_PATIENCE};
 use crate::display::watch::Reply;
 
 /// After so long the one who has left is told what is waited for.
 const MOMENT: Duration = Duration::from_millis(300);
 
-/// Gives commands to a desk, and puts the answers into the mailbox.
+/// Submits commands to a queue, and puts the answers into the mailbox.
 #[derive(Debug)]
 pub(super) struct Clerk {
-    desk: Desk,
+    commands: CommandQueue,
     mailbox: Arc<Mailbox>,
 }
 
 impl Clerk {
     /// A clerk for an instance.
     pub(super) fn start(domain: &Domain, mailbox: &Arc<Mailbox>) -> io::Result<Self> {
-        Ok(Self { desk: Desk::open(domain.clone(), "watch-command", Sender::Watch)?, mailbox: Arc::clone(mailbox) })
+        Ok(Self {
+            commands: CommandQueue::open(domain.clone(), "watch-command", Sender::Watch)?,
+            mailbox: Arc::clone(mailbox),
+        })
     }
 
     /// Sends a command.
     pub(super) fn send(&self, request: Request) {
         let mailbox = Arc::clone(&self.mailbox);
-        self.desk.give(request, move |outcome| mailbox.answer(Reply::to(request, outcome)));
+        self.commands.submit(request, move |outcome| mailbox.answer(Reply::to(request, outcome)));
     }
 
     /// Waits until what is under way has been answered, and a hold that was asked for is, though their screen is gone; other
     /// commands that have not been sent are given up. Who waits longer than a moment is told for what.
     pub(super) fn finish(self) {
-        for request in self.desk.close(MOMENT, |_| true) {
+        for request in self.commands.close(MOMENT, |_| true) {
             complain(&format!("{}, waiting for the server's answer", Reply::sent(request).text()));
         }
-        self.desk.close(HOLD_PATIENCE, |_| true);
+        self.commands.close(HOLD_PATIENCE, |_| true);
     }
 }

@@ -4,7 +4,7 @@ use bench_dragon_ipc::ShowState;
 use serde::Serialize;
 
 use super::course::{Arrival, Course};
-use crate::safety::monitor::forecast::Forecast;
+use crate::safety::forecast::Forecast;
 
 /// What will happen first. Of a head that stands: once it walks on.
 ///

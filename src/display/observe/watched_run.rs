@@ -17,7 +17,7 @@ use super::run::Run;
 use super::travel_clock::TravelClock;
 use super::walking_speed::WalkingSpeed;
 use crate::config::Config;
-use crate::safety::monitor::forecast::Forecaster;
+use crate::safety::forecast::Forecaster;
 
 /// Wall time that may pass between the last frame of a run and the first one that is seen of the run that goes on with it, in
 /// seconds.

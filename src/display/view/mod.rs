@@ -2,7 +2,7 @@
 //!
 //! - *Frames* go out as binary messages over a WebSocket ([`wire`]), never more than two that the page has not acknowledged;
 //!   the next one is always the newest. So a slow browser, or a slow network, gets fewer frames and never older ones.
-//! - *Commands* come in as requests that bear the token, and go out over a desk ([`Desk`](crate::control::Desk)): in their order, a
+//! - *Commands* come in as requests that bear the token, and go out through a queue ([`CommandQueue`](crate::command_queue::CommandQueue)): in their order, a
 //!   hold past all of them.
 //! - *Who may:* the token is needed to steer, and off loopback to look.
 //!

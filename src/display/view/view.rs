@@ -26,7 +26,7 @@ use super::page_stream::{MAX_MESSAGE_BYTES, PageStream};
 use super::seats::{MAX_VIEWERS, Seats};
 use super::shown::Shown;
 use super::token::Token;
-use crate::control::{Desk, DeskError, HOLD_PATIENCE};
+use crate::command_queue::{CommandQueue, CommandQueueError, HOLD_PATIENCE};
 use crate::display::metrics;
 use crate::display::observe::Scene;
 use crate::display::web::{Connection, json, refuse, text};
@@ -57,7 +57,7 @@ pub struct View(Arc<Inner>);
 struct Inner {
     instance: String,
     access: Access,
-    desk: Desk,
+    commands: CommandQueue,
     scenes: watch::Sender<Arc<Shown>>,
     closing: watch::Sender<bool>,
     seats: Seats,
@@ -88,13 +88,13 @@ impl View {
     /// A view of a domain's instance, which sends its commands there.
     ///
     /// # Errors
-    /// As [`Desk::open`].
+    /// As [`CommandQueue::open`].
     pub fn open(domain: Domain, settings: ViewSettings) -> io::Result<Self> {
         let ViewSettings { token, is_read_only, address } = settings;
         Ok(Self(Arc::new(Inner {
             instance: domain.instance().to_string(),
             access: Access::new(token, is_read_only, !address.is_loopback()),
-            desk: Desk::open(domain, "view-command", Sender::Page)?,
+            commands: CommandQueue::open(domain, "view-command", Sender::Page)?,
             scenes: watch::Sender::new(Arc::default()),
             closing: watch::Sender::new(false),
             seats: Seats::new(),
@@ -103,7 +103,7 @@ impl View {
 
     /// Takes no more commands, and waits until every hold that was asked for is answered.
     pub fn close(&self) {
-        self.0.desk.close(HOLD_PATIENCE, |request| request == Request::Hold);
+        self.0.commands.close(HOLD_PATIENCE, |request| request == Request::Hold);
     }
 
     /// Shows a scene to all pages. Never waits for any of them.
@@ -241,8 +241,8 @@ async fn take_command(State(view): State<View>, request: HttpRequest) -> Respons
     };
     let (answer, answered) = oneshot::channel();
     // Where the page is gone meanwhile, the command is carried out all the same.
-    view.0.desk.give(request, move |outcome| drop(answer.send(outcome)));
-    match answered.await.expect("a desk answers each command") {
+    view.0.commands.submit(request, move |outcome| drop(answer.send(outcome)));
+    match answered.await.expect("the queue answers each command") {
         Ok(reply) => {
             let reason = reply.outcome().err().map(|refusal| refusal.explain(&request));
             json(StatusCode::OK, &ReplyReport { accepted: reason.is_none(), tick: reply.tick, reason })
@@ -251,13 +251,13 @@ async fn take_command(State(view): State<View>, request: HttpRequest) -> Respons
     }
 }
 
-fn status_of(error: &DeskError) -> StatusCode {
+fn status_of(error: &CommandQueueError) -> StatusCode {
     match error {
-        DeskError::Overtaken | DeskError::Closed => StatusCode::CONFLICT,
-        DeskError::Crowded => StatusCode::TOO_MANY_REQUESTS,
-        DeskError::Bus(BusError::NoAnswer { .. }) => StatusCode::GATEWAY_TIMEOUT,
-        DeskError::Bus(error) if error.is_absent() => StatusCode::SERVICE_UNAVAILABLE,
-        DeskError::Bus(BusError::TooManyClients { .. }) => StatusCode::SERVICE_UNAVAILABLE,
-        DeskError::Bus(_) => StatusCode::INTERNAL_SERVER_ERROR,
+        CommandQueueError::Overtaken | CommandQueueError::Closed => StatusCode::CONFLICT,
+        CommandQueueError::Crowded => StatusCode::TOO_MANY_REQUESTS,
+        CommandQueueError::Bus(BusError::NoAnswer { .. }) => StatusCode::GATEWAY_TIMEOUT,
+        CommandQueueError::Bus(error) if error.is_absent() => StatusCode::SERVICE_UNAVAILABLE,
+        CommandQueueError::Bus(BusError::TooManyClients { .. }) => StatusCode::SERVICE_UNAVAILABLE,
+        CommandQueueError::Bus(_) => StatusCode::INTERNAL_SERVER_ERROR,
     }
 }

@@ -3,7 +3,7 @@
 use bench_dragon_ipc::{CommandEvent, CommandReply, Request};
 
 use super::theme::Tone;
-use crate::control::DeskError;
+use crate::command_queue::CommandQueueError;
 use crate::output::report::{CommandWords, request_words};
 
 /// One line about a command.
@@ -38,7 +38,7 @@ impl Reply {
     }
 
     /// What the server said, or why it said nothing.
-    pub fn to(request: Request, answer: Result<CommandReply, DeskError>) -> Self {
+    pub fn to(request: Request, answer: Result<CommandReply, CommandQueueError>) -> Self {
         let name = request_words(request);
         let outcome = answer.map(|reply| reply.outcome());
         let from_tick = match &outcome {
@@ -48,7 +48,7 @@ impl Reply {
         let reply = match outcome {
             Ok(Ok(tick)) => Self::new(format!("{name}: accepted, from tick {tick} on"), Tone::Good),
             Ok(Err(refusal)) => Self::new(format!("{name}: refused: {}", refusal.explain(&request)), Tone::Danger),
-            Err(DeskError::Bus(error)) => Self::new(format!("{name}: {error}"), Tone::Danger),
+            Err(CommandQueueError::Bus(error)) => Self::new(format!("{name}: {error}"), Tone::Danger),
             Err(error) => Self::new(format!("{name}: not sent: {error}"), Tone::Caution),
         };
         Self { speed: is_speed(request).then_some(from_tick), ..reply }

@@ -5,7 +5,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::source::server::TimecodeNews;
-use crate::source::timecode::Event;
+use crate::source::timecode::FollowerEvent;
 
 /// What happened to the timecode that a show follows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,9 +35,9 @@ pub enum TimecodeEvent {
 impl From<&TimecodeNews> for TimecodeLine {
     fn from(news: &TimecodeNews) -> Self {
         let (event, position_s) = match news.event {
-            Event::Follows { position_s } => (TimecodeEvent::Follows, position_s),
-            Event::Stands { position_s } => (TimecodeEvent::Stands, position_s),
-            Event::Lost { position_s } => (TimecodeEvent::Lost, position_s),
+            FollowerEvent::Follows { position_s } => (TimecodeEvent::Follows, position_s),
+            FollowerEvent::Stands { position_s } => (TimecodeEvent::Stands, position_s),
+            FollowerEvent::Lost { position_s } => (TimecodeEvent::Lost, position_s),
         };
         Self { event, position_s, time_s: news.sim_time_s, stopped: news.is_stopped }
     }

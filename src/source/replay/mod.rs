@@ -39,7 +39,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::RATE_HZ;
 use crate::recording::{Flaws, ShowInterval};
-use crate::source::{Stage, described_rate_hz};
+use crate::source::{SourcePorts, described_rate_hz};
 
 pub use error::ReplayError;
 pub use pass::{Pass, PassSummary};
@@ -131,13 +131,13 @@ impl Replay {
         let Some(run) = self.next_run(stop)? else { return Ok(None) };
         let toml = &run.configuration.toml;
         let rate_hz = published_rate_hz(described_rate_hz(toml), self.settings.rate);
-        let stage = Stage::open(&self.domain, SourceKind::Replay, toml, run.bench_count, rate_hz)?;
+        let ports = SourcePorts::open(&self.domain, SourceKind::Replay, toml, run.bench_count, rate_hz)?;
         if run.lap != self.lap {
             self.lap = run.lap;
             self.pace.begin_lap();
         }
         self.summary.passes += 1;
-        Ok(Some(Pass::new(self, run, stage)))
+        Ok(Some(Pass::new(self, run, ports)))
     }
 
     /// Ends the replay.

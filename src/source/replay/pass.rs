@@ -11,7 +11,7 @@ use super::excerpt::PlannedFrame;
 use super::read_ahead::RecordedRun;
 use super::{COMMAND_PERIOD, Replay};
 use crate::output::histogram::Percentiles;
-use crate::source::{Moment, Stage, TimesOfAll};
+use crate::source::{Moment, SourcePorts, TimesOfAll};
 use crate::system::clock::{monotonic_ns, sleep_precisely, sleep_until};
 
 /// How long a replay waits for the readers that it was told to expect.
@@ -43,7 +43,7 @@ pub struct PassSummary {
 pub struct Pass<'a> {
     replay: &'a mut Replay,
     run: RecordedRun,
-    stage: Stage,
+    ports: SourcePorts,
     progress: Progress,
 }
 
@@ -64,14 +64,14 @@ struct Stopped;
 
 impl<'a> Pass<'a> {
     /// A pass that is about to begin.
-    pub(super) fn new(replay: &'a mut Replay, run: RecordedRun, stage: Stage) -> Self {
+    pub(super) fn new(replay: &'a mut Replay, run: RecordedRun, ports: SourcePorts) -> Self {
         let progress = Progress { tick: 0, sim_time_s: 0.0, missing: 0, overruns_before: replay.pace.overruns() };
-        Self { replay, run, stage, progress }
+        Self { replay, run, ports, progress }
     }
 
     /// The number of the run that it is on the bus.
     pub fn run_id(&self) -> u64 {
-        self.stage.run_id()
+        self.ports.run_id()
     }
 
     /// The number of the run that was recorded.
@@ -110,14 +110,14 @@ impl<'a> Pass<'a> {
         let begun_ns = monotonic_ns();
         let header = FrameHeader { time_scale: frame.header.time_scale * self.replay.pace.rate(), ..frame.header };
         let tick = self.progress.tick;
-        self.stage.publish(&header, &frame.handles, tick, due_ns)?;
+        self.ports.publish(&header, &frame.handles, tick, due_ns)?;
         self.progress.take(&header, missing);
         let overruns = self.overruns();
-        self.stage.report().tell(&FrameHeader { tick, ..header }, overruns);
-        self.stage.report().tell_behind(self.replay.pace.behind_ns());
+        self.ports.report().report_frame(&FrameHeader { tick, ..header }, overruns);
+        self.ports.report().report_behind(self.replay.pace.behind_ns());
         // The reading thread is gone where it has read all: then the frame is given up here.
         let _ = self.run.played.send(frame);
-        self.stage.report().count(begun_ns - due_ns, monotonic_ns() - begun_ns);
+        self.ports.report().count(begun_ns - due_ns, monotonic_ns() - begun_ns);
         Ok(())
     }
 
@@ -152,7 +152,7 @@ impl<'a> Pass<'a> {
         let mut asked_to_stop = false;
         let sim_time_ns = (self.progress.sim_time_s * 1e9).round() as i64;
         let moment = Moment { sim_time_ns, overruns: self.overruns() };
-        self.stage.take_commands(self.progress.tick, moment, |request| match request {
+        self.ports.take_commands(self.progress.tick, moment, |request| match request {
             Request::Stop => {
                 asked_to_stop = true;
                 Ok(())
@@ -167,9 +167,9 @@ impl<'a> Pass<'a> {
         let is_first = self.replay.summary.passes == 1;
         let expected = if is_first { self.replay.settings.readers } else { 0 };
         let deadline = Instant::now() + READER_PATIENCE;
-        while self.stage.reader_count() < expected {
+        while self.ports.reader_count() < expected {
             if Instant::now() >= deadline {
-                tracing::warn!("starting with {} of {expected} readers", self.stage.reader_count());
+                tracing::warn!("starting with {} of {expected} readers", self.ports.reader_count());
                 return Ok(());
             }
             self.look_for_stop(stop)?;
@@ -186,7 +186,7 @@ impl<'a> Pass<'a> {
         let (run_id, recorded_run_id, overruns) = (self.run_id(), self.recorded_run_id(), self.overruns());
         let Progress { tick: frames, sim_time_s, missing, .. } = self.progress;
         self.replay.summary.frames += frames;
-        let TimesOfAll { lateness_us, tick_us } = self.stage.finish();
+        let TimesOfAll { lateness_us, tick_us } = self.ports.finish();
         PassSummary { run_id, recorded_run_id, frames, missing, sim_time_s, overruns, lateness_us, tick_us }
     }
 }

@@ -7,7 +7,7 @@ use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::schedule::Schedule;
 use super::simulation::{Simulation, Steering};
-use crate::source::timecode::{Event, Follower, FollowerSettings, Inbox};
+use crate::source::timecode::{Follower, FollowerEvent, FollowerSettings, SampleQueue};
 
 /// News that wait to be told; nobody need be quick.
 const MOST_NEWS: usize = 64;
@@ -16,7 +16,7 @@ const MOST_NEWS: usize = 64;
 #[derive(Debug)]
 pub struct Following {
     follower: Follower,
-    inbox: Inbox,
+    inbox: SampleQueue,
     news: Producer<TimecodeNews>,
     kind: TimecodeKind,
     /// What the timecode was last recorded to have the show do.
@@ -39,7 +39,7 @@ struct Recorded {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimecodeNews {
     /// What happened.
-    pub event: Event,
+    pub event: FollowerEvent,
     /// Show time in seconds.
     pub sim_time_s: f64,
     /// Whether an operator's pause or hold keeps the show standing meanwhile.
@@ -48,7 +48,7 @@ pub struct TimecodeNews {
 
 impl Following {
     /// Follows what comes into an inbox. The news are for a thread that tells them.
-    pub fn new(settings: FollowerSettings, kind: TimecodeKind, inbox: Inbox) -> (Self, Consumer<TimecodeNews>) {
+    pub fn new(settings: FollowerSettings, kind: TimecodeKind, inbox: SampleQueue) -> (Self, Consumer<TimecodeNews>) {
         let (news, to_tell) = RingBuffer::new(MOST_NEWS);
         let follower = Follower::new(settings);
         (Self { follower, inbox, news, kind, recorded: None, is_seek_refused: false }, to_tell)

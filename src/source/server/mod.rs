@@ -200,7 +200,12 @@ impl Server {
             if has_signal && !std::mem::replace(is_ending, true) {
                 end_by_signal(simulation, report.commands(), tick, overruns);
             }
-            take_commands(commands, simulation, report.commands(), Turn { run_id: *run_id, tick, overruns, is_led });
+            take_commands(
+                commands,
+                simulation,
+                report.commands(),
+                CommandTick { run_id: *run_id, tick, overruns, is_led },
+            );
             let following = following.as_mut()?;
             let steering = follow_timecode(following, simulation, report, tick, schedule);
             *time_scale = steering.time_scale;
@@ -213,8 +218,8 @@ impl Server {
         };
         self.frames.publish(fill, monotonic_ns)?;
         let rate_hz = settings.config.rate_hz();
-        report.tell(&header, schedule.overruns());
-        report.tell_behind(simulation.catch_up().behind_ns(rate_hz));
+        report.report_frame(&header, schedule.overruns());
+        report.report_behind(simulation.catch_up().behind_ns(rate_hz));
         report.report_limits(simulation.limits());
         report.report_stops(simulation.stops());
         Ok(simulation.head().state)
@@ -242,8 +247,8 @@ impl Server {
                 break;
             }
             let Self { simulation, commands, report, run_id, .. } = self;
-            let turn = Turn { run_id: *run_id, tick: 0, overruns: 0, is_led: false };
-            take_commands(commands, simulation, report.commands(), turn);
+            let command_tick = CommandTick { run_id: *run_id, tick: 0, overruns: 0, is_led: false };
+            take_commands(commands, simulation, report.commands(), command_tick);
             self.report.beat();
             std::thread::sleep(POLL_PERIOD);
         }
@@ -263,7 +268,7 @@ impl Server {
 
 /// Which tick takes commands.
 #[derive(Clone, Copy, Debug)]
-struct Turn {
+struct CommandTick {
     run_id: u64,
     tick: u64,
     /// Releases missed before it.
@@ -273,14 +278,19 @@ struct Turn {
 }
 
 /// Answers the commands that have come; they hold from this tick on.
-fn take_commands(commands: &CommandServer, simulation: &mut Simulation, log: &mut CommandLog, turn: Turn) {
-    let moment = moment(simulation, turn.overruns);
+fn take_commands(
+    commands: &CommandServer,
+    simulation: &mut Simulation,
+    log: &mut CommandLog,
+    command_tick: CommandTick,
+) {
+    let moment = moment(simulation, command_tick.overruns);
     let decide = |request| match request {
         // It would be undone at once.
-        Request::Seek { .. } if turn.is_led => Err(Refusal::Followed),
+        Request::Seek { .. } if command_tick.is_led => Err(Refusal::Followed),
         _ => simulation.request(request),
     };
-    commands.drain(turn.run_id, turn.tick, decide, |event| log.record(event, moment));
+    commands.drain(command_tick.run_id, command_tick.tick, decide, |event| log.record(event, moment));
 }
 
 /// Has the head come to rest, because the process was asked to end.

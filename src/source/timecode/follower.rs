@@ -52,7 +52,7 @@ pub struct Show {
 
 /// What the show is to do from this tick on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Order {
+pub struct FollowerOrder {
     /// Show seconds per second.
     pub time_scale: f64,
     /// Whether it is to stand.
@@ -63,7 +63,7 @@ pub struct Order {
 
 /// What happened to the timecode.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Event {
+pub enum FollowerEvent {
     /// It runs, and the show follows.
     Follows {
         /// Its position in seconds.
@@ -162,9 +162,9 @@ impl Follower {
     }
 
     /// What the show is to do from the tick on that is due now, and what has happened to the timecode.
-    pub fn steer(&mut self, now_ns: u64, show: Show) -> (Order, Option<Event>) {
+    pub fn steer(&mut self, now_ns: u64, show: Show) -> (FollowerOrder, Option<FollowerEvent>) {
         let Some(newest) = self.newest else {
-            return (Order { time_scale: 1.0, stands: true, seek_s: None }, None);
+            return (FollowerOrder { time_scale: 1.0, stands: true, seek_s: None }, None);
         };
         self.note_braking(show);
         let (state, event) = self.look(newest, now_ns);
@@ -210,18 +210,18 @@ impl Follower {
     }
 
     /// Finds out how the timecode is.
-    fn look(&mut self, newest: Sample, now_ns: u64) -> (State, Option<Event>) {
+    fn look(&mut self, newest: Sample, now_ns: u64) -> (State, Option<FollowerEvent>) {
         let position_s = newest.position.since_midnight_s;
         let (state, event) = if now_ns.saturating_sub(self.heard_ns) > self.settings.timeout_ns {
             let stood = match self.state {
                 Some(State::Lost { stood }) => stood,
                 state => state == Some(State::Stands),
             };
-            (State::Lost { stood }, Event::Lost { position_s })
+            (State::Lost { stood }, FollowerEvent::Lost { position_s })
         } else if self.heard_ns.saturating_sub(newest.arrived_ns) > STANDS_AFTER_NS {
-            (State::Stands, Event::Stands { position_s })
+            (State::Stands, FollowerEvent::Stands { position_s })
         } else {
-            (State::Runs, Event::Follows { position_s })
+            (State::Runs, FollowerEvent::Follows { position_s })
         };
         if self.state.replace(state) == Some(state) {
             return (state, None);
@@ -231,7 +231,7 @@ impl Follower {
         (state, Some(event))
     }
 
-    fn follow(&mut self, newest: Sample, now_ns: u64, show: Show) -> Order {
+    fn follow(&mut self, newest: Sample, now_ns: u64, show: Show) -> FollowerOrder {
         let target_s = self.running_target_s(newest, now_ns, show);
         let is_before = target_s < self.settings.first_s;
         let target_s = self.within_run_s(target_s);
@@ -254,7 +254,7 @@ impl Follower {
     }
 
     /// Stands exactly where the timecode stands; where the head had to brake, and is less than a jump beyond it, there.
-    fn stand(&mut self, newest: Sample, now_ns: u64, show: Show) -> Order {
+    fn stand(&mut self, newest: Sample, now_ns: u64, show: Show) -> FollowerOrder {
         let target_s = self.within_run_s(self.target_s(newest.position, show));
         let difference_s = target_s - show.sim_time_s;
         let has_stood_at_once = self.stood_s.is_some() && self.braked_s == 0.0;
@@ -265,7 +265,7 @@ impl Follower {
     }
 
     /// Goes on without the timecode, unless that stood. A run whose start was still to come starts when it was due.
-    fn go_on(&self, stood: bool, newest: Sample, now_ns: u64, show: Show) -> Order {
+    fn go_on(&self, stood: bool, newest: Sample, now_ns: u64, show: Show) -> FollowerOrder {
         let is_before = self.running_target_s(newest, now_ns, show) < self.settings.first_s;
         self.order(stood || !self.has_met || is_before, None)
     }
@@ -325,8 +325,8 @@ impl Follower {
         }
     }
 
-    fn order(&self, stands: bool, seek_s: Option<f64>) -> Order {
-        Order { time_scale: self.pace + self.correction, stands, seek_s }
+    fn order(&self, stands: bool, seek_s: Option<f64>) -> FollowerOrder {
+        FollowerOrder { time_scale: self.pace + self.correction, stands, seek_s }
     }
 
     /// A seek, unless one was tried just before.

@@ -1,8 +1,8 @@
 //! Timecode: the clock of another machine, which a show follows.
 //!
 //! A *timecode* is a position that a desk, a sequencer or a player sends over the network some 25 times a second. A
-//! [`Receiver`] takes it off a socket on a thread of its own, decodes it ([`art_net`], [`osc`]) and leaves the newest one
-//! in an [`Inbox`], where the server's loop takes it without waiting for anybody. From tick to tick a [`Follower`] says what the show is to do about it.
+//! [`TimecodeReceiver`] takes it off a socket on a thread of its own, decodes it ([`art_net`], [`osc`]) and leaves the newest one
+//! in an [`SampleQueue`], where the server's loop takes it without waiting for anybody. From tick to tick a [`Follower`] says what the show is to do about it.
 //!
 //! **The contract.** Show time is the timecode's position plus an offset. A show stands until the first timecode, then is
 //! put to its position. From then on it follows by its pace: every tick advances show time by `time_scale / rate`, and what
@@ -23,21 +23,16 @@
 pub mod art_net;
 pub mod osc;
 
-mod admission;
+mod clock;
 mod follower;
-mod frame_rate;
-mod inbox;
-mod intake;
-mod position;
+mod packet_filter;
 mod receiver;
 mod source;
 
-pub use admission::Admission;
-pub use follower::{Event, Follower, FollowerSettings, Order, Show};
-pub use frame_rate::{Clock, FrameRate};
-pub use inbox::Inbox;
-pub use position::Position;
-pub use receiver::{Receiver, ReceiverError, TimecodeCounts};
+pub use clock::{Clock, FrameRate, Position};
+pub use follower::{Follower, FollowerEvent, FollowerOrder, FollowerSettings, Show};
+pub use packet_filter::SenderLock;
+pub use receiver::{ReceiverError, SampleQueue, TimecodeCounts, TimecodeReceiver};
 pub use source::TimecodeSource;
 
 /// A position that arrived.

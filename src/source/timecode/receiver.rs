@@ -1,4 +1,4 @@
-//! Taking timecode off a socket, on a thread of its own.
+//! Taking timecode off a socket, on a thread of its own, and leaving it where the loop takes it.
 
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
@@ -7,11 +7,11 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use rtrb::{Consumer, Producer, RingBuffer};
 use serde::{Deserialize, Serialize};
 
-use super::inbox::{Inbox, Slot, inbox};
-use super::intake::{Intake, Kind};
-use super::{Admission, FrameRate, Sample, TimecodeSource};
+use super::packet_filter::{FloodGuard, PacketKind, SenderLock};
+use super::{FrameRate, Malformed, Sample, TimecodeSource};
 use crate::system::clock::monotonic_ns;
 
 /// More than any timecode has, and too little for bundles in bundles to do harm. What is longer is cut, and malformed.
@@ -56,7 +56,7 @@ pub enum ReceiverError {
 
 /// The running thread.
 #[derive(Debug)]
-pub struct Receiver {
+pub struct TimecodeReceiver {
     listen: SocketAddr,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
@@ -71,13 +71,17 @@ struct Shared {
     is_over: AtomicBool,
 }
 
-impl Receiver {
+impl TimecodeReceiver {
     /// Binds the socket and begins to listen; samples come into the inbox. Frames whose number a second is not told are of
     /// `rate`; a sender that is silent for `timeout_ns` gives way to another.
     ///
     /// # Errors
     /// Where another program has the port, the address is not this machine's, or the port is not to be had.
-    pub fn start(source: TimecodeSource, rate: FrameRate, timeout_ns: u64) -> Result<(Self, Inbox), ReceiverError> {
+    pub fn start(
+        source: TimecodeSource,
+        rate: FrameRate,
+        timeout_ns: u64,
+    ) -> Result<(Self, SampleQueue), ReceiverError> {
         let listen = source.listen();
         let failed = |source: io::Error| match source.kind() {
             io::ErrorKind::AddrInUse => ReceiverError::Busy { listen },
@@ -86,10 +90,10 @@ impl Receiver {
         let socket = UdpSocket::bind(listen).map_err(failed)?;
         socket.set_read_timeout(Some(LOOK_PERIOD)).map_err(failed)?;
         let listen = socket.local_addr().map_err(failed)?;
-        let (slot, inbox) = inbox();
+        let (samples, inbox) = sample_queue();
         let shared = Arc::new(Shared::default());
-        let admission = Admission::new(timeout_ns);
-        let listening = Listening { socket, source, rate, admission, slot, shared: Arc::clone(&shared) };
+        let sender_lock = SenderLock::new(timeout_ns);
+        let listening = Listening { socket, source, rate, sender_lock, samples, shared: Arc::clone(&shared) };
         let thread =
             thread::Builder::new().name("timecode".to_owned()).spawn(move || listening.run()).map_err(failed)?;
         Ok((Self { listen, shared, thread: Some(thread) }, inbox))
@@ -109,7 +113,7 @@ impl Receiver {
     }
 }
 
-impl Drop for Receiver {
+impl Drop for TimecodeReceiver {
     fn drop(&mut self) {
         self.shared.is_over.store(true, Ordering::Relaxed);
         // It does not panic, and here nobody could be told.
@@ -122,21 +126,21 @@ struct Listening {
     socket: UdpSocket,
     source: TimecodeSource,
     rate: FrameRate,
-    admission: Admission,
-    slot: Slot,
+    sender_lock: SenderLock,
+    samples: SampleSender,
     shared: Arc<Shared>,
 }
 
 impl Listening {
     fn run(mut self) {
         let mut packet = [0; LONGEST_PACKET_BYTES + 1];
-        let mut intake = Intake::new(monotonic_ns());
+        let mut flood_guard = FloodGuard::new(monotonic_ns());
         while !self.shared.is_over.load(Ordering::Relaxed) {
             // A failure is the silence that ends a wait, or the answer of a host that is none of ours.
             let Ok((length, sender)) = self.socket.recv_from(&mut packet) else { continue };
             let arrived_ns = monotonic_ns();
             let kind = self.take(&packet[..length], sender, arrived_ns);
-            if let Some(rest_ns) = intake.count(kind, arrived_ns) {
+            if let Some(rest_ns) = flood_guard.count(kind, arrived_ns) {
                 // What comes meanwhile is the kernel's to keep or to drop.
                 count(&self.shared.floods);
                 thread::sleep(Duration::from_nanos(rest_ns));
@@ -145,22 +149,19 @@ impl Listening {
     }
 
     /// Takes what a packet has, and says what it is.
-    fn take(&mut self, packet: &[u8], sender: SocketAddr, arrived_ns: u64) -> Kind {
-        let position = if packet.len() > LONGEST_PACKET_BYTES {
-            Err(super::Malformed)
-        } else {
-            self.source.position(packet, self.rate)
-        };
+    fn take(&mut self, packet: &[u8], sender: SocketAddr, arrived_ns: u64) -> PacketKind {
+        let position =
+            if packet.len() > LONGEST_PACKET_BYTES { Err(Malformed) } else { self.source.position(packet, self.rate) };
         match position {
-            Err(super::Malformed) => count(&self.shared.malformed),
-            Ok(None) => return Kind::Other,
-            Ok(Some(_)) if !self.admission.admits(sender.ip(), arrived_ns) => count(&self.shared.of_others),
+            Err(Malformed) => count(&self.shared.malformed),
+            Ok(None) => return PacketKind::Other,
+            Ok(Some(_)) if !self.sender_lock.admits(sender.ip(), arrived_ns) => count(&self.shared.of_others),
             Ok(Some(position)) => {
                 count(&self.shared.taken);
-                self.slot.leave(Sample { position, arrived_ns });
+                self.samples.leave(Sample { position, arrived_ns });
             }
         }
-        Kind::Timecode
+        PacketKind::Timecode
     }
 }
 
@@ -168,19 +169,51 @@ fn count(counter: &AtomicU64) {
     counter.fetch_add(1, Ordering::Relaxed);
 }
 
+/// A second of the fastest timecode that is taken, for the slowest server.
+const MOST_SAMPLES: usize = 2048;
+
+/// The loop's end.
+#[derive(Debug)]
+pub struct SampleQueue(Consumer<Sample>);
+
+/// The receiving thread's end.
+#[derive(Debug)]
+pub(super) struct SampleSender(Producer<Sample>);
+
+/// An inbox with nothing in it, and its samples.
+pub(super) fn sample_queue() -> (SampleSender, SampleQueue) {
+    let (samples, inbox) = RingBuffer::new(MOST_SAMPLES);
+    (SampleSender(samples), SampleQueue(inbox))
+}
+
+impl SampleQueue {
+    /// Takes the samples that are there, oldest first.
+    pub fn take(&mut self) -> impl Iterator<Item = Sample> {
+        (0..self.0.slots()).map_while(|_| self.0.pop().ok())
+    }
+}
+
+impl SampleSender {
+    /// Leaves a sample behind those before; where the loop has taken none for long, there is no room, and it is lost.
+    pub(super) fn leave(&mut self, sample: Sample) {
+        let _ = self.0.push(sample);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::source::timecode::Position;
 
     #[test]
     fn what_is_malformed_or_of_another_sender_counts_as_timecode_and_light_does_not() {
-        let (slot, mut inbox) = inbox();
+        let (samples, mut inbox) = sample_queue();
         let mut listening = Listening {
             socket: UdpSocket::bind("127.0.0.1:0").expect("a port"),
             source: "artnet".parse().expect("a source"),
             rate: FrameRate::default(),
-            admission: Admission::new(1_000_000_000),
-            slot,
+            sender_lock: SenderLock::new(1_000_000_000),
+            samples,
             shared: Arc::default(),
         };
         let timecode = b"Art-Net\0\x00\x97\x00\x0e\x00\x00\x05\x02\x01\x00\x01";
@@ -188,7 +221,42 @@ mod tests {
         let [desk, other] = ["127.0.0.1:9", "127.0.0.2:9"].map(|sender| sender.parse().expect("an address"));
         let kinds = [(&timecode[..], desk), (timecode, other), (&timecode[..18], desk), (light, desk)]
             .map(|(packet, sender)| listening.take(packet, sender, 5));
-        assert_eq!(kinds, [Kind::Timecode, Kind::Timecode, Kind::Timecode, Kind::Other]);
+        assert_eq!(kinds, [PacketKind::Timecode, PacketKind::Timecode, PacketKind::Timecode, PacketKind::Other]);
         assert_eq!(inbox.take().map(|sample| sample.arrived_ns).collect::<Vec<_>>(), [5]);
+    }
+
+    fn sample(arrived_ns: u64) -> Sample {
+        Sample { position: Position { since_midnight_s: 60.0, day_s: 86_400.0 }, arrived_ns }
+    }
+
+    #[test]
+    fn samples_are_taken_once_and_in_their_order() {
+        let (mut samples, mut inbox) = sample_queue();
+        assert_eq!(inbox.take().count(), 0);
+        samples.leave(sample(1));
+        samples.leave(sample(2));
+        assert_eq!(inbox.take().collect::<Vec<_>>(), [sample(1), sample(2)]);
+        assert_eq!(inbox.take().count(), 0);
+    }
+
+    #[test]
+    fn a_loop_that_takes_nothing_keeps_nobody_waiting() {
+        let (mut samples, mut inbox) = sample_queue();
+        (0..2 * MOST_SAMPLES as u64).for_each(|arrived_ns| samples.leave(sample(arrived_ns)));
+        assert_eq!(inbox.take().count(), MOST_SAMPLES);
+        samples.leave(sample(7));
+        assert_eq!(inbox.take().collect::<Vec<_>>(), [sample(7)]);
+    }
+
+    /// The loop may be on the processor of a thread that it has interrupted, and at a real-time priority: whatever it waited for
+    /// would never come.
+    #[test]
+    fn a_sample_that_is_half_left_keeps_nobody_waiting() {
+        let (mut samples, mut inbox) = sample_queue();
+        samples.leave(sample(1));
+        let half_left = samples.0.write_chunk_uninit(1).expect("there is room");
+        assert_eq!(inbox.take().collect::<Vec<_>>(), [sample(1)]);
+        half_left.fill_from_iter([sample(2)]);
+        assert_eq!(inbox.take().collect::<Vec<_>>(), [sample(2)]);
     }
 }

@@ -60,7 +60,7 @@ pub struct Motion {
     /// Whether the show time at which the show is over has been reached.
     over: bool,
     /// Whether the head has been put where it is and has not walked since.
-    put: bool,
+    repositioned: bool,
 }
 
 impl Motion {
@@ -79,7 +79,7 @@ impl Motion {
             stands: false,
             ending: false,
             over: plan.until_s.is_some_and(|until_s| plan.start_s >= until_s),
-            put: false,
+            repositioned: false,
         };
         motion.steer();
         motion
@@ -123,7 +123,7 @@ impl Motion {
         if parts == 0 {
             return;
         }
-        self.put = false;
+        self.repositioned = false;
         let next = self.leg.parts + parts;
         if self.plan.until_s.is_some_and(|until_s| self.sim_s_at(periods(next)) >= until_s) {
             return self.end_show();
@@ -237,7 +237,7 @@ impl Motion {
     /// A run that was given an end is over there; any other goes on publishing the finished show. A timecode that jumps
     /// beyond the end may jump back: with timecode only a walk there ends the run.
     fn state_at_end(&self) -> ShowState {
-        let ends = self.plan.until_s.is_some() && !(self.follows && self.put);
+        let ends = self.plan.until_s.is_some() && !(self.follows && self.repositioned);
         if ends { ShowState::Ended } else { ShowState::Finished }
     }
 
@@ -339,7 +339,7 @@ impl Motion {
         self.leg = Leg { start_s: sim_time_s, parts: 0, shown: false };
         self.walk = Walk::at_rest(self.plan.tick_s, self.plan.accel_mps2, travel_m);
         self.over = self.plan.until_s.is_some_and(|until_s| sim_time_s >= until_s);
-        self.put = true;
+        self.repositioned = true;
         Ok(())
     }
 

@@ -1,0 +1,236 @@
+//! Open Sound Control: a message a bench, and one that says what they belong to.
+//!
+//! | address | arguments |
+//! |---|---|
+//! | `/dragon/show` | show time in seconds (f), state (s), time scale (f), tick (i), fresh (i: 1, or 0 where the server is silent) |
+//! | `/dragon/bench/7` | x, y, z of the centre in metres, heading, speed in m/s of wall time (five f) |
+//!
+//! The show's message comes before the benches' of the same frame. The axes are the bus's own: x right, y away, z up; a
+//! heading is counter-clockwise from +x, in degrees from −180 to 180 unless radians are asked for. The tick is its lowest 31
+//! bits.
+//!
+//! A message is a packet of its own, which every receiver takes; or the messages go in bundles, as many in each as a
+//! datagram holds, under the time at which the server sent the frame. Over TCP each packet is framed by SLIP with a double
+//! END, as OSC 1.1 has it.
+//!
+//! Source: Open Sound Control 1.0 (2002) and 1.1 (2009), opensoundcontrol.org; SLIP: RFC 1055.
+
+use bench_dragon_ipc::{BenchState, ShowState};
+use rosc::{OscMessage, OscPacket, OscTime, OscType, encoder};
+
+use super::latest_frame::LatestFrame;
+use super::outlet::{MAX_PACKET_LEN, Packets};
+
+pub use super::osc_address::{AddressError, AddressPattern, ShowAddress};
+pub use super::slip_sender::SlipSender;
+
+/// How headings are told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AngleUnit {
+    /// −180 to 180.
+    #[default]
+    Degrees,
+    /// −π to π.
+    Radians,
+}
+
+/// What is told, and how.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OscSettings {
+    /// The address of a bench's message.
+    pub bench_address: AddressPattern,
+    /// The address of the show's message.
+    pub show_address: ShowAddress,
+    /// How headings are told.
+    pub angle: AngleUnit,
+    /// Whether messages go in bundles.
+    pub bundle: bool,
+}
+
+/// Turns frames into packets.
+#[derive(Debug)]
+pub struct OscEncoder {
+    settings: OscSettings,
+    /// The benches' addresses, made once.
+    addresses: Vec<String>,
+    messages: Packets,
+}
+
+impl OscEncoder {
+    /// An encoder of these settings.
+    pub fn new(settings: OscSettings) -> Self {
+        Self { settings, addresses: Vec::new(), messages: Packets::default() }
+    }
+
+    /// Replaces `packets` by those of the latest frame. `unix_minus_monotonic_ns` tells what its clock is on the calendar.
+    pub fn frame(&mut self, latest: &LatestFrame, unix_minus_monotonic_ns: i64, packets: &mut Packets) {
+        packets.clear();
+        if !self.settings.bundle {
+            self.write_messages(latest, packets);
+            return;
+        }
+        let mut messages = std::mem::take(&mut self.messages);
+        messages.clear();
+        self.write_messages(latest, &mut messages);
+        let unix_ns = latest.header.published_ns.saturating_add_signed(unix_minus_monotonic_ns);
+        pack(&messages, osc_time(unix_ns), packets);
+        self.messages = messages;
+    }
+
+    fn write_messages(&mut self, latest: &LatestFrame, messages: &mut Packets) {
+        let known = self.addresses.len();
+        let pattern = &self.settings.bench_address;
+        self.addresses.extend((known..latest.benches.len()).map(|index| pattern.of_bench(index)));
+        write(self.settings.show_address.to_string(), show(latest), messages);
+        let speed_factor = latest.speed_factor();
+        for (address, state) in self.addresses.iter().zip(&latest.benches) {
+            write(address.clone(), bench(state, self.settings.angle, speed_factor), messages);
+        }
+    }
+}
+
+fn show(latest: &LatestFrame) -> Vec<OscType> {
+    let header = &latest.header;
+    vec![
+        OscType::Float(header.sim_time_s() as f32),
+        OscType::String(header.show_state().map_or("unknown", ShowState::name).to_owned()),
+        OscType::Float(header.time_scale as f32),
+        OscType::Int((header.tick & 0x7fff_ffff) as i32),
+        OscType::Int(i32::from(latest.freshness.is_fresh())),
+    ]
+}
+
+fn bench(bench: &BenchState, angle: AngleUnit, speed_factor: f64) -> Vec<OscType> {
+    let [x, y, z] = bench.centre_m;
+    let heading = match angle {
+        AngleUnit::Degrees => bench.heading_rad.to_degrees(),
+        AngleUnit::Radians => bench.heading_rad,
+    };
+    [x, y, z, heading, bench.speed_mps() * speed_factor].map(|value| OscType::Float(value as f32)).to_vec()
+}
+
+fn write(addr: String, args: Vec<OscType>, messages: &mut Packets) {
+    let message = OscPacket::Message(OscMessage { addr, args });
+    messages.push(|bytes| {
+        encoder::encode_into(&message, bytes).expect("a vector takes every byte");
+    });
+}
+
+const HEADER: &[u8] = b"#bundle\0";
+const HEADER_LEN: usize = HEADER.len() + 8;
+/// Bytes before each message: its length.
+const PREFIX_LEN: usize = 4;
+/// From 1900, where OSC's time begins, to 1970, in seconds.
+const UNIX_EPOCH_S: u64 = 2_208_988_800;
+
+/// Adds bundles of these messages to `packets`, as many in each as a datagram holds, all under one time.
+pub(super) fn pack(messages: &Packets, time: OscTime, packets: &mut Packets) {
+    let mut rest = messages.iter().peekable();
+    while rest.peek().is_some() {
+        packets.push(|bytes| {
+            let start = bytes.len();
+            bytes.extend_from_slice(HEADER);
+            bytes.extend_from_slice(&time.seconds.to_be_bytes());
+            bytes.extend_from_slice(&time.fractional.to_be_bytes());
+            let is_first = |len: usize| len == HEADER_LEN;
+            while let Some(message) = rest.next_if(|message| {
+                let len = bytes.len() - start;
+                is_first(len) || len + PREFIX_LEN + message.len() <= MAX_PACKET_LEN
+            }) {
+                bytes.extend_from_slice(&(message.len() as u32).to_be_bytes());
+                bytes.extend_from_slice(message);
+            }
+        });
+    }
+}
+
+/// A Unix time in nanoseconds as OSC's: whole seconds since 1900, which begin anew in 2036, and 2⁻³² of a second.
+pub(super) fn osc_time(unix_ns: u64) -> OscTime {
+    let (seconds, nanos) = (unix_ns / 1_000_000_000 + UNIX_EPOCH_S, unix_ns % 1_000_000_000);
+    OscTime { seconds: seconds as u32, fractional: ((nanos << 32) / 1_000_000_000) as u32 }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use bench_dragon_ipc::FrameHeader;
+    use rosc::decoder;
+
+    use super::*;
+    use crate::bridge::latest_frame::Freshness;
+    use crate::bridge::outlet::MAX_PACKET_LEN;
+
+    fn latest(benches: usize, freshness: Freshness) -> LatestFrame {
+        let header = FrameHeader {
+            tick: (1 << 31) + 7,
+            sim_time_ns: 12_500_000_000,
+            published_ns: 1_000_000_000,
+            time_scale: 2.0,
+            state: ShowState::Held.to_wire(),
+            ..FrameHeader::default()
+        };
+        let bench = BenchState {
+            centre_m: [1.0, 2.0, 0.5],
+            heading_rad: -FRAC_PI_2,
+            velocity_mps: [3.0, 4.0, 0.0],
+            ..BenchState::default()
+        };
+        LatestFrame { header, benches: vec![bench; benches], freshness }
+    }
+
+    fn packets(benches: usize, angle: AngleUnit, bundle: bool, freshness: Freshness) -> Vec<OscPacket> {
+        let mut encoder = OscEncoder::new(OscSettings {
+            bench_address: "/b/{index}".parse().expect("an address"),
+            show_address: "/s".parse().expect("an address"),
+            angle,
+            bundle,
+        });
+        let mut packets = Packets::default();
+        encoder.frame(&latest(benches, freshness), 500_000_000, &mut packets);
+        assert!(packets.iter().all(|packet| packet.len() <= MAX_PACKET_LEN));
+        packets.iter().map(|packet| decoder::decode_udp(packet).expect("rosc wrote it").1).collect()
+    }
+
+    fn message(addr: &str, args: Vec<OscType>) -> OscPacket {
+        OscPacket::Message(OscMessage { addr: addr.to_owned(), args })
+    }
+
+    #[test]
+    fn a_frame_is_the_show_and_then_its_benches() {
+        let told = packets(2, AngleUnit::Degrees, false, Freshness::Fresh);
+        let state = OscType::String("held".to_owned());
+        let show = vec![OscType::Float(12.5), state, OscType::Float(2.0), OscType::Int(7), OscType::Int(1)];
+        let bench = [1.0, 2.0, 0.5, -90.0, 10.0].map(OscType::Float).to_vec();
+        assert_eq!(told, [message("/s", show), message("/b/0", bench.clone()), message("/b/1", bench)]);
+    }
+
+    #[test]
+    fn a_stale_frame_says_so_and_stands() {
+        let told = packets(1, AngleUnit::Radians, false, Freshness::Stale { age_ns: 1 });
+        let [OscPacket::Message(show), OscPacket::Message(bench)] = told.as_slice() else { panic!("{told:?}") };
+        assert_eq!(show.args[4], OscType::Int(0));
+        assert_eq!(bench.args[3..], [OscType::Float(-FRAC_PI_2 as f32), OscType::Float(0.0)]);
+    }
+
+    #[test]
+    fn bundles_hold_the_same_messages_under_the_time_of_the_frame() {
+        let alone = packets(223, AngleUnit::Degrees, false, Freshness::Fresh);
+        let bundles = packets(223, AngleUnit::Degrees, true, Freshness::Fresh);
+        let mut bundled = Vec::new();
+        for bundle in bundles {
+            let OscPacket::Bundle(bundle) = bundle else { panic!("{bundle:?}") };
+            assert_eq!(bundle.timetag, OscTime { seconds: 2_208_988_801, fractional: 1 << 31 });
+            assert!(bundle.content.len() > 1);
+            bundled.extend(bundle.content);
+        }
+        assert_eq!(bundled, alone);
+    }
+
+    #[test]
+    fn a_time_counts_seconds_since_1900_and_their_fractions() {
+        assert_eq!(osc_time(0), OscTime { seconds: 2_208_988_800, fractional: 0 });
+        assert_eq!(osc_time(1_500_000_000), OscTime { seconds: 2_208_988_801, fractional: 1 << 31 });
+        assert_eq!(osc_time(999_999_999).fractional, u32::MAX - 4);
+    }
+}

@@ -1,0 +1,132 @@
+//! What a bridge reports: the JSON lines of `bridge zenoh`.
+
+use serde::{Deserialize, Serialize};
+
+use crate::output::histogram::Percentiles;
+
+/// A line of `bridge zenoh`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum ZenohReport {
+    /// The session is open.
+    Started {
+        /// What all keys begin with.
+        key: String,
+        /// Where others reach it.
+        listens: Vec<String>,
+        /// Whom it tries to reach.
+        connects: Vec<String>,
+    },
+    /// A run is there to be sent.
+    Sending {
+        /// Its number.
+        run_id: u64,
+        /// Of its frames, those are sent whose tick is a multiple of this, and those that change the state.
+        every: u64,
+    },
+    /// The other side has told of a run, which is received from its next frame on.
+    Found {
+        /// The run's number there.
+        remote_run_id: u64,
+        /// Of its frames, those are sent whose tick is a multiple of this, and those that change the state.
+        every: u64,
+    },
+    /// A run begins to be received.
+    Receiving {
+        /// Its number here.
+        run_id: u64,
+        /// Its number there.
+        remote_run_id: u64,
+    },
+    /// A run that the other side has told of cannot be put on the bus here: what is received goes on.
+    Refused {
+        /// The run's number there.
+        remote_run_id: u64,
+        /// Why.
+        reason: String,
+    },
+    /// Nobody is connected: whatever is sent reaches nobody.
+    Alone {
+        /// Whom it goes on trying to reach.
+        connects: Vec<String>,
+    },
+    /// Somebody is connected again, or at last.
+    Connected {
+        /// Frames so far that have reached nobody.
+        unheard: u64,
+    },
+    /// Frames have stopped coming.
+    Silent {
+        /// The run's number here; null before the first one.
+        run_id: Option<u64>,
+        /// Why, as far as it can be known here.
+        reason: Silence,
+    },
+    /// Frames come again.
+    Resumed {
+        /// The run's number here.
+        run_id: u64,
+        /// Frames of the run that have been lost on the way so far.
+        lost: u64,
+    },
+    /// A sending bridge has ended.
+    Sent(SenderSummary),
+    /// A receiving bridge has ended.
+    Received(ReceiverSummary),
+}
+
+/// Why no frames come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Silence {
+    /// The other side says that there is a source: so the way is cut, or the source stands.
+    LinkOrSource,
+    /// Nobody says that there is a source, or not any more.
+    NoSource,
+    /// Nobody is connected.
+    NoConnection,
+}
+
+/// What a sending bridge came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SenderSummary {
+    /// Frames handed to zenoh while somebody was connected.
+    pub frames: u64,
+    /// Frames that were to be sent while nobody was.
+    pub unheard: u64,
+    /// Frames of the bus that the bridge was too late for: overwritten, or of a run that another one had followed already.
+    pub lost: u64,
+    /// Alerts handed to zenoh.
+    pub alerts: u64,
+    /// Commands passed on to the server.
+    pub commands: u64,
+    /// Commands and other questions that were not: malformed, too late, or more than are taken at a time.
+    pub refused: u64,
+}
+
+/// What a receiving bridge came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ReceiverSummary {
+    /// Runs received.
+    pub runs: u64,
+    /// Frames put on the bus.
+    pub frames: u64,
+    /// Frames between the first and the last one of each run that were to come and did not.
+    pub lost: u64,
+    /// Of these, frames that came and were given up here, the bus being behind.
+    pub dropped: u64,
+    /// Payloads that were not what they should be, or not what their run is described as.
+    pub malformed: u64,
+    /// Frames and alerts of runs that are not the one that is received, or whose description had not come.
+    pub foreign: u64,
+    /// Frames that had come already, or that came after later ones.
+    pub not_new: u64,
+    /// Frames, descriptions and alerts that came faster than any source sends them.
+    pub too_fast: u64,
+    /// Alerts put on the bus.
+    pub alerts: u64,
+    /// Commands passed on to the other side.
+    pub commands: u64,
+    /// From the coming of each frame to its place on the bus, in microseconds.
+    pub handling_us: Percentiles,
+}

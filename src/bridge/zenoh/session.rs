@@ -1,0 +1,276 @@
+//! The zenoh session of a bridge: how it is opened, whether a peer is connected, and why it fails.
+
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use bench_dragon_ipc::BusError;
+use crossbeam::channel::{self, RecvTimeoutError};
+use zenoh::{Config, Session, Wait as _};
+
+use super::session_settings::{SessionSettings, Side, endpoints};
+
+/// How often a session that is being opened is looked for.
+const LOOK_PERIOD: Duration = Duration::from_millis(20);
+/// How long one is waited for before it is said.
+const SILENT_WAIT: Duration = Duration::from_secs(1);
+
+/// Threads that zenoh starts for a session, with some room. It panics where it cannot.
+const THREADS: usize = 16;
+
+/// An open way to other machines.
+#[derive(Debug)]
+pub struct BridgeSession {
+    pub(super) zenoh: Session,
+    listens: Vec<String>,
+    connects: Vec<String>,
+}
+
+impl BridgeSession {
+    /// Opens the session; `None` where `stop` was set first. Who cannot be reached yet is tried again and again: by a client
+    /// here, which is nothing without anybody, and which says so by `tell_waiting`; else behind our back.
+    ///
+    /// # Errors
+    /// [`SessionError`].
+    pub fn open(
+        settings: &SessionSettings,
+        side: Side,
+        stop: &AtomicBool,
+        tell_waiting: impl FnOnce(&[String]),
+    ) -> Result<Option<Self>, SessionError> {
+        let document = settings.document(side)?;
+        let config = Config::from_json5(&document.to_string()).map_err(|error| match &settings.config {
+            Some(path) => SessionError::Config { path: path.clone(), reason: one_line(error) },
+            None => SessionError::Settings { reason: one_line(error) },
+        })?;
+        let (sender, opened) = channel::bounded(1);
+        // Where it is not waited for any more, it ends with the process.
+        require_threads()
+            .map_err(|error| SessionError::Open { reason: format!("cannot start {THREADS} threads: {error}") })?;
+        let open = move || sender.send(zenoh::open(config).wait());
+        let opening = thread::Builder::new().name("zenoh-open".to_owned()).spawn(open);
+        opening.map_err(|error| SessionError::Open { reason: format!("cannot start a thread: {error}") })?;
+        let connects = endpoints(&document, "connect");
+        let mut waiting = Some((Instant::now() + SILENT_WAIT, tell_waiting));
+        let opened = loop {
+            match opened.recv_timeout(LOOK_PERIOD) {
+                Ok(opened) => break opened,
+                Err(_) if stop.load(Ordering::Relaxed) => return Ok(None),
+                Err(RecvTimeoutError::Timeout) => {
+                    if let Some((_, tell)) = waiting.take_if(|(since, _)| *since <= Instant::now()) {
+                        tell(&connects);
+                    }
+                }
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(SessionError::Open { reason: "its thread has ended".to_owned() });
+                }
+            }
+        };
+        let zenoh = opened.map_err(|error| SessionError::Open { reason: one_line(error) })?;
+        let listens = zenoh.info().locators().wait().iter().map(ToString::to_string).collect();
+        Ok(Some(Self { zenoh, listens, connects }))
+    }
+
+    /// Where others reach it.
+    pub fn listens(&self) -> &[String] {
+        &self.listens
+    }
+
+    /// Whether anybody is connected.
+    pub(super) fn is_connected(&self) -> bool {
+        let info = self.zenoh.info();
+        info.peers_zid().wait().next().is_some() || info.routers_zid().wait().next().is_some()
+    }
+
+    /// Whom it tries to reach.
+    pub fn connects(&self) -> &[String] {
+        &self.connects
+    }
+}
+
+/// Starts as many threads as zenoh needs, all at once, and ends them again.
+fn require_threads() -> io::Result<()> {
+    let gate = Mutex::new(());
+    thread::scope(|scope| {
+        let closed = gate.lock().unwrap_or_else(PoisonError::into_inner);
+        let wait = || drop(gate.lock());
+        let started = (0..THREADS).try_for_each(|_| thread::Builder::new().spawn_scoped(scope, wait).map(drop));
+        drop(closed);
+        started
+    })
+}
+
+/// How often it is looked for where somebody was there.
+const LOOK_PERIOD_NS: u64 = 1_000_000_000;
+/// How often where nobody was, so that hardly a frame is counted wrongly when somebody comes.
+const ALONE_LOOK_PERIOD_NS: u64 = 1_000_000;
+/// How long nobody may be there before it is said: connecting takes a moment.
+const SILENT_NS: u64 = 1_000_000_000;
+
+/// Who was there, and since when nobody is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PeerPresence {
+    looked_ns: Option<u64>,
+    alone_since_ns: Option<u64>,
+    is_told: bool,
+}
+
+/// What is to be told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Change {
+    /// Nobody is there, and has not been for a while.
+    Alone,
+    /// Somebody is there again.
+    Connected,
+}
+
+impl PeerPresence {
+    /// Nobody, from this instant on.
+    pub(super) fn none(now_ns: u64) -> Self {
+        Self { looked_ns: None, alone_since_ns: Some(now_ns), is_told: false }
+    }
+
+    /// Whether somebody was there when it was last looked.
+    pub(super) fn is_there(&self) -> bool {
+        self.alone_since_ns.is_none()
+    }
+
+    /// Takes note of the present, having `look` find out whether anybody is there, if it is time for that.
+    pub(super) fn note(&mut self, now_ns: u64, look: impl FnOnce() -> bool) -> Option<Change> {
+        let period_ns = if self.is_there() { LOOK_PERIOD_NS } else { ALONE_LOOK_PERIOD_NS };
+        if self.looked_ns.is_none_or(|looked_ns| now_ns.saturating_sub(looked_ns) >= period_ns) {
+            self.looked_ns = Some(now_ns);
+            self.alone_since_ns = if look() { None } else { self.alone_since_ns.or(Some(now_ns)) };
+        }
+        match self.alone_since_ns {
+            None if self.is_told => {
+                self.is_told = false;
+                Some(Change::Connected)
+            }
+            Some(since_ns) if !self.is_told && now_ns.saturating_sub(since_ns) >= SILENT_NS => {
+                self.is_told = true;
+                Some(Change::Alone)
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Why there is no session.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SessionError {
+    /// The configuration file cannot be read.
+    #[error("cannot read {}: {error}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The operating system's reason.
+        error: io::Error,
+    },
+    /// It is no JSON5, or not a configuration of zenoh's.
+    #[error("{} is no configuration of zenoh's: {reason}", path.display())]
+    Config {
+        /// The file.
+        path: PathBuf,
+        /// zenoh's reason.
+        reason: String,
+    },
+    /// The flags make no configuration.
+    #[error("these settings are none for zenoh: {reason}")]
+    Settings {
+        /// zenoh's reason.
+        reason: String,
+    },
+    /// A client has to be told of whom.
+    #[error("a client needs somebody to connect to: --connect ENDPOINT, or connect.endpoints in the configuration")]
+    Nowhere,
+    /// Listening, or what that takes, did not work.
+    #[error("zenoh cannot be opened: {reason}")]
+    Open {
+        /// zenoh's reason.
+        reason: String,
+    },
+    /// The session has been closed, or takes no more.
+    #[error("zenoh: {reason}")]
+    Session {
+        /// zenoh's reason.
+        reason: String,
+    },
+}
+
+impl SessionError {
+    /// Whether the arguments or the configuration are to blame.
+    pub fn is_bad_input(&self) -> bool {
+        matches!(self, Self::Read { .. } | Self::Config { .. } | Self::Settings { .. } | Self::Nowhere)
+    }
+
+    pub(super) fn session(error: impl fmt::Display) -> Self {
+        Self::Session { reason: one_line(error) }
+    }
+}
+
+/// zenoh's errors name the place in its sources, and go over several lines.
+pub(super) fn one_line(error: impl fmt::Display) -> String {
+    let text = error.to_string();
+    let text = text.split(" at /").next().unwrap_or_default();
+    let line = text.split_whitespace().collect::<Vec<_>>().join(" ").trim_end_matches('.').to_owned();
+    let is_cut = line.matches('[').count() > line.matches(']').count();
+    if is_cut { line + "]" } else { line }
+}
+
+/// Why a bridge could not go on.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BridgeError {
+    /// The bus.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// The way to other machines.
+    #[error(transparent)]
+    BridgeSession(#[from] SessionError),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SECOND_NS: u64 = 1_000_000_000;
+
+    #[test]
+    fn nobody_is_told_of_after_a_second_and_once_and_so_is_whoever_comes() {
+        let mut presence = PeerPresence::none(SECOND_NS);
+        assert_eq!(presence.note(SECOND_NS, || false), None);
+        assert_eq!(presence.note(2 * SECOND_NS, || false), Some(Change::Alone));
+        assert_eq!(presence.note(9 * SECOND_NS, || false), None);
+        assert_eq!(presence.note(9 * SECOND_NS + ALONE_LOOK_PERIOD_NS, || true), Some(Change::Connected));
+        assert!(presence.is_there());
+        assert_eq!(presence.note(20 * SECOND_NS, || false), None, "it may be back in a moment");
+        assert!(!presence.is_there());
+        assert_eq!(presence.note(21 * SECOND_NS, || false), Some(Change::Alone));
+    }
+
+    #[test]
+    fn whoever_is_there_at_once_is_not_told_of() {
+        let mut presence = PeerPresence::none(SECOND_NS);
+        assert_eq!(presence.note(SECOND_NS, || true), None);
+        assert_eq!(presence.note(9 * SECOND_NS, || true), None);
+    }
+
+    #[test]
+    fn it_is_looked_no_more_often_than_once_a_second_where_somebody_is() {
+        let mut presence = PeerPresence::none(0);
+        let mut looks = 0;
+        for now_ms in 0..10_000 {
+            presence.note(now_ms * 1_000_000, || {
+                looks += 1;
+                true
+            });
+        }
+        assert_eq!(looks, 10);
+    }
+}

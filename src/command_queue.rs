@@ -1,0 +1,342 @@
+//! Commands of somebody who does not wait for their replies.
+//!
+//! They are sent one at a time, in the command in which they are given. A hold goes past all others: at once, on a thread of its
+//! own. Those that have not been sent by then are given up, and so is a seek that waits for its proof. One that is on its way
+//! may reach the server after the hold and undo it; so the hold is sent once more when that one is answered, and its own answer is
+//! that of the last time.
+
+use std::io;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use bench_dragon_ipc::{BusError, CommandClient, CommandReply, Domain, GuardLock, Refusal, Request, Sender};
+
+/// Commands that may wait for those before them, in either lane.
+const ROOM: usize = 8;
+
+/// Why a command has no reply.
+#[derive(Debug, thiserror::Error)]
+pub enum CommandQueueError {
+    /// The bus's reason.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// It had not been sent yet when a hold came.
+    #[error("a hold has come after it")]
+    Overtaken,
+    /// It had not been sent yet when the queue closed.
+    #[error("nobody waits for it any more")]
+    Closed,
+    /// As many commands wait as there is room for.
+    #[error("{ROOM} commands wait for the server already")]
+    Crowded,
+}
+
+type Callback = Box<dyn FnOnce(Result<CommandReply, CommandQueueError>) + Send>;
+
+/// What a command is sent by: it is told, too, how to find out whether the command is given up.
+type SendCommand = dyn Fn(Request, &dyn Fn() -> bool) -> Result<CommandReply, BusError> + Send + Sync;
+
+/// Sends commands in their command, and a hold past all others.
+#[derive(Debug)]
+pub struct CommandQueue {
+    others: SyncSender<QueuedCommand>,
+    holds: SyncSender<QueuedCommand>,
+    lanes: Arc<LaneState>,
+}
+
+/// A command, its number, and how many holds were given before it.
+struct QueuedCommand {
+    request: Request,
+    number: u64,
+    holds_before: u64,
+    answer: Callback,
+}
+
+/// A command that has not been answered.
+#[derive(Clone, Copy, Debug)]
+struct Unanswered {
+    request: Request,
+    number: u64,
+    is_sent: bool,
+}
+
+/// What the two lanes have in common.
+#[derive(Debug, Default)]
+struct LaneState {
+    /// Holds given so far.
+    holds: AtomicU64,
+    /// Whether nothing but holds is sent any more.
+    is_closed: AtomicBool,
+    /// Locked while a command is on its way.
+    on_its_way: Mutex<()>,
+    /// Commands given so far.
+    given: AtomicU64,
+    unanswered: Mutex<Vec<Unanswered>>,
+    answered: Condvar,
+}
+
+impl CommandQueue {
+    /// A queue of an instance, which joins the bus under this node name, and commands as this kind of sender.
+    ///
+    /// # Errors
+    /// The operating system's reason for having no more threads.
+    pub fn open(domain: Domain, name: &'static str, sender: Sender) -> io::Result<Self> {
+        Self::sending(Arc::new(move |request, is_given_up: &dyn Fn() -> bool| {
+            call(&domain, name, sender, request, is_given_up)
+        }))
+    }
+
+    fn sending(send: Arc<SendCommand>) -> io::Result<Self> {
+        let lanes = Arc::new(LaneState::default());
+        let (others, commands) = mpsc::sync_channel(ROOM);
+        let (holds, hold_commands) = mpsc::sync_channel(ROOM);
+        let (sent_by, of_lanes) = (Arc::clone(&send), Arc::clone(&lanes));
+        thread::Builder::new()
+            .name("commands".to_owned())
+            .spawn(move || send_others(&commands, &*sent_by, &of_lanes))?;
+        let of_lanes = Arc::clone(&lanes);
+        thread::Builder::new().name("holds".to_owned()).spawn(move || send_holds(&hold_commands, &*send, &of_lanes))?;
+        Ok(Self { others, holds, lanes })
+    }
+
+    /// Gives a command. `answer` is called once, on a thread of the queue's: at once where there is no room for the command, on the
+    /// caller's.
+    pub fn submit(
+        &self,
+        request: Request,
+        answer: impl FnOnce(Result<CommandReply, CommandQueueError>) + Send + 'static,
+    ) {
+        let is_hold = request == Request::Hold;
+        let holds_before = self.lanes.holds.fetch_add(u64::from(is_hold), Ordering::SeqCst);
+        let number = self.lanes.begin(request);
+        let command = QueuedCommand { request, number, holds_before, answer: Box::new(answer) };
+        let lane = if is_hold { &self.holds } else { &self.others };
+        // The lanes last as long as their senders.
+        if let Err(TrySendError::Full(command) | TrySendError::Disconnected(command)) = lane.try_send(command) {
+            (command.answer)(Err(CommandQueueError::Crowded));
+            self.lanes.end(number);
+        }
+    }
+
+    /// Gives up whatever has not been sent, but for holds. Then waits until of those commands that `is_waited_for` names all are
+    /// answered, at most so long, and says which have been sent and are not.
+    pub fn close(&self, patience: Duration, is_waited_for: impl Fn(Request) -> bool) -> Vec<Request> {
+        self.lanes.is_closed.store(true, Ordering::SeqCst);
+        let is_waiting = |unanswered: &mut Vec<Unanswered>| unanswered.iter().any(|one| is_waited_for(one.request));
+        let waited = self.lanes.answered.wait_timeout_while(lock(&self.lanes.unanswered), patience, is_waiting);
+        let (left, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        left.iter().filter(|one| one.is_sent && is_waited_for(one.request)).map(|one| one.request).collect()
+    }
+}
+
+impl std::fmt::Debug for QueuedCommand {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.debug_struct("QueuedCommand").field("request", &self.request).finish_non_exhaustive()
+    }
+}
+
+impl LaneState {
+    /// Why an command is not to be sent any more: a hold was given after it, or nobody waits for it.
+    fn gives_up(&self, holds_before: u64) -> Option<CommandQueueError> {
+        let is_overtaken = self.holds.load(Ordering::SeqCst) > holds_before;
+        let is_closed = self.is_closed.load(Ordering::SeqCst);
+        is_overtaken.then_some(CommandQueueError::Overtaken).or(is_closed.then_some(CommandQueueError::Closed))
+    }
+
+    fn begin(&self, request: Request) -> u64 {
+        let number = self.given.fetch_add(1, Ordering::Relaxed);
+        lock(&self.unanswered).push(Unanswered { request, number, is_sent: false });
+        number
+    }
+
+    fn note_sent(&self, number: u64) {
+        lock(&self.unanswered).iter_mut().filter(|one| one.number == number).for_each(|one| one.is_sent = true);
+    }
+
+    fn end(&self, number: u64) {
+        lock(&self.unanswered).retain(|one| one.number != number);
+        self.answered.notify_all();
+    }
+}
+
+fn send_others(commands: &Receiver<QueuedCommand>, send: &SendCommand, lanes: &LaneState) {
+    for QueuedCommand { request, number, holds_before, answer } in commands {
+        let on_its_way = lock(&lanes.on_its_way);
+        let outcome = if let Some(error) = lanes.gives_up(holds_before) {
+            Err(error)
+        } else {
+            lanes.note_sent(number);
+            send(request, &|| lanes.gives_up(holds_before).is_some()).map_err(CommandQueueError::Bus)
+        };
+        drop(on_its_way);
+        answer(outcome);
+        lanes.end(number);
+    }
+}
+
+fn send_holds(commands: &Receiver<QueuedCommand>, send: &SendCommand, lanes: &LaneState) {
+    for QueuedCommand { request, number, answer, .. } in commands {
+        lanes.note_sent(number);
+        let outcome = match lanes.on_its_way.try_lock() {
+            Ok(_alone) => send(request, &|| false),
+            Err(TryLockError::Poisoned(_)) => send(request, &|| false),
+            Err(TryLockError::WouldBlock) => {
+                // At once; and again when what is on its way can no longer come after it.
+                let first = send(request, &|| false);
+                let _alone = lock(&lanes.on_its_way);
+                // A server that is gone meanwhile has stopped too.
+                send(request, &|| false).or(first)
+            }
+        };
+        answer(outcome.map_err(CommandQueueError::Bus));
+        lanes.end(number);
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// How long a server may take to answer: far more than a tick at the lowest rate.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// The longest that a hold may take at a queue, where it is sent twice: a little more than that.
+pub const HOLD_PATIENCE: Duration = Duration::from_secs(12);
+/// How often a seek that is not proved yet is sent again.
+const PROOF_PERIOD: Duration = Duration::from_millis(20);
+
+/// Sends a command, under this node name and as this kind of sender, and waits for its reply. A seek that the server's guard has still to prove is sent
+/// again until it is, or until it is given up; then it is refused. Where no guard runs, which could prove it, it is refused
+/// at once.
+///
+/// Each call joins the bus anew: a client that stays would take a killed server for one that is slow.
+///
+/// # Errors
+/// As [`CommandClient::open`] and [`CommandClient::call`].
+pub fn call(
+    domain: &Domain,
+    name: &str,
+    sender: Sender,
+    request: Request,
+    is_given_up: impl Fn() -> bool,
+) -> Result<CommandReply, BusError> {
+    let client = CommandClient::open(domain, name)?.sending_as(sender);
+    let began = Instant::now();
+    loop {
+        let reply = client.call(request, PATIENCE)?;
+        let may_be_proved = reply.outcome() == Err(Refusal::NotProved) && GuardLock::holder(domain).is_some();
+        if !may_be_proved || began.elapsed() >= PATIENCE || is_given_up() {
+            return Ok(reply);
+        }
+        thread::sleep(PROOF_PERIOD);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::{Sender, channel};
+
+    use super::*;
+
+    /// A server that is told by the test when to take each command.
+    struct FakeServer {
+        queue: CommandQueue,
+        /// What has been sent, in command.
+        sent: Receiver<Request>,
+        /// Lets the next command that is no hold be answered.
+        go_on: Sender<()>,
+    }
+
+    fn fake_server() -> FakeServer {
+        let (sending, sent) = channel();
+        let (go_on, gate) = channel::<()>();
+        let (sending, gate) = (Mutex::new(sending), Mutex::new(gate));
+        let send = move |request: Request, is_given_up: &dyn Fn() -> bool| {
+            lock(&sending).send(request).expect("the test listens");
+            if request != Request::Hold {
+                lock(&gate).recv().expect("the test answers");
+            }
+            Ok(CommandReply::accepted(u64::from(is_given_up()), 0))
+        };
+        FakeServer { queue: CommandQueue::sending(Arc::new(send)).expect("two threads"), sent, go_on }
+    }
+
+    /// Gives a command, and what comes of it later.
+    fn give(queue: &CommandQueue, request: Request) -> Receiver<Result<CommandReply, CommandQueueError>> {
+        let (answer, answered) = channel();
+        queue.submit(request, move |outcome| answer.send(outcome).expect("the test listens"));
+        answered
+    }
+
+    #[test]
+    fn commands_are_sent_one_at_a_time_in_their_order() {
+        let FakeServer { queue, sent, go_on } = fake_server();
+        let answers = [Request::Pause, Request::Resume, Request::Release].map(|request| give(&queue, request));
+        for request in [Request::Pause, Request::Resume, Request::Release] {
+            assert_eq!(sent.recv(), Ok(request));
+            assert!(sent.try_recv().is_err(), "the next one waits for the answer of this one");
+            go_on.send(()).expect("it waits");
+        }
+        assert!(answers.iter().all(|answer| answer.recv().expect("an answer").is_ok()));
+    }
+
+    #[test]
+    fn a_hold_is_sent_at_once_and_once_more_after_what_was_on_its_way_and_what_waited_is_given_up() {
+        let FakeServer { queue, sent, go_on } = fake_server();
+        let release = give(&queue, Request::Release);
+        assert_eq!(sent.recv(), Ok(Request::Release));
+        let resume = give(&queue, Request::Resume);
+        let hold = give(&queue, Request::Hold);
+        assert_eq!(sent.recv(), Ok(Request::Hold));
+        assert!(hold.try_recv().is_err(), "the release may still come after it");
+        go_on.send(()).expect("the release waits");
+        assert_eq!(release.recv().expect("an answer").expect("a reply").run_id, 1, "it was told to give up");
+        assert!(matches!(resume.recv(), Ok(Err(CommandQueueError::Overtaken))));
+        assert_eq!(sent.recv(), Ok(Request::Hold));
+        assert!(matches!(hold.recv(), Ok(Ok(_))));
+        assert_eq!(queue.close(Duration::from_mins(1), |_| true), []);
+        assert!(sent.try_recv().is_err());
+    }
+
+    #[test]
+    fn what_is_given_after_a_hold_is_sent_after_it() {
+        let FakeServer { queue, sent, go_on } = fake_server();
+        give(&queue, Request::Hold).recv().expect("an answer").expect("a reply");
+        let release = give(&queue, Request::Release);
+        go_on.send(()).expect("it waits");
+        assert_eq!(release.recv().expect("an answer").expect("a reply").run_id, 0);
+        assert_eq!([sent.recv(), sent.recv()], [Ok(Request::Hold), Ok(Request::Release)]);
+    }
+
+    #[test]
+    fn more_commands_than_there_is_room_for_are_told_so_and_a_hold_has_room_of_its_own() {
+        let FakeServer { queue, sent, go_on } = fake_server();
+        let first = give(&queue, Request::Pause);
+        assert_eq!(sent.recv(), Ok(Request::Pause));
+        let waiting: Vec<_> = (0..ROOM).map(|_| give(&queue, Request::Resume)).collect();
+        assert!(matches!(give(&queue, Request::Resume).recv(), Ok(Err(CommandQueueError::Crowded))));
+        let hold = give(&queue, Request::Hold);
+        go_on.send(()).expect("the first one waits");
+        assert!(first.recv().expect("an answer").is_ok() && hold.recv().expect("an answer").is_ok());
+        assert!(waiting.iter().all(|answer| matches!(answer.recv(), Ok(Err(CommandQueueError::Overtaken)))));
+    }
+
+    #[test]
+    fn a_desk_that_closes_waits_for_its_holds_and_gives_up_the_rest() {
+        let FakeServer { queue, sent, go_on } = fake_server();
+        let pause = give(&queue, Request::Pause);
+        assert_eq!(sent.recv(), Ok(Request::Pause));
+        let hold = give(&queue, Request::Hold);
+        let release = give(&queue, Request::Release);
+        let is_hold = |request| request == Request::Hold;
+        assert_eq!(sent.recv(), Ok(Request::Hold));
+        assert_eq!(queue.close(Duration::ZERO, is_hold), [Request::Hold], "it has no answer before that of the pause");
+        assert_eq!(queue.close(Duration::ZERO, |_| true), [Request::Pause, Request::Hold]);
+        go_on.send(()).expect("the pause waits");
+        assert_eq!(queue.close(Duration::from_mins(1), |_| true), []);
+        assert!(pause.recv().expect("an answer").is_ok() && hold.recv().expect("an answer").is_ok());
+        assert!(matches!(release.recv(), Ok(Err(CommandQueueError::Closed))));
+    }
+}

@@ -1,0 +1,184 @@
+//! Publishing alerts, and how many alerts of pairs a monitor sends.
+
+use std::cmp::Ordering;
+
+use bench_dragon_ipc::service::{self, Member, Role, Service};
+use bench_dragon_ipc::{Alert, AlertKind, BusError, Domain, require_shared_memory};
+use iceoryx2::port::notifier::{Notifier, NotifierCreateError};
+use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
+
+/// Puts alerts on an instance's bus.
+#[derive(Debug)]
+pub struct AlertPublisher {
+    // Dropped in this order: ports before the node that they belong to.
+    publisher: Publisher<Service, Alert, ()>,
+    notifier: Notifier<Service>,
+    _member: Member,
+}
+
+impl AlertPublisher {
+    /// Opens the alerts of a domain.
+    ///
+    /// # Errors
+    /// [`BusError::SharedMemoryFull`], and as [`Member::alerts`]; more monitors than [`service::MAX_MONITORS`] are refused.
+    pub fn open(domain: &Domain) -> Result<Self, BusError> {
+        require_shared_memory(domain, service::ALERT_MEMORY)?;
+        let member = Member::join(domain, "monitor-alerts", Role::Client)?;
+        let (alerts, events) = (member.alerts()?, member.alert_events()?);
+        let publisher = alerts.publisher_builder().create().map_err(|error| match error {
+            PublisherCreateError::ExceedsMaxSupportedPublishers => {
+                BusError::TooManyClients { service: service::ALERTS }
+            }
+            error => BusError::failed(service::ALERTS, error),
+        })?;
+        let notifier = events.notifier_builder().create().map_err(|error| match error {
+            NotifierCreateError::ExceedsMaxSupportedNotifiers => BusError::TooManyClients { service: service::ALERTS },
+            error => BusError::failed(service::ALERTS, error),
+        })?;
+        Ok(Self { publisher, notifier, _member: member })
+    }
+
+    /// Publishes one alert and wakes its readers.
+    ///
+    /// # Errors
+    /// [`BusError::Failed`] where iceoryx2 has no memory left, which the limits of the service rule out.
+    pub fn publish(&self, alert: &Alert) -> Result<(), BusError> {
+        self.publisher.send_copy(*alert).map_err(|error| BusError::failed(service::ALERTS, error))?;
+        // A reader that is gone or whose wake-ups are full is its own affair.
+        let _ = self.notifier.notify();
+        Ok(())
+    }
+}
+
+/// Alerts of pairs that may come at once: fewer than a reader keeps.
+pub const ALERT_BURST: u32 = 200;
+/// Alerts of pairs a second, by the frames' own clock.
+pub const ALERTS_PER_S: u32 = 100;
+
+/// The alerts that may be sent now: a token bucket.
+#[derive(Debug)]
+pub(super) struct AlertLimit {
+    tokens: f64,
+    last_ns: u64,
+    had_contact: bool,
+    suppressed: u64,
+}
+
+impl AlertLimit {
+    pub(super) fn new() -> Self {
+        Self { tokens: f64::from(ALERT_BURST), last_ns: 0, had_contact: false, suppressed: 0 }
+    }
+
+    /// Alerts that were left out.
+    pub(super) fn suppressed(&self) -> u64 {
+        self.suppressed
+    }
+
+    /// Leaves out the alerts of a frame that are too many; the others stay in their order.
+    pub(super) fn apply(&mut self, now_ns: u64, alerts: &mut Vec<Alert>) {
+        let passed_s = now_ns.saturating_sub(self.last_ns) as f64 * 1e-9;
+        self.last_ns = now_ns;
+        self.tokens = f64::from(ALERTS_PER_S).mul_add(passed_s, self.tokens).min(f64::from(ALERT_BURST));
+        let is_contact = |alert: &&Alert| alert.alert_kind() == Some(AlertKind::Contact);
+        let first = alerts.iter().find(is_contact).copied().filter(|_| !self.had_contact);
+        self.had_contact |= first.is_some();
+        let most = (self.tokens as usize).max(usize::from(first.is_some()));
+        if alerts.len() > most {
+            self.suppressed += (alerts.len() - most) as u64;
+            let last = most.checked_sub(1).map(|last| *alerts.clone().select_nth_unstable_by(last, order).1);
+            keep(alerts, most, last, first);
+        }
+        self.tokens = (self.tokens - alerts.len() as f64).max(0.0);
+    }
+}
+
+/// Keeps so many alerts: the first contact, and those that go before the last one or with it.
+fn keep(alerts: &mut Vec<Alert>, most: usize, last: Option<Alert>, first: Option<Alert>) {
+    let mut left = most - usize::from(first.is_some());
+    alerts.retain(|alert| {
+        if Some(*alert) == first {
+            return true;
+        }
+        let is_kept = left > 0 && last.is_some_and(|last| order(alert, &last).is_le());
+        left -= usize::from(is_kept);
+        is_kept
+    });
+}
+
+/// What goes first where not all can go.
+fn order(one: &Alert, other: &Alert) -> Ordering {
+    let rank = |alert: &Alert| match alert.alert_kind() {
+        Some(AlertKind::Contact) => 0,
+        Some(AlertKind::Parted) => 1,
+        _ => 2,
+    };
+    let by_clearance = || one.clearance_m.total_cmp(&other.clearance_m);
+    rank(one).cmp(&rank(other)).then_with(by_clearance).then_with(|| one.pair().cmp(&other.pair()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SECOND_NS: u64 = 1_000_000_000;
+
+    fn alert(kind: AlertKind, bench: u32) -> Alert {
+        Alert {
+            run_id: 1,
+            tick: 0,
+            sim_time_ns: 0,
+            forecast_ns: Alert::NO_FORECAST,
+            clearance_m: f64::from(bench) * 1e-6,
+            point_m: [0.0; 2],
+            kind: kind.to_wire(),
+            bench_a: bench,
+            bench_b: bench + 2,
+            reserved: 0,
+        }
+    }
+
+    fn near(count: u32) -> Vec<Alert> {
+        (0..count).rev().map(|bench| alert(AlertKind::Near, bench)).collect()
+    }
+
+    #[test]
+    fn what_comes_slowly_is_sent_whole() {
+        let mut limit = AlertLimit::new();
+        for second in 1..100 {
+            let mut alerts = near(ALERTS_PER_S);
+            limit.apply(second * SECOND_NS, &mut alerts);
+            assert_eq!(alerts, near(ALERTS_PER_S));
+        }
+        assert_eq!(limit.suppressed(), 0);
+    }
+
+    #[test]
+    fn of_a_flood_contacts_are_sent_first_and_then_the_nearest_in_their_order() {
+        let mut limit = AlertLimit::new();
+        let mut alerts = [near(100_000), vec![alert(AlertKind::Contact, 7), alert(AlertKind::Parted, 9)]].concat();
+        limit.apply(SECOND_NS, &mut alerts);
+        assert_eq!(alerts.len(), ALERT_BURST as usize);
+        assert_eq!(alerts[..198], near(198));
+        assert_eq!(alerts[198..], [alert(AlertKind::Contact, 7), alert(AlertKind::Parted, 9)]);
+        assert_eq!(limit.suppressed(), 100_002 - 200);
+        let mut at_once = near(5);
+        limit.apply(SECOND_NS, &mut at_once);
+        assert!(at_once.is_empty());
+        let mut later = near(1_000);
+        limit.apply(2 * SECOND_NS, &mut later);
+        assert_eq!(later, near(100));
+    }
+
+    #[test]
+    fn the_first_contact_of_a_run_is_always_sent() {
+        let mut limit = AlertLimit::new();
+        limit.apply(SECOND_NS, &mut near(100_000));
+        let mut alerts = [near(10), vec![alert(AlertKind::Contact, 7), alert(AlertKind::Contact, 1)]].concat();
+        limit.apply(SECOND_NS, &mut alerts);
+        assert_eq!(alerts, [alert(AlertKind::Contact, 7)], "the first in time");
+        let mut alerts = vec![alert(AlertKind::Contact, 3)];
+        limit.apply(SECOND_NS, &mut alerts);
+        assert!(alerts.is_empty());
+        assert_eq!(limit.suppressed(), 100_000 - 200 + 11 + 1);
+    }
+}

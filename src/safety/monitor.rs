@@ -1,0 +1,250 @@
+//! The collision monitor: measures every frame, and sweeps the way between frames.
+//!
+//! - *Measured* from a frame's own poses: the clearance of every pair of benches that could touch.
+//! - *Swept* with the published description between two frames that the head walked: the exact travel at which a pair
+//!   touches or parts, so that no contact is missed at any rate, time scale or loss of frames. Ground that the
+//!   [`forecast`](super::forecast) has already shown to be free is not swept again.
+//! - Never swept is the way across a seek or a restart: nothing is known of it ([`passage`](super::passage)).
+//!
+//! The work and the alerts of a frame are bounded, whatever the dragon: a sweep ends early where it takes too many steps, at
+//! most [`MAX_WATCHED`] pairs are watched, the nearest, and alerts have a greatest rate ([`ALERTS_PER_S`]). What was left out
+//! is counted.
+//!
+//! Pure: frames go in, alerts come out. Clocks, the bus and the search thread are the command's.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use bench_dragon_geometry::clearance::{ClearanceSearch, Contact, ContactSearch, PairClearance, PairEvent};
+use bench_dragon_geometry::dragon::{Board, Dragon, Meter};
+use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState};
+use glam::DVec2;
+
+use super::alerts::AlertLimit;
+use super::forecast::Forecast;
+use super::passage::{HeadPassage, SourcePace};
+use crate::config::Config;
+
+#[cfg(doc)]
+use super::alerts::ALERTS_PER_S;
+
+/// A pair that came near is watched until it is this many times the warning distance apart.
+const FAREWELL: f64 = 1.25;
+/// An overlap under this, in metres, is the rounding of a touch that the sweep has found or will find.
+const TOUCH_TOLERANCE_M: f64 = 1e-9;
+/// Pairs that are watched at most.
+pub const MAX_WATCHED: usize = 10_000;
+/// Work that the sweep up to a frame may take, in steps: some fifth of a second. Between two frames of the paper's dragon it is
+/// a thousand.
+const SWEEP_STEPS: u64 = 4_000_000;
+
+/// How a watched pair stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum PairState {
+    Near,
+    Touching,
+}
+
+/// Watches one run of a dragon.
+#[derive(Debug)]
+pub struct Monitor {
+    dragon: Arc<Dragon>,
+    pace: SourcePace,
+    near_m: f64,
+    planned_speed_mps: f64,
+    clearances: ClearanceSearch,
+    contacts: ContactSearch,
+    boards: Vec<Board>,
+    pairs: BTreeMap<[usize; 2], PairState>,
+    last: Option<FrameHeader>,
+    alerts: Vec<Alert>,
+    limit: AlertLimit,
+    sweeping: Meter,
+    /// Whether the rest of the sweeps have only what one may take together.
+    is_ending: bool,
+    unswept: u64,
+}
+
+impl Monitor {
+    /// A monitor of the run that was published with this configuration.
+    pub fn new(config: &Config) -> Self {
+        let dragon = Arc::clone(config.dragon());
+        let sweeping = Meter::of(SWEEP_STEPS);
+        Self {
+            pace: SourcePace {
+                tick_s: config.tick_s(),
+                rate_hz: config.rate_hz(),
+                accel_mps2: config.head_accel_mps2(),
+                most_jumped: config.most_jumped(),
+            },
+            near_m: config.near_m(),
+            planned_speed_mps: config.head_speed_mps(),
+            clearances: ClearanceSearch::with_room(MAX_WATCHED),
+            contacts: ContactSearch::new(&dragon.metered(&sweeping)),
+            boards: Vec::with_capacity(dragon.dimensions().benches()),
+            pairs: BTreeMap::new(),
+            last: None,
+            alerts: Vec::new(),
+            limit: AlertLimit::new(),
+            sweeping,
+            is_ending: false,
+            unswept: 0,
+            dragon,
+        }
+    }
+
+    /// All frames from here on are swept with the work of one, so that a monitor that is to end does.
+    pub fn end_soon(&mut self) {
+        self.is_ending = true;
+    }
+
+    /// Frames up to which the way was not swept whole, for that took too much work.
+    pub fn unswept(&self) -> u64 {
+        self.unswept
+    }
+
+    /// Alerts that were left out, for they were too many.
+    pub fn suppressed(&self) -> u64 {
+        self.limit.suppressed()
+    }
+
+    /// The dragon that is watched.
+    pub fn dragon(&self) -> &Arc<Dragon> {
+        &self.dragon
+    }
+
+    /// Whether some pair touches, as of the last frame.
+    pub fn is_touching(&self) -> bool {
+        self.pairs.values().any(|&state| state == PairState::Touching)
+    }
+
+    /// Takes the next frame of the run. Returns the pair with the least clearance, where there are two benches that
+    /// are not neighbours; what there is to tell is in [`Monitor::alerts`].
+    pub fn observe(
+        &mut self,
+        header: &FrameHeader,
+        handles: &[HandleState],
+        forecast: Option<&Forecast>,
+    ) -> Option<PairClearance> {
+        self.alerts.clear();
+        let forecast_ns = self.forecast_ns(header, forecast);
+        match self.last.replace(*header) {
+            Some(last) if HeadPassage::between(&last, header, self.pace) == HeadPassage::Walked => {
+                self.sweep(&last, header, forecast);
+            }
+            _ => self.pairs.clear(),
+        }
+        let nearest = self.measure(header, handles, forecast_ns);
+        self.limit.apply(header.scheduled_ns, &mut self.alerts);
+        nearest
+    }
+
+    /// What the last frame brought, in the order in which it happened.
+    pub fn alerts(&self) -> &[Alert] {
+        &self.alerts
+    }
+
+    /// Finds the contacts and partings on the way from `last` to `next`.
+    fn sweep(&mut self, last: &FrameHeader, next: &FrameHeader, forecast: Option<&Forecast>) {
+        let (from_m, to_m) = (last.head_travel_m, next.head_travel_m);
+        let known_free = forecast.is_some_and(|forecast| forecast.is_free(from_m, to_m));
+        if from_m == to_m || known_free && !self.is_touching() {
+            return;
+        }
+        if !self.is_ending {
+            self.sweeping.restart();
+        }
+        let swept = self.contacts.sweep(from_m, to_m);
+        self.unswept += u64::from(swept.reached_m < to_m);
+        for event in swept.events {
+            let (kind, state, touch) = match event {
+                PairEvent::Touch(touch) => (AlertKind::Contact, PairState::Touching, touch),
+                PairEvent::Part(touch) => (AlertKind::Parted, PairState::Near, touch),
+            };
+            let share = (touch.travel_m - from_m) / (to_m - from_m);
+            let sim_step_ns = (next.sim_time_ns - last.sim_time_ns) as f64;
+            let sim_time_ns = last.sim_time_ns + (share * sim_step_ns).round() as i64;
+            if self.pairs.insert(touch.benches, state) != Some(state) {
+                self.alerts.push(touch_alert(next, kind, touch, sim_time_ns));
+            }
+        }
+    }
+
+    /// Measures the frame and updates the pairs that are watched.
+    fn measure(&mut self, header: &FrameHeader, handles: &[HandleState], forecast_ns: i64) -> Option<PairClearance> {
+        self.dragon.place_boards_at(handles, plan_view, &mut self.boards);
+        let farewell_m = self.near_m * FAREWELL;
+        let found = self.clearances.nearest_and_within(&self.boards, farewell_m);
+        let mut watched = BTreeMap::new();
+        for pair in found.iter().take(MAX_WATCHED).filter(|pair| pair.clearance_m <= farewell_m) {
+            let known = self.pairs.get(&pair.benches).copied();
+            let state = match known {
+                None | Some(PairState::Near) if pair.clearance_m < -TOUCH_TOLERANCE_M => Some(PairState::Touching),
+                None if pair.clearance_m <= self.near_m => Some(PairState::Near),
+                known => known,
+            };
+            let Some(state) = state else { continue };
+            if known != Some(state) {
+                let kind = if state == PairState::Near { AlertKind::Near } else { AlertKind::Contact };
+                self.alerts.push(pair_alert(header, kind, pair, forecast_ns));
+            }
+            watched.insert(pair.benches, state);
+        }
+        self.pairs = watched;
+        found.first().copied()
+    }
+
+    /// Show time of the forecast contact at the head's present speed, or at the planned one while it stands.
+    fn forecast_ns(&self, header: &FrameHeader, forecast: Option<&Forecast>) -> i64 {
+        let ahead = forecast
+            .filter(|forecast| forecast.covers(header.head_travel_m))
+            .and_then(|forecast| forecast.contact)
+            .map(|contact| contact.travel_m - header.head_travel_m);
+        let speed_mps = if header.head_speed_mps > 0.0 { header.head_speed_mps } else { self.planned_speed_mps };
+        ahead.map_or(Alert::NO_FORECAST, |ahead_m| header.sim_time_ns + (ahead_m / speed_mps * 1e9).round() as i64)
+    }
+}
+
+/// An alert about the run as a whole.
+pub fn run_alert(header: &FrameHeader, kind: AlertKind) -> Alert {
+    Alert {
+        run_id: header.run_id,
+        tick: header.tick,
+        sim_time_ns: header.sim_time_ns,
+        forecast_ns: Alert::NO_FORECAST,
+        clearance_m: 0.0,
+        point_m: [0.0; 2],
+        kind: kind.to_wire(),
+        bench_a: Alert::NO_BENCH,
+        bench_b: Alert::NO_BENCH,
+        reserved: 0,
+    }
+}
+
+/// An alert that a frame is not as published; with the pair that was nearest in it.
+pub fn fault_alert(header: &FrameHeader, nearest: Option<PairClearance>) -> Alert {
+    let none = run_alert(header, AlertKind::Fault);
+    nearest.map_or(none, |pair| pair_alert(header, AlertKind::Fault, &pair, Alert::NO_FORECAST))
+}
+
+fn pair_alert(header: &FrameHeader, kind: AlertKind, pair: &PairClearance, forecast_ns: i64) -> Alert {
+    Alert {
+        forecast_ns,
+        clearance_m: pair.clearance_m,
+        point_m: pair.point.to_array(),
+        bench_a: pair.benches[0] as u32,
+        bench_b: pair.benches[1] as u32,
+        ..run_alert(header, kind)
+    }
+}
+
+/// An alert of what the sweep found: at that instant the clearance is 0 and the forecast is now.
+fn touch_alert(header: &FrameHeader, kind: AlertKind, touch: &Contact, sim_time_ns: i64) -> Alert {
+    let pair = PairClearance { benches: touch.benches, clearance_m: 0.0, point: touch.point };
+    let forecast_ns = if kind == AlertKind::Contact { sim_time_ns } else { Alert::NO_FORECAST };
+    Alert { sim_time_ns, ..pair_alert(header, kind, &pair, forecast_ns) }
+}
+
+fn plan_view(handle: &HandleState) -> DVec2 {
+    DVec2::new(handle.position_m[0], handle.position_m[1])
+}

@@ -1,0 +1,221 @@
+//! Timecode as hours, minutes, seconds and frames (SMPTE ST 12-1), and the position within a day that it stands for.
+
+use super::Malformed;
+
+/// Frames a second, and how they are counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FrameRate {
+    /// 24, film.
+    Film,
+    /// 25, EBU.
+    #[default]
+    Ebu,
+    /// 30 000 / 1001, some 29.97, with drop-frame counting: frames are numbered as if there were 30 a second, and the numbers
+    /// 0 and 1 are left out in each minute but every tenth, so that the count keeps up with the time of day.
+    DropFrame,
+    /// 30, SMPTE.
+    Smpte,
+}
+
+/// What a timecode shows: numbers of hours, minutes, seconds and frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Clock {
+    /// 0 to 23.
+    pub hours: u32,
+    /// 0 to 59.
+    pub minutes: u32,
+    /// 0 to 59.
+    pub seconds: u32,
+    /// 0 to one less than frames are numbered a second.
+    pub frames: u32,
+}
+
+impl FrameRate {
+    /// The rate of so many frames a second, as people write it.
+    pub fn of(frames_per_second: f64) -> Option<Self> {
+        match frames_per_second {
+            24.0 => Some(Self::Film),
+            25.0 => Some(Self::Ebu),
+            30.0 => Some(Self::Smpte),
+            // 29.97 is rounded from 29.970 029…, as a float too.
+            _ if (frames_per_second - 30_000.0 / 1001.0).abs() < 1e-4 => Some(Self::DropFrame),
+            _ => None,
+        }
+    }
+
+    /// Frames a second.
+    pub fn frames_per_second(self) -> f64 {
+        match self {
+            Self::DropFrame => 30_000.0 / 1001.0,
+            _ => f64::from(self.numbers_per_second()),
+        }
+    }
+
+    /// How long a day is, in seconds: with drop-frame counting some 86 ms less than the sun's.
+    pub fn day_s(self) -> f64 {
+        let leaves_out_per_day = 24 * 6 * 9 * 2;
+        let numbers = 86_400 * self.numbers_per_second();
+        let frames = if self == Self::DropFrame { numbers - leaves_out_per_day } else { numbers };
+        f64::from(frames) / self.frames_per_second()
+    }
+
+    /// How many numbers there are for the frames of a second.
+    pub fn numbers_per_second(self) -> u32 {
+        match self {
+            Self::Film => 24,
+            Self::Ebu => 25,
+            Self::DropFrame | Self::Smpte => 30,
+        }
+    }
+}
+
+impl Clock {
+    /// The position that a clock at a frame rate stands for, in seconds from 00:00:00:00.
+    ///
+    /// # Errors
+    /// [`Malformed`] for a clock that never shows: with a number out of range, or one that drop-frame counting leaves out.
+    ///
+    /// ```
+    /// use bench_dragon::source::timecode::{Clock, FrameRate};
+    ///
+    /// let clock = Clock { minutes: 1, frames: 5, ..Clock::default() };
+    /// assert_eq!(clock.position_s(FrameRate::Ebu), Ok(60.2));
+    /// assert!(Clock { hours: 99, ..clock }.position_s(FrameRate::Ebu).is_err());
+    /// ```
+    pub fn position_s(self, rate: FrameRate) -> Result<f64, Malformed> {
+        let frame = f64::from(self.frame(rate).ok_or(Malformed)?);
+        Ok(frame / rate.frames_per_second())
+    }
+
+    /// How many frames come before the one that is shown.
+    fn frame(self, rate: FrameRate) -> Option<u32> {
+        let Self { hours, minutes, seconds, frames } = self;
+        let numbers = rate.numbers_per_second();
+        let is_shown = hours < 24 && minutes < 60 && seconds < 60 && frames < numbers;
+        let numbered = is_shown.then(|| ((hours * 60 + minutes) * 60 + seconds) * numbers + frames)?;
+        if rate != FrameRate::DropFrame {
+            return Some(numbered);
+        }
+        let is_left_out = minutes % 10 != 0 && seconds == 0 && frames < 2;
+        let minutes = hours * 60 + minutes;
+        (!is_left_out).then(|| numbered - 2 * (minutes - minutes / 10))
+    }
+}
+
+/// A position of a timecode.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Position {
+    /// Seconds from 00:00:00:00.
+    pub since_midnight_s: f64,
+    /// Seconds after which it is 00:00:00:00 again.
+    pub day_s: f64,
+}
+
+impl Position {
+    /// The position that a clock at a frame rate stands for.
+    ///
+    /// # Errors
+    /// [`Malformed`] for a clock that never shows.
+    pub fn of_clock(clock: Clock, rate: FrameRate) -> Result<Self, Malformed> {
+        Ok(Self { since_midnight_s: clock.position_s(rate)?, day_s: rate.day_s() })
+    }
+
+    /// The position so many seconds from 00:00:00:00, of a clock that tells seconds and no frames.
+    ///
+    /// # Errors
+    /// [`Malformed`] for what is not within a day.
+    pub fn of_seconds(since_midnight_s: f64) -> Result<Self, Malformed> {
+        const DAY_S: f64 = 86_400.0;
+        let is_within = (0.0..DAY_S).contains(&since_midnight_s);
+        if is_within { Ok(Self { since_midnight_s, day_s: DAY_S }) } else { Err(Malformed) }
+    }
+
+    /// The way to a later position in seconds, at most half a day, negative where it is back.
+    ///
+    /// ```
+    /// use bench_dragon::source::timecode::Position;
+    ///
+    /// let [late, early] = [86_399.5, 0.25].map(|seconds| Position::of_seconds(seconds).expect("within a day"));
+    /// assert_eq!((late.step_to_s(early), early.step_to_s(late)), (0.75, -0.75));
+    /// ```
+    pub fn step_to_s(self, later: Self) -> f64 {
+        let half_s = 0.5 * self.day_s;
+        (later.since_midnight_s - self.since_midnight_s + half_s).rem_euclid(self.day_s) - half_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every clock of a day in order, also those that never show.
+    fn clocks(numbers: u32) -> impl Iterator<Item = Clock> {
+        (0..24 * 3600 * numbers).map(move |number| {
+            let (second, frames) = (number / numbers, number % numbers);
+            Clock { hours: second / 3600, minutes: second / 60 % 60, seconds: second % 60, frames }
+        })
+    }
+
+    #[test]
+    fn each_clock_of_a_day_that_shows_is_one_frame_after_the_one_before() {
+        for (rate, day) in [
+            (FrameRate::Film, 2_073_600),
+            (FrameRate::Ebu, 2_160_000),
+            (FrameRate::DropFrame, 2_589_408),
+            (FrameRate::Smpte, 2_592_000),
+        ] {
+            let frames = clocks(rate.numbers_per_second()).filter_map(|clock| clock.frame(rate));
+            assert_eq!(frames.zip(0..).map(|(frame, expected)| assert_eq!(frame, expected, "{rate:?}")).count(), day);
+            assert_eq!(rate.day_s(), day as f64 / rate.frames_per_second());
+        }
+    }
+
+    #[test]
+    fn drop_frame_leaves_out_two_numbers_in_nine_minutes_of_ten() {
+        let left_out = clocks(30).filter(|clock| clock.frame(FrameRate::DropFrame).is_none());
+        for clock in left_out {
+            assert!(clock.minutes % 10 != 0 && clock.seconds == 0 && clock.frames < 2, "{clock:?}");
+        }
+        let at = |minutes, seconds, frames| {
+            Clock { minutes, seconds, frames, ..Clock::default() }.frame(FrameRate::DropFrame)
+        };
+        assert_eq!((at(0, 59, 29), at(1, 0, 0), at(1, 0, 2)), (Some(1799), None, Some(1800)));
+        assert_eq!((at(9, 59, 29), at(10, 0, 0)), (Some(17_981), Some(17_982)));
+    }
+
+    #[test]
+    fn drop_frame_keeps_up_with_the_time_of_day() {
+        let position_s = |clock: Clock| clock.position_s(FrameRate::DropFrame).expect("it shows");
+        let hour_s = position_s(Clock { hours: 1, ..Clock::default() });
+        assert!((hour_s - 3600.0).abs() < 0.004, "{hour_s}");
+        // In between it is two frames off at most.
+        for clock in clocks(30).filter(|clock| clock.hours == 0 && clock.frame(FrameRate::DropFrame).is_some()) {
+            let shown_s = f64::from(clock.minutes * 60 + clock.seconds) + f64::from(clock.frames) / 30.0;
+            assert!((position_s(clock) - shown_s).abs() < 0.07, "{clock:?}");
+        }
+    }
+
+    #[test]
+    fn numbers_out_of_range_never_show() {
+        let clock = Clock { hours: 23, minutes: 59, seconds: 59, frames: 23 };
+        assert!(clock.position_s(FrameRate::Film).is_ok());
+        for wrong in [
+            Clock { hours: 24, ..clock },
+            Clock { minutes: 60, ..clock },
+            Clock { seconds: 60, ..clock },
+            Clock { frames: 24, ..clock },
+            Clock { hours: u32::MAX, ..clock },
+        ] {
+            assert_eq!(wrong.position_s(FrameRate::Film), Err(Malformed), "{wrong:?}");
+        }
+    }
+
+    #[test]
+    fn rates_are_known_as_people_write_them() {
+        let rates = [24.0, 25.0, 29.97, f64::from(29.97_f32), 30_000.0 / 1001.0, 30.0].map(FrameRate::of);
+        let drop_frame = Some(FrameRate::DropFrame);
+        let [film, ebu, smpte] = [FrameRate::Film, FrameRate::Ebu, FrameRate::Smpte].map(Some);
+        assert_eq!(rates, [film, ebu, drop_frame, drop_frame, drop_frame, smpte]);
+        assert_eq!([f64::NAN, 0.0, -25.0, 60.0].map(FrameRate::of), [None; 4]);
+    }
+}
