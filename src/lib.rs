@@ -11,7 +11,7 @@
 //! | [`output`] | tables, figures, reports, histograms, and how they are printed |
 //! | [`config`] | the validated TOML document |
 //! | [`system`] | clocks, processors, signals, limits, and checks of the machine |
-//! | `cli`, `command` | arguments, and a file for each command |
+//! | `cli`, `command` | the arguments; a file for each command, and the program's `main` above them |
 //!
 //! The mathematics is the crate `bench_dragon_geometry`, the bus `bench_dragon_ipc`.
 
@@ -22,10 +22,9 @@ pub mod command_queue;
 pub mod config;
 pub mod display;
 pub mod output;
-mod program;
 pub mod recording;
 pub mod safety;
 pub mod source;
 pub mod system;
 
-pub use program::main;
+pub use command::main;

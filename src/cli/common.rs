@@ -48,3 +48,8 @@ pub(crate) struct ChildArgs {
     #[arg(long, value_name = "PID", hide = true, global = true)]
     pub(crate) parent: Option<u32>,
 }
+
+/// Something in the arguments that only the command itself could find wrong.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub(crate) struct BadInput(pub(crate) String);

@@ -20,7 +20,7 @@ mod zenoh;
 use clap::{Parser, Subcommand};
 
 pub(crate) use bridge::{Angle, Bridge, BridgeArgs, NetworkArgs, OscArgs, PsnArgs};
-pub(crate) use common::{BusArgs, ChildArgs, ConfigArgs, Format, FormatArgs};
+pub(crate) use common::{BadInput, BusArgs, ChildArgs, ConfigArgs, Format, FormatArgs};
 pub(crate) use ctl::{CtlArgs, Order};
 pub(crate) use doctor::DoctorArgs;
 pub(crate) use epilogue::Epilogue;

@@ -6,8 +6,7 @@ use bench_dragon_geometry::number::Number;
 use clap::{ArgGroup, Args, ValueHint};
 
 use super::value::{MAX_STEPPED_S, count, file_megabytes, nanoseconds, play_rate, readers, total_megabytes};
-use super::{BusArgs, FormatArgs};
-use crate::command::BadInput;
+use super::{BadInput, BusArgs, FormatArgs};
 use crate::recording::ShowInterval;
 use crate::recording::export::Subject;
 

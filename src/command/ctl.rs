@@ -1,14 +1,18 @@
-//! `ctl`: one command, one reply.
+//! `ctl`: one command and its reply, or the status of the show.
 
 use std::process::ExitCode;
+use std::sync::atomic::Ordering;
 
 use bench_dragon_ipc::{Domain, GuardLock, Refusal, Request, Sender};
+use jiff::Zoned;
 use serde::Serialize;
 
-use crate::cli::{CtlArgs, Format, Order};
-use crate::command::ctl_status;
-use crate::command::output::{complain, print_json, print_line};
 use crate::command_queue;
+use crate::cli::{CtlArgs, Format, Order};
+use crate::command::print::{complain, print_json, print_line};
+use crate::display::observe::{Link, Observer, Scene};
+use crate::output::report::SceneReport;
+use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
 
 #[derive(Serialize)]
@@ -22,7 +26,7 @@ struct ReplyLine {
 
 pub(crate) fn run(args: &CtlArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::new(args.bus.instance.clone())?;
-    let Some(request) = request(args.order) else { return ctl_status::run(domain, args.format.format) };
+    let Some(request) = request(args.order) else { return status(domain, args.format.format) };
     let stop = StopFlag::on_signals()?;
     let reply = command_queue::call(&domain, "ctl", Sender::Ctl, request, || stop.is_set())?;
     let outcome = reply.outcome();
@@ -55,4 +59,38 @@ fn request(order: Order) -> Option<Request> {
         Order::Release => Request::Release,
         Order::Stop => Request::Stop,
     })
+}
+
+/// Scenes a second.
+const SCENES_HZ: u32 = 20;
+/// So long the bus is read, in nanoseconds: each reader reports in it, and a monitor that has not is missing.
+const LOOK_NS: u64 = 2_050_000_000;
+/// So long a bus is waited for, in nanoseconds.
+const NO_SERVER_NS: u64 = 500_000_000;
+/// The longest that all of it takes, in nanoseconds.
+const LONGEST_NS: u64 = 4_000_000_000;
+
+/// Prints the status; the exit status is 0 where all is well, and 1 where a lamp is red or no frames come.
+fn status(domain: Domain, format: Format) -> anyhow::Result<ExitCode> {
+    let (stop, began_ns) = (StopFlag::on_signals()?, monotonic_ns());
+    let mut newest = Scene::of_nothing(began_ns);
+    Observer::new(domain, "ctl-status", SCENES_HZ).run(stop.as_atomic(), |scene| {
+        if has_seen_enough(&scene, began_ns) {
+            stop.as_atomic().store(true, Ordering::Relaxed);
+        }
+        newest = scene;
+    });
+    let report = SceneReport::new(&newest, monotonic_ns(), &Zoned::now());
+    match format {
+        Format::Json => print_json(&report)?,
+        Format::Text => report.lines().into_iter().try_for_each(print_line)?,
+    }
+    Ok(if report.well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn has_seen_enough(scene: &Scene, began_ns: u64) -> bool {
+    let waited_ns = scene.seen_ns.saturating_sub(began_ns);
+    let has_nobody = scene.link == Link::Waiting && !scene.has_source && waited_ns >= NO_SERVER_NS;
+    let has_read = scene.reading_since_ns.is_some_and(|since_ns| scene.seen_ns.saturating_sub(since_ns) >= LOOK_NS);
+    has_nobody || waited_ns >= LONGEST_NS || has_read && scene.frame.is_some() && scene.status.is_some()
 }

@@ -9,10 +9,10 @@ use bench_dragon_ipc::{BusError, Cleared, Domain, NodeEntry, clear};
 use clap::builder::styling::{AnsiColor, Style};
 
 use crate::cli::{DoctorArgs, Format};
-use crate::command::colour::Painted;
 use crate::command::load_config;
-use crate::command::output::{print_json, print_line};
+use crate::command::print::{print_json, print_line};
 use crate::config::Overrides;
+use crate::output::terminal_text::Painted;
 use crate::system::doctor::{Examination, Examined, Patient, Verdict};
 
 pub(crate) fn run(args: &DoctorArgs) -> anyhow::Result<ExitCode> {

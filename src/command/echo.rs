@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::cli::{EchoArgs, Format};
 use crate::command::follow::{WAIT_PERIOD, open_when_there};
-use crate::command::output::{print_json, print_line};
+use crate::command::print::{print_json, print_line};
 use crate::output::wait_for_reader;
 use crate::system::stop::StopFlag;
 

@@ -1,21 +1,19 @@
 //! `export`: a recording as a table.
 
-use std::fmt::Display;
 use std::fs;
+use std::fmt::Display;
 use std::io::BufWriter;
 use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 use std::process::ExitCode;
 
-use super::progress::Progress;
-use super::whole_file::{self, WholeFile};
-use crate::cli::{ExportArgs, Format, TableFile};
-use crate::command::BadInput;
-use crate::command::output::{complain_of_flaws, print_json, print_line};
-use crate::command::printable::Printable;
+use crate::cli::{BadInput, ExportArgs, Format, TableFile};
+use crate::command::print::{Progress, complain_of_flaws, print_json, print_line};
+use crate::command::whole_file::{WholeFile, self};
 use crate::output::Stdout;
 use crate::output::number::Counted;
 use crate::output::report::ExportReport;
+use crate::output::terminal_text::Printable;
 use crate::recording::export::{ExportCounts, ExportError, ExportSettings, Selection, Subject, Workbook, write_csv};
 
 const WRITE_BUFFER_BYTES: usize = 1 << 20;

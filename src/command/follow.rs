@@ -1,16 +1,17 @@
-//! Waiting for a server that is not there yet, and following its frames until a signal comes.
+//! What commands read of a server: its frames until a signal, the descriptions of its runs, its record of commands.
 
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use bench_dragon_ipc::{BusError, Frame, FrameSubscriber, Instance};
+use anyhow::bail;
+use bench_dragon_ipc::{BusError, CommandEvent, CommandEventReader, Description, DescriptionReader, Domain, EventKind, Frame, FrameSubscriber, Instance, SourceLock, StatusReader};
 
-use crate::command::output::complain;
+use crate::command::print::complain;
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
 
 /// How often a missing server is looked for.
-const LOOK_PERIOD: Duration = Duration::from_millis(20);
+const SERVER_LOOK_PERIOD: Duration = Duration::from_millis(20);
 /// How long a reader waits for a frame before it looks at the stop flag again.
 pub(crate) const WAIT_PERIOD: Duration = Duration::from_millis(100);
 /// How often a reader that is not woken looks for frames: at the highest rates the bus keeps two milliseconds of them.
@@ -31,7 +32,7 @@ pub(crate) fn open_when_there<Port>(
                     complain(&format!("waiting for a server on instance {instance}"));
                     told = true;
                 }
-                thread::sleep(LOOK_PERIOD);
+                thread::sleep(SERVER_LOOK_PERIOD);
             }
             Err(error) => return Err(error),
         }
@@ -94,5 +95,135 @@ impl<'a> Following<'a> {
         };
         let unread = frames.receive()?.filter(|frame| frame.header().published_ns <= stopped_ns);
         Ok(unread.map_or(Next::End, Next::Frame))
+    }
+}
+
+/// How long a run's description may come after its first frame.
+const DESCRIPTION_TIMEOUT: Duration = Duration::from_secs(5);
+/// How long to wait for one before there are frames: a source hands it to late joiners ten times a second, unless it is
+/// gone and has left its services to others.
+const FIRST_DESCRIPTION_TIMEOUT: Duration = Duration::from_millis(500);
+const DESCRIPTION_LOOK_PERIOD: Duration = Duration::from_millis(1);
+
+/// The descriptions of the runs on an instance.
+#[derive(Debug)]
+pub(crate) struct Descriptions {
+    reader: DescriptionReader,
+    latest: Option<Description>,
+}
+
+impl Descriptions {
+    /// Opens them, and returns once there is one: at a high rate, a reader that would wait for it at its first frame would
+    /// lose those that come in the meantime.
+    ///
+    /// # Errors
+    /// As [`DescriptionReader::open`] and [`DescriptionReader::poll`].
+    pub(crate) fn open(domain: &Domain, name: &str, stop: &StopFlag) -> Result<Self, BusError> {
+        let mut descriptions = Self { reader: DescriptionReader::open(domain, name)?, latest: None };
+        let deadline = Instant::now() + FIRST_DESCRIPTION_TIMEOUT;
+        while !descriptions.renew()? && Instant::now() < deadline && !stop.is_set() {
+            thread::sleep(DESCRIPTION_LOOK_PERIOD);
+        }
+        Ok(descriptions)
+    }
+
+    /// Waits for the description of a run; frames stay in the reader's buffer meanwhile. `None` where a signal came first.
+    ///
+    /// # Errors
+    /// Where there is none after five seconds, though there are frames.
+    pub(crate) fn of(&mut self, run_id: u64, stop: &StopFlag) -> anyhow::Result<Option<&Description>> {
+        let deadline = Instant::now() + DESCRIPTION_TIMEOUT;
+        while self.latest.as_ref().is_none_or(|description| description.run_id != run_id) {
+            if self.renew()? {
+                continue;
+            }
+            if stop.is_set() {
+                return Ok(None);
+            }
+            if Instant::now() >= deadline {
+                bail!("the source of run {run_id} publishes no description");
+            }
+            thread::sleep(DESCRIPTION_LOOK_PERIOD);
+        }
+        Ok(self.latest.as_ref())
+    }
+
+    /// Takes the next description, where there is one.
+    fn renew(&mut self) -> Result<bool, BusError> {
+        let next = self.reader.poll()?;
+        let is_there = next.is_some();
+        self.latest = next.or(self.latest.take());
+        Ok(is_there)
+    }
+}
+
+/// The events of the runs on an instance, oldest first.
+#[derive(Debug)]
+pub(crate) struct CommandTrail {
+    events: CommandEventReader,
+    statuses: StatusReader,
+    domain: Domain,
+    /// The newest event.
+    last: Option<CommandEvent>,
+    /// Run and tick of the newest status.
+    status: Option<(u64, u64)>,
+    lost: u64,
+}
+
+impl CommandTrail {
+    /// Opens the record of an instance, before its frames. `name` begins the names of its nodes. `None` where there is none:
+    /// there is no source, or it keeps no record.
+    ///
+    /// # Errors
+    /// As [`CommandEventReader::open`] and [`StatusReader::open`], but for their absence.
+    pub(crate) fn open(domain: &Domain, name: &str) -> Result<Option<Self>, BusError> {
+        match Self::open_all(domain, name) {
+            Err(error) if error.is_absent() => Ok(None),
+            opened => opened.map(Some),
+        }
+    }
+
+    fn open_all(domain: &Domain, name: &str) -> Result<Self, BusError> {
+        Ok(Self {
+            events: CommandEventReader::open(domain, &format!("{name}-commands"))?,
+            statuses: StatusReader::open(domain, &format!("{name}-status"))?,
+            domain: domain.clone(),
+            last: None,
+            status: None,
+            lost: 0,
+        })
+    }
+
+    /// The oldest event that has not been read yet. Never waits.
+    ///
+    /// # Errors
+    /// As [`CommandEventReader::receive`].
+    pub(crate) fn receive(&mut self) -> Result<Option<CommandEvent>, BusError> {
+        let Some(event) = self.events.receive()? else { return Ok(None) };
+        // The events of a run are numbered from 0.
+        let expected = self.last.filter(|last| last.run_id == event.run_id).map_or(0, |last| last.number + 1);
+        self.lost += event.number.saturating_sub(expected);
+        self.last = Some(event);
+        Ok(Some(event))
+    }
+
+    /// Events lost so far: those that came too fast, and those of a run from long before the trail was opened.
+    pub(crate) fn lost(&self) -> u64 {
+        self.lost
+    }
+
+    /// Whether all events of a run's ticks up to this one are there to be received: the run has ended, or its source has
+    /// published a later status, before which it publishes them.
+    ///
+    /// # Errors
+    /// As [`StatusReader::poll`].
+    pub(crate) fn is_complete(&mut self, run_id: u64, tick: u64) -> Result<bool, BusError> {
+        while let Some(status) = self.statuses.poll()? {
+            self.status = Some((status.run_id, status.tick));
+        }
+        let has_ended =
+            self.last.is_some_and(|last| last.run_id == run_id && last.event_kind() == Some(EventKind::End));
+        let is_reported = self.status.is_some_and(|(reported, to_tick)| reported != run_id || to_tick >= tick);
+        Ok(has_ended || is_reported || SourceLock::holder(&self.domain).is_none())
     }
 }

@@ -1,71 +1,87 @@
-//! The commands, one file each: wiring between the arguments, the library, the bus, clocks and stdout.
+//! The command line: parse it, run the command, report its error.
+//!
+//! Each command has a file: wiring between its arguments, the library, the bus, clocks and stdout.
 
+use std::borrow::Cow;
+use std::io;
 use std::process::ExitCode;
 
 use anyhow::Context as _;
+use bench_dragon_ipc::Domain;
+use clap::Parser as _;
+use clap::builder::Styles;
+use clap::error::ErrorKind;
 
-use crate::cli::{Cli, Command, ConfigArgs};
+use crate::cli::{BusArgs, Cli, Command, ConfigArgs};
 use crate::config::{Config, Overrides};
-use crate::output::wait_for_reader;
+use crate::output::terminal_text::{Painted, is_coloured, printable};
+use crate::output::{self, complain, wait_for_reader};
+use crate::system::{limits, log};
 
 mod bridge;
-mod command_trail;
-mod completions;
 mod ctl;
-mod ctl_status;
-mod description;
 mod doctor;
 mod echo;
+mod exit_status;
 mod export;
 mod follow;
 mod guarding;
 mod hz;
-mod iox2_config;
 mod latency;
-mod listening;
-mod man;
-mod metrics;
 mod monitor;
-mod observing;
 mod parent;
-pub(crate) mod printable;
-mod progress;
+mod print;
 mod record;
 mod replay;
 mod serve;
+mod shell;
 mod show;
 mod solve;
 mod timecode;
-mod verify;
-mod view;
 mod watch;
-
-pub(crate) mod colour;
-pub(crate) mod output;
+mod web;
 mod whole_file;
 
-/// Exit status of a contact where `--fail-on-contact` was given.
-const CONTACT: u8 = 3;
-/// Exit status of a recorder whose disk is full.
-pub(crate) const DISK_FULL: u8 = 4;
+/// Runs the program with the arguments of this process.
+pub fn main() -> ExitCode {
+    output::start();
+    let status = run();
+    let printed = output::finish_stdout();
+    let status = match printed {
+        // A command that has failed has given its reason.
+        Err(error) if status == ExitCode::SUCCESS => {
+            complain_of(&error.into());
+            ExitCode::FAILURE
+        }
+        _ => status,
+    };
+    output::finish_stderr();
+    status
+}
 
-/// Something in the arguments that only the command itself could find wrong.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-pub(crate) struct BadInput(pub(crate) String);
-
-/// Reads the configuration that the arguments name, with the flags over it. An error names the file.
-fn load_config(args: &ConfigArgs, overrides: Overrides) -> anyhow::Result<Config> {
-    let path = args.config.as_deref();
-    let loaded = Config::load(path, overrides);
-    match path {
-        Some(path) => loaded.with_context(|| path.display().to_string()),
-        None => Ok(loaded?),
+fn run() -> ExitCode {
+    if let Err(error) = limits::require_stack() {
+        complain(&format!("error: {error}"));
+        return ExitCode::FAILURE;
+    }
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return report_usage(&error),
+    };
+    log::to_stderr();
+    limits::settle();
+    match run_command(cli) {
+        Ok(status) => status,
+        Err(error) if exit_status::is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            complain_of(&error);
+            exit_status::of_error(&error)
+        }
     }
 }
 
 /// Runs a command. The result is the process's exit status.
-pub(crate) fn run(cli: Cli) -> anyhow::Result<ExitCode> {
+fn run_command(cli: Cli) -> anyhow::Result<ExitCode> {
     parent::follow_parent(cli.child)?;
     if is_only_output(&cli.command) {
         wait_for_reader(None);
@@ -78,8 +94,8 @@ pub(crate) fn run(cli: Cli) -> anyhow::Result<ExitCode> {
         Command::Replay(args) => replay::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Bridge(args) => bridge::run(&args),
-        Command::View(args) => view::run(&args),
-        Command::Metrics(args) => metrics::run(&args),
+        Command::View(args) => web::view(&args),
+        Command::Metrics(args) => web::metrics(&args),
         Command::Ctl(args) => ctl::run(&args),
         Command::Watch(args) => watch::run(&args),
         Command::Echo(args) => echo::run(&args),
@@ -87,9 +103,9 @@ pub(crate) fn run(cli: Cli) -> anyhow::Result<ExitCode> {
         Command::Latency(args) => latency::run(&args),
         Command::Solve(args) => solve::run(args.question),
         Command::Doctor(args) => doctor::run(&args),
-        Command::Iox2Config(args) => iox2_config::run(&args),
-        Command::Completions(args) => completions::run(args),
-        Command::Man(args) => man::run(&args),
+        Command::Iox2Config(args) => print_iox2_config(&args),
+        Command::Completions(args) => shell::completions(args),
+        Command::Man(args) => shell::man(&args),
     }
 }
 
@@ -97,4 +113,59 @@ pub(crate) fn run(cli: Cli) -> anyhow::Result<ExitCode> {
 fn is_only_output(command: &Command) -> bool {
     use Command::{Completions, Doctor, Export, Iox2Config, Man, Solve};
     matches!(command, Solve(_) | Export(_) | Doctor(_) | Iox2Config(_) | Completions(_) | Man(_))
+}
+
+fn print_iox2_config(args: &BusArgs) -> anyhow::Result<ExitCode> {
+    let domain = Domain::new(args.instance.clone())?;
+    print::print_line(domain.iceoryx2_toml().trim_end())?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Reads the configuration that the arguments name, with the flags over it. An error names the file.
+fn load_config(args: &ConfigArgs, overrides: Overrides) -> anyhow::Result<Config> {
+    let path = args.config.as_deref();
+    let loaded = Config::load(path, overrides);
+    match path {
+        Some(path) => loaded.with_context(|| path.display().to_string()),
+        None => Ok(loaded?),
+    }
+}
+
+/// Prints an error in one line.
+fn complain_of(error: &anyhow::Error) {
+    let remedy = remedy(error).map_or_else(String::new, |remedy| format!(": {remedy}"));
+    let label = Painted::on(&io::stderr(), *Styles::styled().get_error(), "error:");
+    complain(&format!("{label} {}{remedy}", printable(&format!("{error:#}"))));
+}
+
+/// Prints help and version as clap does, an error in one line.
+fn report_usage(error: &clap::Error) -> ExitCode {
+    let rendered = error.render();
+    if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
+        let text = if is_coloured(&io::stdout()) { rendered.ansi().to_string() } else { rendered.to_string() };
+        wait_for_reader(None);
+        // Where it fails, the end of the process reports it.
+        let _ = output::print(text.into_bytes());
+        return ExitCode::SUCCESS;
+    }
+    let plain = rendered.to_string();
+    // What was typed is part of the message: where it could drive the terminal, it is shown escaped and without colour.
+    let is_plain = plain.lines().any(|line| matches!(printable(line), Cow::Owned(_)));
+    let plain = plain.lines().map(printable).collect::<Vec<_>>().join("\n");
+    let shown = if is_coloured(&io::stderr()) && !is_plain { rendered.ansi().to_string() } else { plain.clone() };
+    if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        complain(&shown);
+    } else {
+        let lines = plain.lines().map(str::trim).zip(shown.lines().map(str::trim));
+        let message = lines.take_while(|(line, _)| !line.starts_with("Usage:"));
+        let said = message.filter(|(line, _)| !line.is_empty() && !line.starts_with("For more information"));
+        complain(&said.map(|(_, shown)| shown).collect::<Vec<_>>().join(" "));
+    }
+    ExitCode::from(exit_status::BAD_INPUT)
+}
+
+/// What to do about an error that comes of a limit of this process.
+fn remedy(error: &anyhow::Error) -> Option<String> {
+    let of_cause = error.chain().find_map(|cause| limits::remedy(cause.downcast_ref()?));
+    of_cause.or_else(|| limits::remedy_in_words(&format!("{error:#}")))
 }

@@ -9,8 +9,10 @@
 //! The kernel continues some stopped orphans by itself (`kill_orphaned_pgrp` in Linux's `kernel/exit.c`), but none that is
 //! stopped just then, and none that is inherited by a process of its own session.
 
-use std::sync::mpsc::{self, Sender};
 use std::thread;
+use std::os::unix::process::CommandExt as _;
+use std::process::Command;
+use std::sync::mpsc::{Sender, self};
 use std::time::{Duration, Instant};
 
 use anyhow::Context as _;
@@ -19,8 +21,7 @@ use nix::sys::timer::{Expiration, Timer, TimerSetTimeFlags};
 use nix::time::ClockId;
 use rustix::process::{Pid, Signal, getpid, getppid, kill_process, set_parent_process_death_signal};
 
-use crate::cli::ChildArgs;
-use crate::command::BadInput;
+use crate::cli::{BadInput, ChildArgs};
 
 /// How long a child may be stopped before it is continued: longer than `show` leaves a stopped child alone.
 const LONGEST_STOP: Duration = Duration::from_secs(10);
@@ -75,4 +76,13 @@ fn outlive_no_parent(parent: u32, prepared: &Sender<nix::Result<()>>) {
         }
         thread::sleep(LOOK_PERIOD);
     }
+}
+
+/// Has the kernel kill the child, also a stopped one, where the thread that starts it ends before the child has called
+/// [`follow_parent`](crate::command::parent::follow_parent), which asks for a gentler signal.
+#[expect(unsafe_code, reason = "the child itself cannot ask before it is a program")]
+pub(super) fn kill_with_parent(command: &mut Command) -> &mut Command {
+    let ask = || Ok(set_parent_process_death_signal(Some(Signal::KILL))?);
+    // SAFETY: between fork and exec the closure makes one system call. It neither allocates nor locks.
+    unsafe { command.pre_exec(ask) }
 }

@@ -1,26 +1,19 @@
 //! `record`: the recorder's process, and the repair of what a killed one left.
 
-use std::fs;
+use std::{fs, thread};
 use std::path::Path;
 use std::process::ExitCode;
-use std::thread;
 use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::{AlertSubscriber, BusError, Domain, Frame, FrameHeader, FrameSubscriber, ReaderReport};
 
-use crate::cli::{Format, RecordArgs};
-use crate::command::BadInput;
-use crate::command::command_trail::CommandTrail;
-use crate::command::description::Descriptions;
-use crate::command::follow::{Following, Next, open_when_there};
-use crate::command::output::{complain, print_json, print_line};
-use crate::command::printable::Printable;
-use crate::command::progress::Progress;
+use crate::cli::{BadInput, Format, RecordArgs};
+use crate::command::follow::{CommandTrail, Descriptions, Following, Next, open_when_there};
+use crate::command::print::{Progress, complain, print_json, print_line};
 use crate::output::number::Counted;
 use crate::output::report::{RecordLine, RecordSummary};
-use crate::recording::{
-    BackgroundRepair, Recorder, RecorderSettings, Repair, RepairError, Size, SpaceWarning, repair, repair_checked,
-};
+use crate::output::terminal_text::Printable;
+use crate::recording::{BackgroundRepair, Recorder, RecorderSettings, Repair, RepairError, Size, SpaceWarning, repair, repair_checked};
 use crate::system::clock::{monotonic_ns, unix_minus_monotonic_ns};
 use crate::system::nameless_file::folder_of;
 use crate::system::stop::StopFlag;

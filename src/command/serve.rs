@@ -8,10 +8,10 @@ use bench_dragon_geometry::number::Number;
 use bench_dragon_geometry::route::RouteSpec;
 use bench_dragon_ipc::{Domain, Request};
 
-use crate::cli::{ConfigArgs, Format, PaceArgs, RealTimeArgs, ServeArgs};
-use crate::command::output::{behind, complain, percentiles, print_json, print_line};
+use crate::cli::{BadInput, ConfigArgs, Format, PaceArgs, RealTimeArgs, ServeArgs};
+use crate::command::load_config;
+use crate::command::print::{behind, complain, percentiles, print_json, print_line};
 use crate::command::timecode::{Awaited, Followed};
-use crate::command::{BadInput, load_config};
 use crate::config::{Config, Overrides};
 use crate::output::number::Counted;
 use crate::output::report::ServeLine;

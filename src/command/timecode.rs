@@ -2,15 +2,14 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::{self, JoinHandle};
+use std::thread::{JoinHandle, self};
 use std::time::Duration;
 
 use bench_dragon_ipc::TimecodeKind;
 use rtrb::Consumer;
 
-use crate::cli::{Format, TimecodeArgs};
-use crate::command::BadInput;
-use crate::command::output::{complain, print_json};
+use crate::cli::{BadInput, Format, TimecodeArgs};
+use crate::command::print::{complain, print_json};
 use crate::config::Config;
 use crate::output::report::{ServeLine, TimecodeLine};
 use crate::source::server::{Following, Server, TimecodeNews};

@@ -32,6 +32,7 @@ mod printer;
 mod queue;
 pub mod report;
 pub mod table;
+pub(crate) mod terminal_text;
 
 pub(crate) use bar::bar;
 use printer::Printer;

@@ -14,8 +14,8 @@ use tracing_subscriber::filter::Targets;
 use tracing_subscriber::fmt::format;
 use tracing_subscriber::prelude::*;
 
-use crate::command::colour::is_coloured;
 use crate::output::Stderr;
+use crate::output::terminal_text::is_coloured;
 
 /// What the targets of libraries begin with whose warnings are not shown. All of iceoryx2's lines have that of its logger.
 const ERRORS_ONLY: [&str; 2] = ["iceoryx2", "zenoh"];

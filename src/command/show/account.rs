@@ -8,15 +8,12 @@ use anyhow::Context as _;
 use bench_dragon_ipc::AlertKind;
 use jiff::Timestamp;
 
-use super::live_line::LiveLine;
-use super::near_alerts::NearAlerts;
-use super::role::Role;
-use super::tally::Tally;
 use crate::cli::Format;
-use crate::command::output::print_json;
-use crate::output::report::{
-    ContactReport, MonitorLine, MonitorProgress, RecordLine, RestartReport, ServeLine, ShowSummary, TimecodeEvent,
-};
+use crate::command::print::print_json;
+use crate::output::report::{ContactReport, MonitorLine, MonitorProgress, RecordLine, RestartReport, ServeLine, ShowSummary, TimecodeEvent};
+use super::children::Role;
+use super::live_line::{LiveLine, NearAlerts};
+use super::summary::Tally;
 
 /// The show's account of itself.
 #[derive(Debug)]

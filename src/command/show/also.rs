@@ -3,8 +3,7 @@
 use bench_dragon_ipc::Instance;
 use clap::Parser as _;
 
-use crate::cli::{Bridge, Cli, Command};
-use crate::command::BadInput;
+use crate::cli::{BadInput, Bridge, Cli, Command};
 
 /// What may be configured.
 const ALLOWED: &str = "one of bridge, view, metrics, monitor, hz and echo";

@@ -1,6 +1,6 @@
-//! What a show reads of the bus.
+//! What a show reads of the bus, and where it last saw the dragon.
 
-use bench_dragon_ipc::{BusError, Domain, FrameSubscriber, ReaderReports, StatusReader};
+use bench_dragon_ipc::{BusError, Domain, FrameHeader, FrameSubscriber, ReaderReports, ShowState, Status, StatusReader, Stops};
 
 /// The show's ports.
 #[derive(Debug)]
@@ -27,5 +27,116 @@ impl Bus {
         // A report that cannot be read is that of a killed reader.
         let reports = std::iter::from_fn(|| self.readers.receive().ok().flatten());
         reports.filter(|report| report.ended == 0).map(|report| report.pid).collect()
+    }
+}
+
+/// What frames and statuses have last shown.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LastSeen {
+    header: Option<FrameHeader>,
+    /// Travel up to which the guard has last let the head walk; not a number without one.
+    granted_to_m: f64,
+    walking_speed_mps: Option<f64>,
+    /// Whether the show was paused when it was last not held.
+    is_paused: bool,
+    /// What keeps the head from walking, by the newest status.
+    stops: Stops,
+}
+
+impl LastSeen {
+    /// Nothing has been seen yet.
+    pub(super) fn new() -> Self {
+        Self {
+            header: None,
+            granted_to_m: Status::NONE,
+            walking_speed_mps: None,
+            is_paused: false,
+            stops: Stops::default(),
+        }
+    }
+
+    /// Takes note of the newest frame.
+    pub(super) fn see_frame(&mut self, header: &FrameHeader) {
+        match header.show_state() {
+            Some(ShowState::Running) => {
+                (self.walking_speed_mps, self.is_paused) = (Some(header.head_speed_mps), false);
+            }
+            Some(ShowState::Paused) => self.is_paused = true,
+            Some(ShowState::Stopping) => self.is_paused = self.stops.paused,
+            _ => {}
+        }
+        self.header = Some(*header);
+    }
+
+    /// Takes note of the newest status.
+    pub(super) fn see_status(&mut self, status: &Status) {
+        (self.granted_to_m, self.stops) = (status.granted_to_m, status.stops());
+    }
+
+    /// The newest frame's header.
+    pub(super) fn header(&self) -> Option<&FrameHeader> {
+        self.header.as_ref()
+    }
+
+    /// Show time of the newest frame.
+    pub(super) fn show_time_s(&self) -> Option<f64> {
+        self.header.map(|header| header.sim_time_s())
+    }
+
+    /// Speed at which the head last walked.
+    pub(super) fn walking_speed_mps(&self) -> Option<f64> {
+        self.walking_speed_mps
+    }
+
+    /// Whether the show was paused when it was last not held.
+    pub(super) fn is_paused(&self) -> bool {
+        self.is_paused
+    }
+
+    /// Whether an operator holds the show. A guard's stop is no hold: the next grant lifts it.
+    pub(super) fn is_held(&self) -> bool {
+        let held = |header: FrameHeader| match header.show_state() {
+            Some(ShowState::Held) => header.head_travel_m != self.granted_to_m,
+            Some(ShowState::Stopping) => self.stops.held,
+            _ => false,
+        };
+        self.header.is_some_and(held)
+    }
+
+    /// Whether the run is over.
+    pub(super) fn is_finished(&self) -> bool {
+        self.header.is_some_and(|header| matches!(header.show_state(), Some(ShowState::Finished | ShowState::Ended)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(state: ShowState, head_travel_m: f64) -> FrameHeader {
+        FrameHeader { state: state as u32, head_travel_m, head_speed_mps: 0.8, ..FrameHeader::default() }
+    }
+
+    #[test]
+    fn a_guards_stop_at_the_end_of_its_grant_is_no_hold() {
+        let mut seen = LastSeen::new();
+        seen.see_frame(&frame(ShowState::Held, 7.0));
+        assert!(seen.is_held());
+        seen.see_status(&Status { granted_to_m: 7.0, ..Status::default() });
+        assert!(!seen.is_held());
+        seen.see_status(&Status { granted_to_m: 8.0, ..Status::default() });
+        assert!(seen.is_held());
+    }
+
+    #[test]
+    fn a_pause_outlives_a_hold_and_ends_with_a_step() {
+        let mut seen = LastSeen::new();
+        seen.see_frame(&frame(ShowState::Running, 1.0));
+        assert_eq!((seen.is_paused(), seen.walking_speed_mps()), (false, Some(0.8)));
+        seen.see_frame(&frame(ShowState::Paused, 1.0));
+        seen.see_frame(&frame(ShowState::Held, 1.0));
+        assert!(seen.is_paused() && seen.is_held());
+        seen.see_frame(&frame(ShowState::Running, 1.1));
+        assert!(!seen.is_paused() && !seen.is_held());
     }
 }

@@ -3,12 +3,11 @@
 use std::process::ExitStatus;
 use std::time::{Duration, Instant};
 
-use crossbeam::channel::{self, Receiver, Sender};
+use crossbeam::channel::{Receiver, Sender, self};
 
-use super::life::{Life, Look};
+use crate::command::print::complain;
+use super::life::{LONGEST_DISK_SILENCE, LONGEST_SILENCE, Life, Look};
 use super::process::{Event, Launch, Process};
-use super::role::Role;
-use crate::command::output::complain;
 
 /// Lines that wait for the show. A child that prints more waits, which a show does not let last.
 const MOST_EVENTS: usize = 256;
@@ -199,5 +198,35 @@ impl Entry {
         let seconds = limit.as_secs();
         process.kill(format!("no sign of life for {seconds} s"));
         Some(format!("{} has shown no sign of life for {seconds} s: killing it", self.name))
+    }
+}
+
+/// What a child does in the show, by which it is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Role {
+    /// Publishes the frames.
+    Serve,
+    /// Looks for contacts, and guards.
+    Monitor,
+    /// Writes the recording.
+    Record,
+    /// Serves the page.
+    View,
+    /// Runs the configuration's command of this number.
+    Also(usize),
+}
+
+impl Role {
+    /// How long a child may be silent that is not stopped.
+    pub(super) fn longest_silence(self) -> Duration {
+        match self {
+            Self::Record => LONGEST_DISK_SILENCE,
+            Self::Serve | Self::Monitor | Self::View | Self::Also(_) => LONGEST_SILENCE,
+        }
+    }
+
+    /// Whether the server waits for it before it begins.
+    pub(super) fn is_awaited(self) -> bool {
+        matches!(self, Self::Monitor | Self::Record)
     }
 }

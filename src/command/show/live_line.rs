@@ -1,11 +1,12 @@
-//! The one line that shows how it goes, on a terminal.
+//! What a show says while it plays: the live line, and near alerts put together.
 
 use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::FrameHeader;
 
-use crate::output::report::MonitorProgress;
 use crate::output::{bar, complain, set_live_line};
+use crate::output::number::Counted;
+use crate::output::report::{AlertLine, MonitorProgress};
 
 /// How often the rate is measured anew.
 const RATE_PERIOD: Duration = Duration::from_secs(1);
@@ -64,6 +65,102 @@ impl LiveLine {
                 }
             }
             _ => self.measured = Some((now, tick)),
+        }
+    }
+}
+
+/// Least time from one line about near alerts to the next.
+const PERIOD: Duration = Duration::from_secs(10);
+
+/// The near alerts since the last line. The first one of a while has a line of its own, at once.
+#[derive(Debug, Default)]
+pub(super) struct NearAlerts {
+    last_line: Option<Instant>,
+    count: u64,
+    /// Show times of the first and the last one.
+    times_s: [f64; 2],
+    nearest: Option<(f64, [u32; 2])>,
+}
+
+impl NearAlerts {
+    /// Takes a near alert. Returns a line about it, if it has one of its own.
+    pub(super) fn take(&mut self, alert: &AlertLine, now: Instant) -> Option<String> {
+        if self.count == 0 && self.last_line.is_none_or(|line| now - line >= PERIOD) {
+            self.last_line = Some(now);
+            let benches = alert.benches.map_or(String::new(), |[a, b]| format!(", benches {a} and {b}"));
+            return Some(format!("{:.6} s: {}{benches}", alert.time_s, alert.kind));
+        }
+        if self.count == 0 {
+            self.times_s = [alert.time_s; 2];
+        }
+        self.times_s[1] = alert.time_s;
+        self.count += 1;
+        if let (Some(clearance_m), Some(benches)) = (alert.clearance_m, alert.benches)
+            && self.nearest.is_none_or(|(least_m, _)| clearance_m < least_m)
+        {
+            self.nearest = Some((clearance_m, benches));
+        }
+        None
+    }
+
+    /// The line about all that have come since the last one, where it is due.
+    pub(super) fn due(&mut self, now: Instant) -> Option<String> {
+        let is_due = self.last_line.is_none_or(|line| now - line >= PERIOD);
+        if is_due { self.rest(now) } else { None }
+    }
+
+    /// The same, due or not.
+    pub(super) fn rest(&mut self, now: Instant) -> Option<String> {
+        let Self { count, times_s: [from_s, to_s], nearest, .. } = std::mem::take(self);
+        self.last_line = Some(now);
+        let nearest = nearest.map_or(String::new(), |(clearance_m, [a, b])| {
+            format!(", the nearest {:.1} mm, benches {a} and {b}", 1000.0 * clearance_m)
+        });
+        (count > 0).then(|| format!("{from_s:.6} to {to_s:.6} s: {}{nearest}", Counted(count, "more near alert")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn alert(time_s: f64, benches: [u32; 2], clearance_m: f64) -> AlertLine {
+        AlertLine {
+            kind: "near".to_owned(),
+            time_s,
+            tick: 0,
+            run_id: 1,
+            benches: Some(benches),
+            clearance_m: Some(clearance_m),
+            point_m: None,
+            forecast_s: None,
+        }
+    }
+
+    #[test]
+    fn hundreds_of_near_alerts_have_two_lines() {
+        let (mut near, begin) = (NearAlerts::default(), Instant::now());
+        let lines: Vec<String> = (0..300)
+            .filter_map(|step| {
+                let now = begin + Duration::from_millis(10) * step;
+                let benches = [step, step + 9];
+                let clearance_m = 0.02 - 1e-5 * f64::from(step.min(200));
+                near.take(&alert(100.0 + 0.01 * f64::from(step), benches, clearance_m), now).or_else(|| near.due(now))
+            })
+            .collect();
+        assert_eq!(lines, ["100.000000 s: near, benches 0 and 9"]);
+        assert_eq!(near.due(begin + PERIOD.saturating_sub(Duration::from_millis(1))), None);
+        let told = "100.010000 to 102.990000 s: 299 more near alerts, the nearest 18.0 mm, benches 200 and 209";
+        assert_eq!(near.due(begin + PERIOD).as_deref(), Some(told));
+        assert_eq!(near.rest(begin + PERIOD), None, "each is told once");
+    }
+
+    #[test]
+    fn an_alert_after_a_quiet_while_is_told_at_once() {
+        let (mut near, begin) = (NearAlerts::default(), Instant::now());
+        for period in [0, 1, 2] {
+            let line = near.take(&alert(1.0, [0, 8], 0.01), begin + PERIOD * period);
+            assert_eq!(line.as_deref(), Some("1.000000 s: near, benches 0 and 8"));
         }
     }
 }

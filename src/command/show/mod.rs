@@ -13,8 +13,9 @@ use std::time::{Duration, Instant};
 use bench_dragon_ipc::{Domain, Request};
 
 use crate::cli::ShowArgs;
+use crate::command::exit_status::CONTACT;
+use crate::command::timecode;
 use crate::command::serve::{check_pace, configure, end_s};
-use crate::command::{CONTACT, timecode};
 use crate::config::Config;
 use crate::output::report::ShowSummary;
 use crate::system::stop::StopFlag;
@@ -23,35 +24,22 @@ mod account;
 mod also;
 mod bus;
 mod children;
-mod death_signal;
-mod folder;
-mod last_seen;
+mod files;
 mod life;
 mod live_line;
-mod merged_times;
-mod near_alerts;
-mod page;
-mod patience;
 mod process;
-mod repairs;
-mod report;
-mod role;
-mod starting;
-
-mod supervising;
-mod tally;
+mod start;
+mod summary;
+mod supervise;
 
 use account::Account;
 use also::AlsoCommand;
-use bus::Bus;
-use children::{Children, News};
-use folder::Folder;
-use last_seen::LastSeen;
-use page::Page;
+use bus::{Bus, LastSeen};
+use children::{Children, News, Role};
+use files::{Folder, Repairs};
 use process::PATIENCE;
-use repairs::Repairs;
-use report::print_report;
-use role::Role;
+use start::Page;
+use summary::print_report;
 
 /// How often the show looks at the bus.
 const LOOK_PERIOD: Duration = Duration::from_millis(50);

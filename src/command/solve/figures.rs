@@ -4,22 +4,18 @@ use anyhow::bail;
 use bench_dragon_geometry::clearance::{ClearanceSearch, Contact};
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dragon, Handle, Meter};
 use bench_dragon_geometry::planner::{ClosestApproach, LargestRatio, clearance_profile};
-use bench_dragon_geometry::route::RouteSpec;
-use bench_dragon_geometry::route::{Route, Turnaround};
+use bench_dragon_geometry::route::{Route, RouteSpec, Turnaround};
 use glam::DVec2;
 
-use super::caption::{caption, caption_at_speed};
-use super::profile::NearMiss;
-use super::turn_plan::passage_time_s;
 use crate::cli::FigureArgs;
-use crate::command::output::print_line;
-use crate::command::printable::Printable;
 use crate::command::whole_file;
+use crate::command::print::print_line;
 use crate::config::Config;
-use crate::output::figure::{
-    Caption, Circle, ClearanceOverTime, ContactMark, ContactView, Drawing, HandleSpeed, LargestSpeed, Pair, PlanView,
-    SpeedRange, SpeedsOverTime, TurnMarks,
-};
+use crate::output::figure::{Caption, Circle, ClearanceOverTime, ContactMark, ContactView, Drawing, HandleSpeed, LargestSpeed, Pair, PlanView, SpeedRange, SpeedsOverTime, TurnMarks};
+use crate::output::terminal_text::Printable;
+use super::caption::{caption, caption_at_speed};
+use super::contact::NearMiss;
+use super::turn::passage_time_s;
 
 /// How far a drawn route may lie off the true one: a fortieth of a millimetre where the surroundings of a contact are
 /// shown 50 mm to the metre.

@@ -2,20 +2,20 @@
 
 use std::process::ExitCode;
 
-use crate::cli::Question;
+use anyhow::bail;
+
+use crate::cli::{Question, SaveConfigArgs};
+use crate::command::whole_file;
+use crate::config::Config;
 
 mod caption;
 mod contact;
 mod figures;
 mod pitch;
 mod poses;
-mod profile;
-mod save_config;
 mod sensitivity;
 mod speed_limit;
-mod times;
 mod turn;
-mod turn_plan;
 
 pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
     match question {
@@ -27,4 +27,13 @@ pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
         Question::Sensitivity(args) => sensitivity::run(&args)?,
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the configuration that is the answer, if the arguments ask for it; fails with the reason where there is none.
+pub(super) fn save_config(args: &SaveConfigArgs, answer: Result<&Config, &str>) -> anyhow::Result<()> {
+    let Some(path) = &args.save_config else { return Ok(()) };
+    match answer {
+        Ok(config) => whole_file::write(path, config.to_toml().as_bytes()),
+        Err(reason) => bail!("--save-config has nothing to save: {reason}"),
+    }
 }

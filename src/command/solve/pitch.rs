@@ -1,17 +1,15 @@
 //! `solve pitch`: how tight may the spiral be if the head is to come to a circle with no contact on the way?
 
 use bench_dragon_geometry::planner::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
-use bench_dragon_geometry::route::Route as _;
-use bench_dragon_geometry::route::{RouteSpec, SpiralSpec, TurnaroundSpec};
+use bench_dragon_geometry::route::{Route as _, RouteSpec, SpiralSpec, TurnaroundSpec};
 use serde::Serialize;
 
-use super::caption::caption;
-use super::figures;
-use super::save_config::save_config;
-use crate::cli::{Format, PitchArgs};
-use crate::command::output::{print_json, print_line};
-use crate::command::{BadInput, load_config};
+use crate::cli::{BadInput, Format, PitchArgs};
+use crate::command::load_config;
+use crate::command::print::{print_json, print_line};
 use crate::config::{Config, Overrides};
+use super::{figures, save_config};
+use super::caption::caption;
 
 #[derive(Serialize)]
 struct Answer {

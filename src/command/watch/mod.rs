@@ -1,30 +1,28 @@
 //! `watch`: the show in the terminal.
 
-mod clerk;
-mod display;
-mod mailbox;
-mod signals;
-mod terminal;
-
+use std::{io, thread};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
+use std::time::Duration;
 
 use anyhow::Context as _;
-use bench_dragon_ipc::Domain;
+use bench_dragon_ipc::{Domain, Request, Sender};
 use ratatui::crossterm::event::Event as Input;
 use rustix::io::Errno;
 
 use crate::cli::WatchArgs;
-use crate::command::output::complain;
+use crate::command::print::complain;
+use crate::command_queue::{CommandQueue, HOLD_PATIENCE};
 use crate::display::observe::{Observer, Scene};
-use crate::display::watch::{Action, Screen, Shown, draw};
+use crate::display::watch::{Action, Reply, Screen, Shown, draw};
 use crate::system::clock::monotonic_ns;
 
-use clerk::Clerk;
-use display::Display;
+mod mailbox;
+mod terminal;
+
 use mailbox::{EndsWith, Event, Mailbox};
+use terminal::Display;
 
 /// Scenes a second. The eye sees a walk at this rate, and a terminal far away can follow.
 const SCENES_HZ: u32 = 15;
@@ -33,20 +31,20 @@ pub(crate) fn run(args: &WatchArgs) -> anyhow::Result<ExitCode> {
     let look = terminal::look(args.glyphs)?;
     let domain = Domain::new(args.bus.instance.clone())?;
     let mailbox = Arc::new(Mailbox::default());
-    signals::send_to(Arc::clone(&mailbox))?;
+    mailbox::send_signals_to(Arc::clone(&mailbox))?;
     let screen = Screen::new(domain.instance().as_str(), look, args.read_only);
-    let clerk = Clerk::start(&domain, &mailbox)?;
+    let commands = CommandSender::start(&domain, &mailbox)?;
     let display = Display::open(Arc::clone(&mailbox)).context("cannot draw on this terminal")?;
     mailbox::send_input_to(Arc::clone(&mailbox))?;
     let stop = Arc::new(AtomicBool::new(false));
     let observing = observe(domain, Arc::clone(&stop), Arc::clone(&mailbox))?;
-    let mut watch = Watch { display, screen, clerk, scene: Scene::default(), shown: None };
+    let mut watch = Watch { display, screen, commands, scene: Scene::default(), shown: None };
     let watched = watch.follow(&mailbox);
     stop.store(true, Ordering::Relaxed);
     mailbox.close();
-    let Watch { display, clerk, .. } = watch;
+    let Watch { display, commands, .. } = watch;
     drop(display);
-    clerk.finish();
+    commands.finish();
     for reply in mailbox.replies() {
         complain(reply.text());
     }
@@ -68,7 +66,7 @@ fn observe(domain: Domain, stop: Arc<AtomicBool>, mailbox: Arc<Mailbox>) -> anyh
 struct Watch {
     display: Display,
     screen: Screen,
-    clerk: Clerk,
+    commands: CommandSender,
     scene: Scene,
     /// How the scene looked that is on the screen, unless something else has changed since.
     shown: Option<Shown>,
@@ -106,7 +104,7 @@ impl Watch {
             }
             Event::Input(Input::Key(key)) => match self.screen.press(key, &self.scene, monotonic_ns()) {
                 Action::None => {}
-                Action::Command(request) => self.clerk.send(request),
+                Action::Command(request) => self.commands.send(request),
                 Action::Suspend => self.display.suspend()?,
                 Action::Quit => return Ok(false),
             },
@@ -122,5 +120,39 @@ impl Watch {
         }
         self.shown = None;
         Ok(true)
+    }
+}
+
+/// After so long the one who has left is told what is waited for.
+const MOMENT: Duration = Duration::from_millis(300);
+
+/// Submits commands to a queue, and puts the answers into the mailbox.
+#[derive(Debug)]
+pub(super) struct CommandSender {
+    commands: CommandQueue,
+    mailbox: Arc<Mailbox>,
+}
+
+impl CommandSender {
+    pub(super) fn start(domain: &Domain, mailbox: &Arc<Mailbox>) -> io::Result<Self> {
+        Ok(Self {
+            commands: CommandQueue::open(domain.clone(), "watch-command", Sender::Watch)?,
+            mailbox: Arc::clone(mailbox),
+        })
+    }
+
+    /// Sends a command.
+    pub(super) fn send(&self, request: Request) {
+        let mailbox = Arc::clone(&self.mailbox);
+        self.commands.submit(request, move |outcome| mailbox.answer(Reply::to(request, outcome)));
+    }
+
+    /// Waits until what is under way has been answered, and a hold that was asked for is, though their screen is gone; other
+    /// commands that have not been sent are given up. Who waits longer than a moment is told for what.
+    pub(super) fn finish(self) {
+        for request in self.commands.close(MOMENT, |_| true) {
+            complain(&format!("{}, waiting for the server's answer", Reply::sent(request).text()));
+        }
+        self.commands.close(HOLD_PATIENCE, |_| true);
     }
 }

@@ -1,12 +1,80 @@
-//! One page of the manual: a command's, in roff.
+//! `completions` and `man`: what an installation gives the shell, made from the command line itself.
 
-use clap::Command;
+use std::fs;
+use std::path::Path;
+use std::process::ExitCode;
+
+use clap::{Command, CommandFactory as _};
 use clap::builder::Resettable;
+use clap_complete::Shell;
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, bold, roman};
 
-use super::called;
-use crate::cli::Epilogue;
+use crate::cli::{BadInput, Cli, CompletionsArgs, Epilogue, ManArgs};
+use crate::command::whole_file;
+use crate::command::print::{print_bytes, print_line};
+use crate::output::terminal_text::Printable;
+
+const NAME: &str = "bench-dragon";
+/// The name without a hyphen: with one, the script that `clap_complete` writes for bash knows nothing of what follows a command.
+const NAME_IN_BASH: &str = "bench_dragon";
+
+pub(super) fn completions(args: CompletionsArgs) -> anyhow::Result<ExitCode> {
+    print_bytes(script(args.shell)?)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn script(shell: Shell) -> anyhow::Result<String> {
+    let (mut program, mut script) = (Cli::command(), Vec::new());
+    let name = if shell == Shell::Bash { NAME_IN_BASH } else { NAME };
+    clap_complete::generate(shell, &mut program, name, &mut script);
+    // At the end of a line stands the program that the function is for.
+    Ok(String::from_utf8(script)?.replace(&format!(" {NAME_IN_BASH}\n"), &format!(" {NAME}\n")))
+}
+
+pub(super) fn man(args: &ManArgs) -> anyhow::Result<ExitCode> {
+    let mut program = Cli::command();
+    // Gives every command its whole name and the arguments that it has from those above it.
+    program.build();
+    match &args.out {
+        Some(folder) => write_all(&program, folder)?,
+        None => print_bytes(Page::of(find(&program, &args.command)?).text()?)?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The command of a name, which may be of several words.
+fn find<'a>(program: &'a Command, name: &[String]) -> Result<&'a Command, BadInput> {
+    name.iter().try_fold(program, |command, word| {
+        command.find_subcommand(word).ok_or_else(|| {
+            let allowed: Vec<&str> = command.get_subcommands().map(Command::get_name).collect();
+            let allowed = if allowed.is_empty() { "nothing".to_owned() } else { allowed.join(", ") };
+            BadInput(format!("COMMAND is {}, must be one: after {} comes {allowed}", name.join(" "), called(command)))
+        })
+    })
+}
+
+/// How a command is called on the command line.
+fn called(command: &Command) -> &str {
+    command.get_bin_name().unwrap_or_else(|| command.get_name())
+}
+
+/// Writes the page of a command and those of the commands under it, and says which.
+fn write_all(program: &Command, folder: &Path) -> anyhow::Result<()> {
+    fs::create_dir_all(folder).map_err(|error| {
+        BadInput(format!("--out is {}, must be a folder that can be made: {error}", folder.display()))
+    })?;
+    let mut commands = vec![program];
+    while let Some(command) = commands.pop() {
+        let page = Page::of(command);
+        let path = folder.join(page.file_name());
+        whole_file::write(&path, page.text()?.as_bytes())?;
+        print_line(Printable(&path))?;
+        let shown: Vec<&Command> = command.get_subcommands().filter(|command| !command.is_hide_set()).collect();
+        commands.extend(shown.into_iter().rev());
+    }
+    Ok(())
+}
 
 /// The section that all pages are in: commands of users.
 const SECTION: &str = "1";

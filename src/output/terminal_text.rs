@@ -1,9 +1,37 @@
-//! Text that may hold anything, such as a file's name, for a terminal: control characters are escaped, so that it can
-//! neither move the cursor nor pass for another message.
+//! Text for a terminal: coloured only where the terminal shows colours, with its control characters escaped.
 
 use std::borrow::Cow;
 use std::fmt::{self, Display, Formatter, Write as _};
 use std::path::Path;
+
+use anstream::stream::RawStream;
+use anstream::{AutoStream, ColorChoice};
+use clap::builder::styling::Style;
+
+/// Whether a stream shows colours: it is a terminal that can, and `NO_COLOR` does not say otherwise.
+pub(crate) fn is_coloured(stream: &impl RawStream) -> bool {
+    AutoStream::choice(stream) != ColorChoice::Never
+}
+
+/// A text in the style that it has on a stream: none where that shows no colours.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Painted<Text> {
+    text: Text,
+    style: Style,
+}
+
+impl<Text: Display> Painted<Text> {
+    pub(crate) fn on(stream: &impl RawStream, style: Style, text: Text) -> Self {
+        Self { text, style: if is_coloured(stream) { style } else { Style::new() } }
+    }
+}
+
+impl<Text: Display> Display for Painted<Text> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self { text, style } = self;
+        write!(f, "{style}{text}{style:#}")
+    }
+}
 
 /// A path in a message.
 #[derive(Clone, Copy, Debug)]

@@ -1,17 +1,17 @@
-//! What the children have reported, added up over their restarts.
+//! The summary of a show: what the children have reported, added up over their restarts, and its text.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use bench_dragon_ipc::{FrameHeader, Status};
+use bench_dragon_ipc::{FrameHeader, Status, TimeHistogram};
 
-use super::merged_times::MergedTimes;
-use super::role::Role;
+use crate::cli::Format;
+use crate::command::print::{behind, print_json, print_line};
 use crate::output::histogram::Percentiles;
-use crate::output::report::{
-    ContactReport, FrameCounts, GuardReport, MonitorSummary, RestartReport, Restarts, ShowSummary, TimesReport,
-};
+use crate::output::report::{ContactReport, FrameCounts, GuardReport, MonitorSummary, RestartReport, Restarts, ShowSummary, TimesReport};
+use crate::output::terminal_text::Printable;
 use crate::source::server::ServerSummary;
+use super::children::Role;
 
 /// The show's books. What grows with it grows with its restarts alone, of which patience allows one a minute for each child.
 #[derive(Debug, Default)]
@@ -127,10 +127,88 @@ impl Tally {
     }
 }
 
+/// Times that several sources have reported one after the other, each of them all of its own so far.
+#[derive(Debug, Default)]
+pub(super) struct MergedTimes {
+    ended: TimeHistogram,
+    /// The source that reports now, and what it has last reported.
+    current: Option<(u64, TimeHistogram)>,
+}
+
+impl MergedTimes {
+    /// Takes the newest report of a source, which replaces its earlier ones. Another source has ended.
+    pub(super) fn report(&mut self, source: u64, times: &TimeHistogram) {
+        if let Some((_, last)) = self.current.take_if(|(current, _)| *current != source) {
+            self.ended.add(&last);
+        }
+        self.current = Some((source, *times));
+    }
+
+    /// The times of all sources.
+    pub(super) fn all(&self) -> TimeHistogram {
+        let mut all = self.ended;
+        self.current.iter().for_each(|(_, times)| all.add(times));
+        all
+    }
+}
+
+pub(super) fn print_report(format: Format, summary: &ShowSummary, folder: &Path) -> anyhow::Result<()> {
+    if format == Format::Json {
+        return print_json(summary);
+    }
+    let frames = &summary.frames;
+    match summary.contact {
+        Some(ContactReport { time_s, benches: [a, b] }) => {
+            print_line(format_args!("first contact   {time_s:.6} s, benches {a} and {b}"))?;
+        }
+        None => print_line("first contact   none")?,
+    }
+    if let Some(GuardReport { held_at_s, clearance_m, forecast_contact_s }) = summary.guard {
+        let clearance = clearance_m.map_or(String::new(), |clearance_m| format!(", clearance {clearance_m:.6} m"));
+        let forecast =
+            forecast_contact_s.map_or(String::new(), |time_s| format!(", contact forecast at {time_s:.6} s"));
+        print_line(format_args!("held by guard   {held_at_s:.6} s{clearance}{forecast}"))?;
+    }
+    print_line(format_args!(
+        "frames          {} published, {} monitored ({} missed), {} recorded ({} missed)",
+        frames.published, frames.monitored, frames.missed_by_monitor, frames.recorded, frames.missed_by_recorder
+    ))?;
+    print_line(format_args!("lateness        {}", percentiles(&summary.lateness_us)))?;
+    print_line(format_args!("latency         {}, frame due to frame monitored", percentiles(&summary.latency_us)))?;
+    let behind = behind(summary.behind_s, summary.most_behind_s);
+    print_line(format_args!("overruns        {}{behind}", summary.overruns))?;
+    print_restarts(summary)?;
+    print_line(format_args!("in              {}", Printable(folder)))?;
+    Ok(())
+}
+
+/// How often each child was started again, and a line for each that ended before the show.
+fn print_restarts(summary: &ShowSummary) -> anyhow::Result<()> {
+    if summary.restart_log.is_empty() {
+        return Ok(());
+    }
+    let Restarts { serve, monitor, record, view, also } = &summary.restarts;
+    let mut counts = vec![format!("{serve} serve"), format!("{monitor} monitor"), format!("{record} record")];
+    let others = std::iter::once(("view", view)).chain(also.iter().map(|(name, count)| (name.as_str(), count)));
+    counts.extend(others.filter(|(_, count)| **count > 0).map(|(name, count)| format!("{count} {name}")));
+    print_line(format_args!("restarts        {}", counts.join(", ")))?;
+    for RestartReport { role, reason, show_time_s, at, restarted } in &summary.restart_log {
+        let time = show_time_s.map_or("before the first frame".to_owned(), |time_s| format!("at {time_s:.3} s"));
+        let given_up = if *restarted { "" } else { ", not started again" };
+        print_line(format_args!("                {role} {time}, {at}: {reason}{given_up}"))?;
+    }
+    Ok(())
+}
+
+fn percentiles(Percentiles { p50, p99, p999, max }: &Percentiles) -> String {
+    format!("p50 {p50:.1}  p99 {p99:.1}  p99.9 {p999:.1}  max {max:.1} \u{b5}s")
+}
+
 #[cfg(test)]
 mod tests {
-    use super::*;
     use bench_dragon_ipc::TimeHistogram;
+
+    use super::*;
 
     #[test]
     fn the_lateness_of_a_show_is_that_of_all_its_servers() {
@@ -161,5 +239,24 @@ mod tests {
         let summary = tally.summary(Vec::new());
         assert_eq!((summary.latency_us.max, summary.frames.monitored), (70.0, 7));
         assert!(summary.latency_us.p50 < 10.4, "{summary:?}");
+    }
+
+    fn times(times_ns: &[u64]) -> TimeHistogram {
+        let mut histogram = TimeHistogram::default();
+        for time_ns in times_ns {
+            histogram.record(*time_ns);
+        }
+        histogram
+    }
+
+    #[test]
+    fn the_newest_report_of_each_source_counts_and_no_other() {
+        let mut merged = MergedTimes::default();
+        assert_eq!(merged.all(), TimeHistogram::default());
+        merged.report(7, &times(&[1]));
+        merged.report(7, &times(&[1, 90_000]));
+        merged.report(3, &times(&[2]));
+        merged.report(3, &times(&[2, 3]));
+        assert_eq!(merged.all(), times(&[1, 90_000, 2, 3]));
     }
 }

@@ -1,0 +1,271 @@
+//! `solve sensitivity`: how do the answers change with each measure?
+
+use bench_dragon_geometry::planner::{Curve, Parameter, Response, Sample, Sensitivity, Setting};
+use bench_dragon_geometry::route::{RouteSpec, TurnaroundSpec};
+use serde::Serialize;
+
+use crate::cli::{Format, SensitivityArgs};
+use crate::command::{load_config, whole_file};
+use crate::command::print::{Progress, print_bytes, print_json, print_line};
+use crate::config::{Config, Overrides};
+use crate::output::figure;
+use crate::output::table::{Cell, Column, Exporter as _, Table, Text, Xlsx};
+use super::figures;
+use super::caption::caption;
+
+pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<()> {
+    let config = load_config(&args.config, Overrides::default())?;
+    let sensitivity = sensitivity(&config, args);
+    let responses = study(&sensitivity, args);
+    if let Some(path) = &args.xlsx {
+        whole_file::write(path, &Xlsx.export(&sheets(&sensitivity, &responses))?)?;
+    }
+    if args.figure.figure.is_some() {
+        let caption = caption(&args.figure, &config, "How the answers change with each measure");
+        figures::save(chart(caption, &sensitivity, &responses).draw(), &args.figure)?;
+    }
+    if args.format.format == Format::Json {
+        return print_json(&answer(&sensitivity, &responses));
+    }
+    print_bytes(Text.export(&texts(&sensitivity, &responses))?)?;
+    let notes = notes(&responses);
+    if !notes.is_empty() {
+        print_line("")?;
+    }
+    for note in notes {
+        print_line(note)?;
+    }
+    Ok(())
+}
+
+fn sensitivity(config: &Config, args: &SensitivityArgs) -> Sensitivity {
+    let planned_diameter_m = match config.route() {
+        RouteSpec::Spiral(_) => TurnaroundSpec::default().turn_diameter_m,
+        RouteSpec::Turnaround(plan) => plan.turn_diameter_m,
+    };
+    let is_asked = |parameter: &Parameter| args.parameter.is_empty() || args.parameter.contains(parameter);
+    Sensitivity {
+        setting: Setting {
+            dimensions: *config.dragon().dimensions(),
+            route: config.route(),
+            speed_mps: config.head_speed_mps(),
+            accel_mps2: config.head_accel_mps2(),
+        },
+        turn_diameter_m: args.turn_diameter.unwrap_or(planned_diameter_m),
+        range: 0.01 * args.range,
+        steps: args.steps,
+        parameters: Parameter::ALL.into_iter().filter(is_asked).collect(),
+    }
+}
+
+/// With a bar while it takes long.
+fn study(sensitivity: &Sensitivity, args: &SensitivityArgs) -> Vec<Response> {
+    let progress = Progress::new("answers", sensitivity.questions() as f64);
+    sensitivity.study(&args.work.long_meter(), || progress.add(1.0))
+}
+
+#[derive(Serialize)]
+pub(super) struct Answer {
+    turn_diameter_m: f64,
+    range_percent: f64,
+    quantities: Vec<ResponseAnswer>,
+}
+
+#[derive(Serialize)]
+struct ResponseAnswer {
+    quantity: &'static str,
+    value: Option<f64>,
+    reason: Option<String>,
+    parameters: Vec<CurveAnswer>,
+}
+
+#[derive(Serialize)]
+struct CurveAnswer {
+    parameter: &'static str,
+    value: f64,
+    /// In the quantity's unit per unit of the parameter.
+    derivative: Option<f64>,
+    derivative_reason: Option<String>,
+    samples: Vec<SampleAnswer>,
+}
+
+#[derive(Serialize)]
+struct SampleAnswer {
+    parameter_value: f64,
+    value: Option<f64>,
+    reason: Option<String>,
+}
+
+pub(super) fn answer(sensitivity: &Sensitivity, responses: &[Response]) -> Answer {
+    Answer {
+        turn_diameter_m: sensitivity.turn_diameter_m,
+        range_percent: 100.0 * sensitivity.range,
+        quantities: responses.iter().map(ResponseAnswer::from).collect(),
+    }
+}
+
+impl From<&Response> for ResponseAnswer {
+    fn from(response: &Response) -> Self {
+        let (value, reason) = number_or_reason(&response.value);
+        let parameters = response.curves.iter().map(CurveAnswer::from).collect();
+        Self { quantity: response.quantity.key(), value, reason, parameters }
+    }
+}
+
+impl From<&Curve> for CurveAnswer {
+    fn from(curve: &Curve) -> Self {
+        let (derivative, derivative_reason) = number_or_reason(&curve.derivative);
+        Self {
+            parameter: curve.parameter.key(),
+            value: curve.parameter_value,
+            derivative,
+            derivative_reason,
+            samples: curve.samples.iter().map(SampleAnswer::from).collect(),
+        }
+    }
+}
+
+impl From<&Sample> for SampleAnswer {
+    fn from(sample: &Sample) -> Self {
+        let (value, reason) = number_or_reason(&sample.value);
+        Self { parameter_value: sample.parameter_value, value, reason }
+    }
+}
+
+fn number_or_reason<E: ToString>(result: &Result<f64, E>) -> (Option<f64>, Option<String>) {
+    (result.as_ref().ok().copied(), result.as_ref().err().map(E::to_string))
+}
+
+/// Decimals that people see.
+const DECIMALS: usize = 6;
+
+/// For a terminal: a table for each quantity that there is.
+pub(super) fn texts(sensitivity: &Sensitivity, responses: &[Response]) -> Vec<Table> {
+    let table = |response: &Response| {
+        let mut table = Table::new(titled(response), columns(sensitivity, Vec::new()));
+        response.curves.iter().for_each(|curve| table.push(row(curve, Vec::new())));
+        table
+    };
+    responses.iter().filter(|response| response.value.is_ok()).map(table).collect()
+}
+
+/// For a workbook: what the terminal shows in one sheet, every sample in another.
+pub(super) fn sheets(sensitivity: &Sensitivity, responses: &[Response]) -> [Table; 2] {
+    let quantity = || vec![Column::text("quantity")];
+    let mut summary = Table::new("summary", columns(sensitivity, quantity()));
+    let numbers = ["change (%)", "parameter value", "value"].map(|title| Column::number(title, DECIMALS));
+    let mut all = quantity();
+    all.push(Column::text("parameter"));
+    all.extend(numbers);
+    all.push(Column::text("reason"));
+    let mut samples = Table::new("samples", all);
+    for response in responses {
+        for curve in &response.curves {
+            summary.push(row(curve, vec![titled(response).into()]));
+            curve.samples.iter().for_each(|sample| samples.push(sample_row(response, curve, sample)));
+        }
+    }
+    [summary, samples]
+}
+
+/// Why there are blanks, a line each.
+pub(super) fn notes(responses: &[Response]) -> Vec<String> {
+    let mut notes = Vec::new();
+    for response in responses {
+        let quantity = response.quantity;
+        if let Err(reason) = &response.value {
+            notes.push(format!("– {quantity}: {reason}"));
+            continue;
+        }
+        for curve in &response.curves {
+            let reasons = ends(curve).into_iter().filter_map(|sample| sample.value.as_ref().err());
+            let derivative = curve.derivative.as_ref().err();
+            let mut reasons: Vec<String> =
+                reasons.map(ToString::to_string).chain(derivative.map(ToString::to_string)).collect();
+            reasons.dedup();
+            notes.extend(reasons.iter().map(|reason| format!("– {quantity} over {}: {reason}", curve.parameter)));
+        }
+    }
+    notes
+}
+
+fn columns(sensitivity: &Sensitivity, mut columns: Vec<Column>) -> Vec<Column> {
+    let percent = 100.0 * sensitivity.range;
+    columns.push(Column::text("parameter"));
+    let numbers = [
+        "value".to_owned(),
+        format!("-{percent} %"),
+        "as planned".to_owned(),
+        format!("+{percent} %"),
+        "per m or m/s".to_owned(),
+        "per 1 %".to_owned(),
+    ];
+    columns.extend(numbers.map(|title| Column::number(title, DECIMALS)));
+    columns
+}
+
+fn row(curve: &Curve, mut cells: Vec<Cell>) -> Vec<Cell> {
+    let [low, high] = ends(curve).map(|sample| sample.value.clone().ok());
+    let planned = curve.samples[curve.samples.len() / 2].value.clone().ok();
+    let derivative = curve.derivative.clone().ok();
+    cells.push(format!("{} ({})", curve.parameter, curve.parameter.unit()).into());
+    cells.push(curve.parameter_value.into());
+    let percent = derivative.map(|derivative| 0.01 * curve.parameter_value * derivative);
+    cells.extend([low, planned, high, derivative, percent].map(Cell::from));
+    cells
+}
+
+fn sample_row(response: &Response, curve: &Curve, sample: &Sample) -> Vec<Cell> {
+    let change = if curve.parameter_value == 0.0 {
+        Cell::Blank
+    } else {
+        Cell::from(100.0 * (sample.parameter_value / curve.parameter_value - 1.0))
+    };
+    vec![
+        titled(response).into(),
+        format!("{} ({})", curve.parameter, curve.parameter.unit()).into(),
+        change,
+        sample.parameter_value.into(),
+        sample.value.clone().ok().into(),
+        sample.value.as_ref().err().map_or(Cell::Blank, |reason| reason.to_string().into()),
+    ]
+}
+
+/// The first and the last sample.
+fn ends(curve: &Curve) -> [&Sample; 2] {
+    [curve.samples.first(), curve.samples.last()].map(|sample| sample.expect("a curve has samples"))
+}
+
+/// The quantity with its unit.
+pub(super) fn titled(response: &Response) -> String {
+    match response.quantity.unit() {
+        "" => response.quantity.to_string(),
+        unit => format!("{} ({unit})", response.quantity),
+    }
+}
+
+/// A plot for each quantity that there is.
+pub(super) fn chart(
+    caption: figure::Caption,
+    sensitivity: &Sensitivity,
+    responses: &[Response],
+) -> figure::Sensitivity {
+    let answered = responses.iter().filter(|response| response.value.is_ok());
+    let plot = |response: &Response| figure::Quantity {
+        name: titled(response),
+        curves: response.curves.iter().map(|curve| points(sensitivity, curve)).collect(),
+    };
+    figure::Sensitivity {
+        caption,
+        parameters: sensitivity.parameters.iter().map(ToString::to_string).collect(),
+        quantities: answered.map(plot).collect(),
+    }
+}
+
+fn points(sensitivity: &Sensitivity, curve: &Curve) -> Vec<(f64, Option<f64>)> {
+    let point = |(sample, step): (&Sample, i32)| {
+        let change_percent = 100.0 * sensitivity.range * f64::from(step) / f64::from(sensitivity.steps);
+        (change_percent, sample.value.clone().ok())
+    };
+    curve.samples.iter().zip(-sensitivity.steps.cast_signed()..).map(point).collect()
+}
