@@ -7,9 +7,9 @@ use bench_dragon_ipc::{Domain, GuardLock, Refusal, Request, Sender};
 use jiff::Zoned;
 use serde::Serialize;
 
-use crate::command_queue;
 use crate::cli::{CtlArgs, Format, Order};
 use crate::command::print::{complain, print_json, print_line};
+use crate::command_queue;
 use crate::display::observe::{Link, Observer, Scene};
 use crate::output::report::SceneReport;
 use crate::system::clock::monotonic_ns;

@@ -1,7 +1,7 @@
 //! `export`: a recording as a table.
 
-use std::fs;
 use std::fmt::Display;
+use std::fs;
 use std::io::BufWriter;
 use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 use crate::cli::{BadInput, ExportArgs, Format, TableFile};
 use crate::command::print::{Progress, complain_of_flaws, print_json, print_line};
-use crate::command::whole_file::{WholeFile, self};
+use crate::command::whole_file::{self, WholeFile};
 use crate::output::Stdout;
 use crate::output::number::Counted;
 use crate::output::report::ExportReport;

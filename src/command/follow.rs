@@ -4,7 +4,10 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::bail;
-use bench_dragon_ipc::{BusError, CommandEvent, CommandEventReader, Description, DescriptionReader, Domain, EventKind, Frame, FrameSubscriber, Instance, SourceLock, StatusReader};
+use bench_dragon_ipc::{
+    BusError, CommandEvent, CommandEventReader, Description, DescriptionReader, Domain, EventKind, Frame,
+    FrameSubscriber, Instance, SourceLock, StatusReader,
+};
 
 use crate::command::print::complain;
 use crate::system::clock::monotonic_ns;

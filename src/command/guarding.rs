@@ -3,12 +3,14 @@
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::{JoinHandle, self};
+use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use bench_dragon_geometry::dragon::Meter;
-use bench_dragon_ipc::{BusError, CommandClient, Domain, FrameHeader, Refusal, Request, Sender as CommandSender, StatusReader};
-use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, TryRecvError, self};
+use bench_dragon_ipc::{
+    BusError, CommandClient, Domain, FrameHeader, Refusal, Request, Sender as CommandSender, StatusReader,
+};
+use crossbeam::channel::{self, Receiver, RecvTimeoutError, Sender, TryRecvError};
 use crossbeam::queue::ArrayQueue;
 
 use crate::config::Config;

@@ -8,8 +8,8 @@ use serde::Serialize;
 use crate::cli::{Format, HzArgs};
 use crate::command::follow::{WAIT_PERIOD, open_when_there};
 use crate::command::print::{print_json, print_line};
-use crate::output::wait_for_reader;
 use crate::output::histogram::{LatencyHistogram, Percentiles};
+use crate::output::wait_for_reader;
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
 

@@ -6,14 +6,14 @@ use std::process::ExitCode;
 use bench_dragon_ipc::{BusError, Continuity, Domain, Frame, FrameSubscriber, HandleState};
 
 use crate::cli::{Format, LatencyArgs};
-use crate::command::whole_file;
 use crate::command::follow::{WAIT_PERIOD, open_when_there};
 use crate::command::print::{print_bytes, print_json, print_line};
-use crate::output::wait_for_reader;
+use crate::command::whole_file;
 use crate::output::histogram::{Bars, LatencyHistogram, PercentileText, Percentiles};
 use crate::output::number::Counted;
 use crate::output::report::{LatencyReport, ReadMode};
 use crate::output::table::{Cell, Column, Exporter as _, Table, Text};
+use crate::output::wait_for_reader;
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
 

@@ -7,7 +7,10 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, ensure};
 use bench_dragon_geometry::clearance::PairClearance;
-use bench_dragon_ipc::{Alert, AlertKind, BusError, CommandEvent, Continuity, Domain, EventKind, Frame, FrameHeader, FrameSubscriber, GuardLock, Sender, ShowState, TimeHistogram};
+use bench_dragon_ipc::{
+    Alert, AlertKind, BusError, CommandEvent, Continuity, Domain, EventKind, Frame, FrameHeader, FrameSubscriber,
+    GuardLock, Sender, ShowState, TimeHistogram,
+};
 
 use crate::cli::{Format, MonitorArgs};
 use crate::command::exit_status::CONTACT;
@@ -16,7 +19,10 @@ use crate::command::guarding::{Guarding, News};
 use crate::command::print::{print_json, print_line};
 use crate::config::Config;
 use crate::output::number::Counted;
-use crate::output::report::{AlertLine, ClearanceReport, CommandCounts, CommandLine, ContactReport, GuardReport, MonitorLine, MonitorProgress, MonitorSummary, TimesReport, local_time};
+use crate::output::report::{
+    AlertLine, ClearanceReport, CommandCounts, CommandLine, ContactReport, GuardReport, MonitorLine, MonitorProgress,
+    MonitorSummary, TimesReport, local_time,
+};
 use crate::safety::alerts::{ALERTS_PER_S, AlertPublisher};
 use crate::safety::forecast::{Forecast, Forecaster};
 use crate::safety::guard::ClearanceCheck;

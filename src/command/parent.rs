@@ -9,10 +9,10 @@
 //! The kernel continues some stopped orphans by itself (`kill_orphaned_pgrp` in Linux's `kernel/exit.c`), but none that is
 //! stopped just then, and none that is inherited by a process of its own session.
 
-use std::thread;
 use std::os::unix::process::CommandExt as _;
 use std::process::Command;
-use std::sync::mpsc::{Sender, self};
+use std::sync::mpsc::{self, Sender};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::Context as _;

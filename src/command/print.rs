@@ -1,16 +1,16 @@
 //! What commands print: lines and JSON on their way to [`crate::output`], and the bar of a long answer.
 
-use std::io;
 use std::fmt::Display;
+use std::io;
 use std::path::Path;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use crate::output::{bar, print, set_live_line};
 use crate::output::histogram::Percentiles;
 use crate::output::terminal_text::Printable;
+use crate::output::{bar, print, set_live_line};
 use crate::recording::Flaws;
 
 pub(crate) use crate::output::complain;

@@ -1,9 +1,9 @@
 //! `record`: the recorder's process, and the repair of what a killed one left.
 
-use std::{fs, thread};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
+use std::{fs, thread};
 
 use bench_dragon_ipc::{AlertSubscriber, BusError, Domain, Frame, FrameHeader, FrameSubscriber, ReaderReport};
 
@@ -13,7 +13,9 @@ use crate::command::print::{Progress, complain, print_json, print_line};
 use crate::output::number::Counted;
 use crate::output::report::{RecordLine, RecordSummary};
 use crate::output::terminal_text::Printable;
-use crate::recording::{BackgroundRepair, Recorder, RecorderSettings, Repair, RepairError, Size, SpaceWarning, repair, repair_checked};
+use crate::recording::{
+    BackgroundRepair, Recorder, RecorderSettings, Repair, RepairError, Size, SpaceWarning, repair, repair_checked,
+};
 use crate::system::clock::{monotonic_ns, unix_minus_monotonic_ns};
 use crate::system::nameless_file::folder_of;
 use crate::system::stop::StopFlag;

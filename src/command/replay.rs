@@ -8,13 +8,13 @@ use bench_dragon_geometry::dragon::Instructions;
 use bench_dragon_ipc::Domain;
 
 use crate::cli::{BadInput, Format, ReplayArgs};
-use crate::command::print::{Progress, complain, complain_of_flaws, percentiles, print_json, print_line};
 use crate::command::exit_status::UNVERIFIABLE;
+use crate::command::print::{Progress, complain, complain_of_flaws, percentiles, print_json, print_line};
 use crate::output::number::Counted;
 use crate::output::report::{ReplayLine, VerificationSummary};
 use crate::output::terminal_text::Printable;
-use crate::source::replay::{Pass, PassSummary, Replay, ReplaySettings};
 use crate::source::replay::verify::{RunVerification, Verdict, Verification, verify};
+use crate::source::replay::{Pass, PassSummary, Replay, ReplaySettings};
 use crate::system::stop::StopFlag;
 
 pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {

@@ -4,15 +4,15 @@ use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
 
-use clap::{Command, CommandFactory as _};
 use clap::builder::Resettable;
+use clap::{Command, CommandFactory as _};
 use clap_complete::Shell;
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, bold, roman};
 
 use crate::cli::{BadInput, Cli, CompletionsArgs, Epilogue, ManArgs};
-use crate::command::whole_file;
 use crate::command::print::{print_bytes, print_line};
+use crate::command::whole_file;
 use crate::output::terminal_text::Printable;
 
 const NAME: &str = "bench-dragon";

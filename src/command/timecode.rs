@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::{JoinHandle, self};
+use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use bench_dragon_ipc::TimecodeKind;

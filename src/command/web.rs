@@ -1,12 +1,12 @@
 //! `view` and `metrics`: processes that observe the bus and serve what they see over HTTP.
 
-use std::thread;
-use std::env::{VarError, self};
-use std::io::{ErrorKind, self};
+use std::env::{self, VarError};
+use std::io::{self, ErrorKind};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 
 use anyhow::{Context as _, anyhow};
 use bench_dragon_ipc::Domain;

@@ -1,13 +1,13 @@
 //! Files that are there whole or not at all.
 
-use std::process;
-use std::fs::{File, self};
-use std::io::{ErrorKind, Write as _, self};
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
+use std::process;
 
 use anyhow::Context as _;
 
-use crate::system::nameless_file::{folder_of, self};
+use crate::system::nameless_file::{self, folder_of};
 
 /// Writes a file in one go, in place of one of that name. Where that fails, what was there before is left as it was.
 ///

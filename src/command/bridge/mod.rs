@@ -6,9 +6,9 @@ use std::process::ExitCode;
 use anyhow::Context as _;
 use bench_dragon_ipc::{Domain, Instance};
 
-use crate::bridge::{Outlet, Packets, UdpSender, UdpTarget};
 use crate::bridge::osc::{AngleUnit, OscEncoder, OscSettings, SlipSender};
 use crate::bridge::psn::{PsnEncoder, SystemName};
+use crate::bridge::{Outlet, Packets, UdpSender, UdpTarget};
 use crate::cli::{Angle, BadInput, Bridge, BridgeArgs, NetworkArgs, OscArgs, PsnArgs};
 use crate::source::server::schedule::Schedule;
 use crate::system::clock::{monotonic_ns, unix_minus_monotonic_ns};

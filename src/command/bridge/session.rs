@@ -3,12 +3,12 @@
 use std::fmt::Display;
 use std::process::ExitCode;
 
+use super::feed::Release;
 use crate::bridge::{Freshness, Outage, OutageChange, Outlet, Packets};
 use crate::cli::Format;
 use crate::command::print::{complain, print_json, print_line};
 use crate::output::number::Counted;
 use crate::output::report::{BridgeLine, BridgeSummary};
-use super::feed::Release;
 
 /// A bridge's life.
 pub(super) struct Session {

@@ -4,7 +4,10 @@ use std::process::ExitCode;
 
 use bench_dragon_ipc::Domain;
 
-use crate::bridge::zenoh::{BridgeSession, KeyPrefix, ReceiverSummary, ReceivingBridge, SenderPorts, SenderSettings, SenderSummary, SendingBridge, SessionSettings, Share, Side, Silence, ZenohReport};
+use crate::bridge::zenoh::{
+    BridgeSession, KeyPrefix, ReceiverSummary, ReceivingBridge, SenderPorts, SenderSettings, SenderSummary,
+    SendingBridge, SessionSettings, Share, Side, Silence, ZenohReport,
+};
 use crate::cli::{BadInput, BridgeArgs, Format, ZenohArgs};
 use crate::command::follow::open_when_there;
 use crate::command::print::{complain, percentiles, print_json, print_line};

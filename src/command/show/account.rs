@@ -8,12 +8,14 @@ use anyhow::Context as _;
 use bench_dragon_ipc::AlertKind;
 use jiff::Timestamp;
 
-use crate::cli::Format;
-use crate::command::print::print_json;
-use crate::output::report::{ContactReport, MonitorLine, MonitorProgress, RecordLine, RestartReport, ServeLine, ShowSummary, TimecodeEvent};
 use super::children::Role;
 use super::live_line::{LiveLine, NearAlerts};
 use super::summary::Tally;
+use crate::cli::Format;
+use crate::command::print::print_json;
+use crate::output::report::{
+    ContactReport, MonitorLine, MonitorProgress, RecordLine, RestartReport, ServeLine, ShowSummary, TimecodeEvent,
+};
 
 /// The show's account of itself.
 #[derive(Debug)]

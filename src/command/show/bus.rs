@@ -1,6 +1,8 @@
 //! What a show reads of the bus, and where it last saw the dragon.
 
-use bench_dragon_ipc::{BusError, Domain, FrameHeader, FrameSubscriber, ReaderReports, ShowState, Status, StatusReader, Stops};
+use bench_dragon_ipc::{
+    BusError, Domain, FrameHeader, FrameSubscriber, ReaderReports, ShowState, Status, StatusReader, Stops,
+};
 
 /// The show's ports.
 #[derive(Debug)]

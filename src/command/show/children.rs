@@ -3,11 +3,11 @@
 use std::process::ExitStatus;
 use std::time::{Duration, Instant};
 
-use crossbeam::channel::{Receiver, Sender, self};
+use crossbeam::channel::{self, Receiver, Sender};
 
-use crate::command::print::complain;
 use super::life::{LONGEST_DISK_SILENCE, LONGEST_SILENCE, Life, Look};
 use super::process::{Event, Launch, Process};
+use crate::command::print::complain;
 
 /// Lines that wait for the show. A child that prints more waits, which a show does not let last.
 const MOST_EVENTS: usize = 256;

@@ -1,11 +1,11 @@
 //! The files of a show: its folder, and recordings that killed recorders left.
 
 use std::collections::VecDeque;
-use std::fs::{File, TryLockError, self};
+use std::fs::{self, File, TryLockError};
 use std::io::{ErrorKind, Write as _};
 use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, Sender, self};
+use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::Duration;
 
 use anyhow::Context as _;
@@ -14,8 +14,8 @@ use crate::cli::BadInput;
 use crate::config::Config;
 use crate::output::number::Counted;
 use crate::output::report::ShowSummary;
-use crate::recording::{BackgroundRepair, Repair, RepairError};
 use crate::recording::space::DiskSpace;
+use crate::recording::{BackgroundRepair, Repair, RepairError};
 
 /// How the name of a show's folder begins that was not given one.
 const FOLDER_PREFIX: &str = "show-";

@@ -4,9 +4,9 @@ use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::FrameHeader;
 
-use crate::output::{bar, complain, set_live_line};
 use crate::output::number::Counted;
 use crate::output::report::{AlertLine, MonitorProgress};
+use crate::output::{bar, complain, set_live_line};
 
 /// How often the rate is measured anew.
 const RATE_PERIOD: Duration = Duration::from_secs(1);

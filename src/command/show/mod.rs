@@ -14,8 +14,8 @@ use bench_dragon_ipc::{Domain, Request};
 
 use crate::cli::ShowArgs;
 use crate::command::exit_status::CONTACT;
-use crate::command::timecode;
 use crate::command::serve::{check_pace, configure, end_s};
+use crate::command::timecode;
 use crate::config::Config;
 use crate::output::report::ShowSummary;
 use crate::system::stop::StopFlag;

@@ -1,18 +1,18 @@
 //! A child's process: started, read line by line, asked to end, waited for.
 
-use std::thread;
 use std::fs::File;
 use std::io::{BufRead as _, BufReader};
 use std::os::unix::process::CommandExt as _;
 use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::Context as _;
 use crossbeam::channel::Sender;
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process, waitid};
 
-use crate::command::parent::kill_with_parent;
 use super::children::Role;
+use crate::command::parent::kill_with_parent;
 
 /// How long a process that has closed its stdout may take to end, and one that was asked to.
 pub(super) const PATIENCE: Duration = Duration::from_secs(30);

@@ -5,14 +5,14 @@ use std::net::{SocketAddr, TcpListener};
 use anyhow::Context as _;
 use serde::Serialize;
 
+use super::Show;
+use super::children::Role;
+use super::process::Launch;
 use crate::cli::{Format, TimecodeArgs};
 use crate::command::print::{print_json, print_line};
 use crate::command::web::{ListeningLine, TOKEN_VARIABLE, cannot_listen};
 use crate::display::view::Token;
 use crate::source::timecode::FrameRate;
-use super::Show;
-use super::children::Role;
-use super::process::Launch;
 
 /// How often the monitor reports its progress, in seconds.
 const PROGRESS_PERIOD_S: &str = "0.2";

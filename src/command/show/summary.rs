@@ -5,13 +5,15 @@ use std::path::{Path, PathBuf};
 
 use bench_dragon_ipc::{FrameHeader, Status, TimeHistogram};
 
+use super::children::Role;
 use crate::cli::Format;
 use crate::command::print::{behind, print_json, print_line};
 use crate::output::histogram::Percentiles;
-use crate::output::report::{ContactReport, FrameCounts, GuardReport, MonitorSummary, RestartReport, Restarts, ShowSummary, TimesReport};
+use crate::output::report::{
+    ContactReport, FrameCounts, GuardReport, MonitorSummary, RestartReport, Restarts, ShowSummary, TimesReport,
+};
 use crate::output::terminal_text::Printable;
 use crate::source::server::ServerSummary;
-use super::children::Role;
 
 /// The show's books. What grows with it grows with its restarts alone, of which patience allows one a minute for each child.
 #[derive(Debug, Default)]

@@ -4,12 +4,12 @@ use std::time::{Duration, Instant};
 
 use anyhow::bail;
 
-use crate::command::exit_status::DISK_FULL;
-use crate::recording::space::Size;
-use super::{Bus, Page, Show};
 use super::children::{End, Role};
 use super::files::Repaired;
 use super::life::{MAX_RESTARTS, WINDOW};
+use super::{Bus, Page, Show};
+use crate::command::exit_status::DISK_FULL;
+use crate::recording::space::Size;
 
 /// Room from which a show is recorded again, in bytes: some seconds of a large dragon at least.
 const LEAST_ROOM_BYTES: u64 = 256 << 20;

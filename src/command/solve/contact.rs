@@ -8,14 +8,14 @@ use bench_dragon_geometry::dragon::{RunEnd, Spent};
 use bench_dragon_geometry::planner::{ClosestApproach, clearance_profile, near_misses};
 use serde::Serialize;
 
+use super::caption::caption;
+use super::figures;
+use super::poses::coarser_step_s;
 use crate::cli::{BadInput, ContactArgs, Format};
 use crate::command::load_config;
 use crate::command::print::{Progress, print_json, print_line};
 use crate::config::{Config, Overrides};
 use crate::output::number::Counted;
-use super::figures;
-use super::caption::caption;
-use super::poses::coarser_step_s;
 
 #[derive(Serialize)]
 struct Answer {

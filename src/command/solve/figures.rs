@@ -7,15 +7,18 @@ use bench_dragon_geometry::planner::{ClosestApproach, LargestRatio, clearance_pr
 use bench_dragon_geometry::route::{Route, RouteSpec, Turnaround};
 use glam::DVec2;
 
-use crate::cli::FigureArgs;
-use crate::command::whole_file;
-use crate::command::print::print_line;
-use crate::config::Config;
-use crate::output::figure::{Caption, Circle, ClearanceOverTime, ContactMark, ContactView, Drawing, HandleSpeed, LargestSpeed, Pair, PlanView, SpeedRange, SpeedsOverTime, TurnMarks};
-use crate::output::terminal_text::Printable;
 use super::caption::{caption, caption_at_speed};
 use super::contact::NearMiss;
 use super::turn::passage_time_s;
+use crate::cli::FigureArgs;
+use crate::command::print::print_line;
+use crate::command::whole_file;
+use crate::config::Config;
+use crate::output::figure::{
+    Caption, Circle, ClearanceOverTime, ContactMark, ContactView, Drawing, HandleSpeed, LargestSpeed, Pair, PlanView,
+    SpeedRange, SpeedsOverTime, TurnMarks,
+};
+use crate::output::terminal_text::Printable;
 
 /// How far a drawn route may lie off the true one: a fortieth of a millimetre where the surroundings of a contact are
 /// shown 50 mm to the metre.

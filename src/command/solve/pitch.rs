@@ -4,12 +4,12 @@ use bench_dragon_geometry::planner::{PitchError, PitchLimit, SmallestPitch, smal
 use bench_dragon_geometry::route::{Route as _, RouteSpec, SpiralSpec, TurnaroundSpec};
 use serde::Serialize;
 
+use super::caption::caption;
+use super::{figures, save_config};
 use crate::cli::{BadInput, Format, PitchArgs};
 use crate::command::load_config;
 use crate::command::print::{print_json, print_line};
 use crate::config::{Config, Overrides};
-use super::{figures, save_config};
-use super::caption::caption;
 
 #[derive(Serialize)]
 struct Answer {

@@ -7,12 +7,12 @@ use bench_dragon_geometry::planner::{Infeasible, LargestRatio, largest_speed_rat
 use bench_dragon_geometry::route::RouteSpec;
 use serde::Serialize;
 
+use super::turn::{asks_for_turn, passage_time_s, planned_turn};
+use super::{figures, save_config};
 use crate::cli::{ConfigArgs, Format, SpeedLimitArgs};
 use crate::command::load_config;
 use crate::command::print::{print_json, print_line};
 use crate::config::{Config, Overrides};
-use super::{figures, save_config};
-use super::turn::{asks_for_turn, passage_time_s, planned_turn};
 
 #[derive(Serialize)]
 struct Answer {

@@ -5,16 +5,19 @@ use std::fmt::Write as _;
 use anyhow::{Context as _, bail};
 use bench_dragon_geometry::dragon::Dimensions;
 use bench_dragon_geometry::number::Number;
-use bench_dragon_geometry::planner::{ClosestApproach, HeadTimetable, LargestRatio, ShortestTurn, Staging, TurnPassage, largest_speed_ratio, passage_through, shortest_turn, walk_through};
+use bench_dragon_geometry::planner::{
+    ClosestApproach, HeadTimetable, LargestRatio, ShortestTurn, Staging, TurnPassage, largest_speed_ratio,
+    passage_through, shortest_turn, walk_through,
+};
 use bench_dragon_geometry::route::{CircularArc, RouteSpec, Turnaround, TurnaroundSpec};
 use serde::Serialize;
 
+use super::caption::caption;
+use super::{figures, save_config};
 use crate::cli::{BadInput, ConfigArgs, Format, TurnArgs, TurnPlanArgs};
 use crate::command::load_config;
 use crate::command::print::{Progress, complain, print_json, print_line};
 use crate::config::{Config, Overrides};
-use super::{figures, save_config};
-use super::caption::caption;
 
 #[derive(Serialize)]
 struct Answer {

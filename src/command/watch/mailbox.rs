@@ -1,18 +1,18 @@
 //! What a watch waits for: keys, signals, replies and scenes.
 
-use std::{io, process, thread};
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+use std::{io, process, thread};
 
 use ratatui::crossterm::event::{Event as Input, read};
 use signal_hook::consts::{SIGCONT, SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
 use signal_hook::iterator::Signals;
 
+use super::terminal;
 use crate::display::observe::Scene;
 use crate::display::watch::Reply;
 use crate::system::stop::is_hangup_ignored;
-use super::terminal;
 
 /// Keys that may wait while the screen is drawn; more of them stay with the terminal.
 const INPUT_ROOM: usize = 64;

@@ -1,10 +1,10 @@
 //! `watch`: the show in the terminal.
 
-use std::{io, thread};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
+use std::{io, thread};
 
 use anyhow::Context as _;
 use bench_dragon_ipc::{Domain, Request, Sender};
@@ -128,13 +128,13 @@ const MOMENT: Duration = Duration::from_millis(300);
 
 /// Submits commands to a queue, and puts the answers into the mailbox.
 #[derive(Debug)]
-pub(super) struct CommandSender {
+struct CommandSender {
     commands: CommandQueue,
     mailbox: Arc<Mailbox>,
 }
 
 impl CommandSender {
-    pub(super) fn start(domain: &Domain, mailbox: &Arc<Mailbox>) -> io::Result<Self> {
+    fn start(domain: &Domain, mailbox: &Arc<Mailbox>) -> io::Result<Self> {
         Ok(Self {
             commands: CommandQueue::open(domain.clone(), "watch-command", Sender::Watch)?,
             mailbox: Arc::clone(mailbox),
@@ -142,14 +142,14 @@ impl CommandSender {
     }
 
     /// Sends a command.
-    pub(super) fn send(&self, request: Request) {
+    fn send(&self, request: Request) {
         let mailbox = Arc::clone(&self.mailbox);
         self.commands.submit(request, move |outcome| mailbox.answer(Reply::to(request, outcome)));
     }
 
     /// Waits until what is under way has been answered, and a hold that was asked for is, though their screen is gone; other
     /// commands that have not been sent are given up. Who waits longer than a moment is told for what.
-    pub(super) fn finish(self) {
+    fn finish(self) {
         for request in self.commands.close(MOMENT, |_| true) {
             complain(&format!("{}, waiting for the server's answer", Reply::sent(request).text()));
         }

@@ -1,23 +1,25 @@
 //! The terminal while it is drawn on, given back however that ends.
 
-use std::{env, panic};
-use std::io::{IsTerminal as _, Write as _, self};
-use std::sync::{Arc, Once};
+use std::io::{self, IsTerminal as _, Write as _};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Once};
+use std::{env, panic};
 
-use ratatui::{Frame, Terminal};
 use ratatui::backend::CrosstermBackend;
-use ratatui::crossterm::{execute, queue};
 use ratatui::crossterm::cursor::{Hide, MoveTo, Show};
 use ratatui::crossterm::style::ResetColor;
-use ratatui::crossterm::terminal::{Clear, ClearType, EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode};
+use ratatui::crossterm::terminal::{
+    Clear, ClearType, EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode,
+};
+use ratatui::crossterm::{execute, queue};
+use ratatui::{Frame, Terminal};
 use signal_hook::consts::SIGTSTP;
 use signal_hook::low_level::emulate_default_handler;
 
+use super::mailbox::Mailbox;
 use crate::cli::{BadInput, GlyphSet};
 use crate::display::watch::{Glyphs, Look, Theme};
 use crate::output::{Screen, hold_terminal, release_terminal};
-use super::mailbox::Mailbox;
 
 /// Whether the terminal is ours.
 static IS_OURS: AtomicBool = AtomicBool::new(false);
