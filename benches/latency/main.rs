@@ -1,5 +1,5 @@
 //! How long a frame takes from one process to another, side by side: our server and subscriber, a bare iceoryx2 publisher
-//! and subscriber, a Unix stream socket, UDP on loopback, and zenoh over TCP and over its shared memory.
+//! and subscriber, a Unix stream socket and UDP on loopback. The bench `zenoh_latency` adds zenoh.
 //!
 //! The frame is that of the paper's dragon, 224 handles and a header: 10,824 bytes, a thousand times a second. Publisher
 //! and readers are processes of their own. Ours is `bench-dragon serve`; the others have its schedule, its sleep and its
@@ -31,17 +31,11 @@ mod scores;
 mod setting;
 mod transport;
 
-use setting::Setting;
+use transport::{BARE, OURS, Transport, UDP, UNIX};
+
+/// Ours comes first.
+static CONTESTANTS: [Transport; 4] = [OURS, BARE, UNIX, UDP];
 
 fn main() {
-    let args: Vec<String> = std::env::args().skip(1).collect();
-    let args: Vec<&str> = args.iter().map(String::as_str).collect();
-    match args[..] {
-        [process::PUBLISH, ref setting @ ..] => transport::publish(Setting::from_args(setting)),
-        [process::READ, place, ref setting @ ..] => transport::read(Setting::from_args(setting), place),
-        _ => {
-            shared::require_no_arguments();
-            contest::hold();
-        }
-    }
+    contest::play_part("latency");
 }

@@ -10,7 +10,8 @@ use rustix::process::{Pid, Signal, kill_process};
 
 use crate::frame_source::RATE_HZ;
 use crate::outcome::Outcome;
-use crate::setting::{Setting, Transport};
+use crate::setting::Setting;
+use crate::shared;
 
 /// First argument of a publisher.
 pub(crate) const PUBLISH: &str = "publish";
@@ -38,7 +39,7 @@ pub(crate) struct Reader(Process);
 impl Publisher {
     /// Starts one, and returns when readers may come.
     pub(crate) fn start(setting: Setting) -> Self {
-        if setting.transport == Transport::Ours {
+        if setting.transport.publish.is_none() {
             return Self::serve(setting);
         }
         let process = Process::start(myself().arg(PUBLISH).args(setting.to_args()));
@@ -49,7 +50,7 @@ impl Publisher {
     /// The real server, on an instance of its own.
     fn serve(setting: Setting) -> Self {
         let place = format!("latency-{}", std::process::id());
-        let mut serve = Command::new(env!("CARGO_BIN_EXE_bench-dragon"));
+        let mut serve = shared::program();
         serve.args(["serve", "--format", "json", "--instance", &place]);
         serve.args(["--rate", &RATE_HZ.to_string(), "--readers", &setting.readers.to_string()]);
         let process = Process::start(&mut serve);

@@ -6,8 +6,9 @@ use bench_dragon::output::histogram::{LatencyHistogram, Percentiles};
 use bench_dragon::output::table::{Cell, Column, Exporter as _, Table, Text};
 
 use crate::outcome::Outcome;
-use crate::setting::{Setting, Transport};
+use crate::setting::Setting;
 use crate::shared::{Figures, median};
+use crate::transport::BARE;
 
 /// All turns of one contestant in one setting.
 pub(crate) struct Scores {
@@ -68,12 +69,12 @@ impl Latency {
 }
 
 /// Prints and writes the figures of all settings, then shows them as tables.
-pub(crate) fn report(contests: &[[Scores; 6]], took: Duration) {
-    let mut figures = Figures::of("latency");
+pub(crate) fn report(bench: &'static str, contests: &[Vec<Scores>], took: Duration) {
+    let mut figures = Figures::of(bench);
     figures.set("seconds_in_all", took.as_secs_f64());
     for scores in contests.iter().flatten() {
         let Setting { transport, mode, readers } = scores.setting;
-        let key = format!("{}_{}_{readers}", transport.name(), mode.name());
+        let key = format!("{}_{}_{readers}", transport.name, mode.name());
         for (instant, latency) in [("sent", &scores.sent), ("due", &scores.due)] {
             for (percentile, micros) in named(latency.all.percentiles()) {
                 figures.set(&format!("{key}_{instant}_{percentile}_us"), micros);
@@ -93,19 +94,19 @@ pub(crate) fn report(contests: &[[Scores; 6]], took: Duration) {
 }
 
 /// Ours against the bare transport, and the others against ours.
-fn compare(contest: &[Scores; 6], figures: &mut Figures) {
-    let [ours, others @ ..] = contest;
+fn compare(contest: &[Scores], figures: &mut Figures) {
+    let [ours, others @ ..] = contest else { panic!("ours competes") };
     for other in others {
-        let (above, below) = if other.setting.transport == Transport::Bare { (ours, other) } else { (other, ours) };
+        let (above, below) = if other.setting.transport.name == BARE.name { (ours, other) } else { (other, ours) };
         let Setting { mode, readers, .. } = ours.setting;
-        let names = format!("{}_vs_{}", above.setting.transport.name(), below.setting.transport.name());
+        let names = format!("{}_vs_{}", above.setting.transport.name, below.setting.transport.name);
         let key = |instant: &str| format!("{names}_{}_{readers}_{instant}_p50", mode.name());
         figures.set(&key("sent"), above.sent.ratio_to(&below.sent));
         figures.set(&key("due"), above.due.ratio_to(&below.due));
     }
 }
 
-fn table(contest: &[Scores; 6]) -> Table {
+fn table(contest: &[Scores]) -> Table {
     let Setting { mode, readers, .. } = contest[0].setting;
     let instants = ["sent", "due"];
     let mut columns = vec![Column::text("")];
@@ -116,7 +117,7 @@ fn table(contest: &[Scores; 6]) -> Table {
     let name = format!("{}, {readers} reading: \u{b5}s from sent and from due until every handle is read", mode.name());
     let mut table = Table::new(name, columns);
     for scores in contest {
-        let mut row = vec![Cell::from(scores.setting.transport.title())];
+        let mut row = vec![Cell::from(scores.setting.transport.title)];
         for latency in [&scores.sent, &scores.due] {
             row.extend(named(latency.all.percentiles()).map(|(_, micros)| Cell::from(micros)));
         }

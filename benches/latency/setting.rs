@@ -2,16 +2,7 @@
 
 use std::thread;
 
-/// What carries the frames.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Transport {
-    Ours,
-    Bare,
-    Unix,
-    Udp,
-    ZenohTcp,
-    ZenohShm,
-}
+use crate::transport::Transport;
 
 /// How a reader comes to know of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,39 +12,11 @@ pub(crate) enum Mode {
 }
 
 /// A transport, and who reads from it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Setting {
-    pub(crate) transport: Transport,
+    pub(crate) transport: &'static Transport,
     pub(crate) mode: Mode,
     pub(crate) readers: usize,
-}
-
-impl Transport {
-    pub(crate) const ALL: [Self; 6] = [Self::Ours, Self::Bare, Self::Unix, Self::Udp, Self::ZenohTcp, Self::ZenohShm];
-
-    /// As it stands in the figures' keys.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Ours => "ours",
-            Self::Bare => "bare",
-            Self::Unix => "unix",
-            Self::Udp => "udp",
-            Self::ZenohTcp => "zenoh_tcp",
-            Self::ZenohShm => "zenoh_shm",
-        }
-    }
-
-    /// As people read it.
-    pub(crate) fn title(self) -> &'static str {
-        match self {
-            Self::Ours => "bench-dragon",
-            Self::Bare => "bare iceoryx2",
-            Self::Unix => "Unix stream",
-            Self::Udp => "UDP, loopback",
-            Self::ZenohTcp => "zenoh, TCP",
-            Self::ZenohShm => "zenoh, shared memory",
-        }
-    }
 }
 
 impl Mode {
@@ -68,13 +31,13 @@ impl Mode {
 impl Setting {
     /// The arguments that tell a child process.
     pub(crate) fn to_args(self) -> [String; 3] {
-        [self.transport.name().to_owned(), self.mode.name().to_owned(), self.readers.to_string()]
+        [self.transport.name.to_owned(), self.mode.name().to_owned(), self.readers.to_string()]
     }
 
     /// What a parent process told.
     pub(crate) fn from_args(args: &[&str]) -> Self {
         let [transport, mode, readers] = args else { panic!("a transport, a mode and a number of readers: {args:?}") };
-        let transport = Transport::ALL.into_iter().find(|known| known.name() == *transport);
+        let transport = crate::CONTESTANTS.iter().find(|known| known.name == *transport);
         let mode = [Mode::Polling, Mode::Woken].into_iter().find(|known| known.name() == *mode);
         Self {
             transport: transport.expect("our parent names transports as we do"),

@@ -11,5 +11,5 @@ pub use self::{
         Figures, dimensions, dragon, interleaved, median, nanoseconds_a_call, quantile, require_no_arguments,
         seconds_or,
     },
-    program::{Program, domain},
+    program::{Program, domain, program},
 };

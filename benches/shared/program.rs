@@ -1,11 +1,37 @@
 //! The product's own processes.
 
+use std::env;
 use std::io::{BufRead as _, BufReader};
+use std::path::PathBuf;
 use std::process::{Child, ChildStdout, Command, Stdio};
+use std::sync::LazyLock;
 
 use bench_dragon_ipc::{Domain, Instance};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
+
+/// The program. Cargo builds it for the benches of its own package; for those of another one, it is built here, with zenoh.
+static PROGRAM: LazyLock<PathBuf> = LazyLock::new(|| match option_env!("CARGO_BIN_EXE_bench-dragon") {
+    Some(path) => path.into(),
+    None => build_with_zenoh(),
+});
+
+/// The program, about to be given its arguments.
+pub fn program() -> Command {
+    Command::new(&*PROGRAM)
+}
+
+fn build_with_zenoh() -> PathBuf {
+    let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/../Cargo.toml");
+    let cargo = env::var_os("CARGO").expect("cargo runs this bench");
+    let mut build = Command::new(cargo);
+    build.args(["build", "--release", "--locked", "--package", "bench-dragon", "--bin", "bench-dragon"]);
+    let built = build.args(["--features", "zenoh", "--manifest-path", manifest]).status();
+    assert!(built.expect("cargo is there").success(), "the program cannot be built");
+    // TARGET/release/deps/BENCH and TARGET/release/bench-dragon
+    let bench = env::current_exe().expect("this bench is a file");
+    bench.parent().and_then(|deps| deps.parent()).expect("cargo's folder for it").join("bench-dragon")
+}
 
 /// A running process. One that is dropped is asked to end.
 #[derive(Debug)]
@@ -23,17 +49,15 @@ pub fn domain(instance: &str) -> Domain {
 impl Program {
     /// Starts a command on an instance.
     pub fn start(domain: &Domain, args: &[&str]) -> Self {
-        Self::start_by(Command::new(Self::PATH), domain, args)
+        Self::start_by(program(), domain, args)
     }
 
     /// Starts a command on an instance within a network namespace.
     pub fn start_within(namespace: &str, domain: &Domain, args: &[&str]) -> Self {
         let mut command = Command::new("ip");
-        command.args(["netns", "exec", namespace, Self::PATH]);
+        command.args(["netns", "exec", namespace]).arg(&*PROGRAM);
         Self::start_by(command, domain, args)
     }
-
-    const PATH: &str = env!("CARGO_BIN_EXE_bench-dragon");
 
     fn start_by(mut command: Command, domain: &Domain, args: &[&str]) -> Self {
         let mut child = command
@@ -42,7 +66,7 @@ impl Program {
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .spawn()
-            .expect("the program is there: cargo has built it for this bench");
+            .expect("the program has been built");
         let stdout = BufReader::new(child.stdout.take().expect("it is piped"));
         Self { child, stdout }
     }

@@ -4,35 +4,45 @@ mod bare;
 mod ours;
 mod udp;
 mod unix;
-mod zenoh;
 
-pub(crate) use zenoh::clear_up;
+use crate::publishing::publish;
+use crate::reading::read;
+use crate::setting::Setting;
 
-use crate::publishing::publish as pace;
-use crate::reading;
-use crate::setting::{Setting, Transport};
-
-/// Publishes until the parent closes stdin.
-pub(crate) fn publish(setting: Setting) {
-    match setting.transport {
-        Transport::Ours => panic!("ours is published by the real server"),
-        Transport::Bare => pace(bare::BareSender::open(setting)),
-        Transport::Unix => pace(unix::UnixSender::open(setting)),
-        Transport::Udp => pace(udp::UdpSender::open(setting)),
-        Transport::ZenohTcp => pace(zenoh::TcpSender::open()),
-        Transport::ZenohShm => pace(zenoh::ShmSender::open()),
-    }
+/// What carries the frames.
+#[derive(Debug)]
+pub(crate) struct Transport {
+    /// As it stands in the figures' keys.
+    pub(crate) name: &'static str,
+    /// As people read it.
+    pub(crate) title: &'static str,
+    /// Publishes until the parent closes stdin; `None` for ours, which the real server publishes.
+    pub(crate) publish: Option<fn(Setting)>,
+    /// Reads one turn of what is published at a place.
+    pub(crate) read: fn(Setting, &str),
 }
 
-/// Reads one turn.
-pub(crate) fn read(setting: Setting, place: &str) {
-    match setting.transport {
-        Transport::Ours => reading::read(setting, ours::Subscriber::open(setting, place)),
-        Transport::Bare => reading::read(setting, bare::BareReceiver::open(setting, place)),
-        Transport::Unix => reading::read(setting, unix::UnixReceiver::open(setting, place)),
-        Transport::Udp => reading::read(setting, udp::UdpReceiver::open(setting, place)),
-        Transport::ZenohTcp | Transport::ZenohShm => {
-            reading::read(setting, zenoh::ZenohReceiver::open(setting, place));
-        }
-    }
-}
+pub(crate) const OURS: Transport = Transport {
+    name: "ours",
+    title: "bench-dragon",
+    publish: None,
+    read: |setting, place| read(setting, ours::Subscriber::open(setting, place)),
+};
+pub(crate) const BARE: Transport = Transport {
+    name: "bare",
+    title: "bare iceoryx2",
+    publish: Some(|setting| publish(bare::BareSender::open(setting))),
+    read: |setting, place| read(setting, bare::BareReceiver::open(setting, place)),
+};
+pub(crate) const UNIX: Transport = Transport {
+    name: "unix",
+    title: "Unix stream",
+    publish: Some(|setting| publish(unix::UnixSender::open(setting))),
+    read: |setting, place| read(setting, unix::UnixReceiver::open(setting, place)),
+};
+pub(crate) const UDP: Transport = Transport {
+    name: "udp",
+    title: "UDP, loopback",
+    publish: Some(|setting| publish(udp::UdpSender::open(setting))),
+    read: |setting, place| read(setting, udp::UdpReceiver::open(setting, place)),
+};

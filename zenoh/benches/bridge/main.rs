@@ -5,10 +5,10 @@
 //! cable is cut for five seconds: what comes back, and when. Every frame that is counted is first compared with the one that
 //! was sent.
 
-#[path = "../shared/mod.rs"]
+#[path = "../../../benches/shared/mod.rs"]
 mod shared;
 
-#[path = "../../tests/processes/zenoh/cable.rs"]
+#[path = "../../../tests/processes/zenoh/cable.rs"]
 mod cable;
 mod joined;
 
@@ -21,7 +21,7 @@ use serde_json::Value;
 use shared::{Figures, quantile, seconds_or};
 
 use cable::Cable;
-use joined::{Joined, Passage};
+use joined::{Joined, Journey};
 
 /// How long each phase lasts where `--seconds` does not say.
 const SECONDS: u32 = 20;
@@ -54,15 +54,15 @@ fn lay_cable() -> Option<Cable> {
 }
 
 /// Tells how frames have fared; null where there was no such way.
-fn report(figures: &mut Figures, way: &str, passage: Option<&Passage>) {
-    let number = |of: fn(&Passage) -> u64| passage.map_or(Value::Null, |passage| of(passage).into());
-    figures.set(&format!("{way}_frames"), number(|passage| passage.frames));
-    figures.set(&format!("{way}_lost"), number(|passage| passage.lost));
+fn report(figures: &mut Figures, way: &str, journey: Option<&Journey>) {
+    let number = |of: fn(&Journey) -> u64| journey.map_or(Value::Null, |journey| of(journey).into());
+    figures.set(&format!("{way}_frames"), number(|journey| journey.frames));
+    figures.set(&format!("{way}_lost"), number(|journey| journey.lost));
     let mut latency_us: Vec<f64> =
-        passage.iter().flat_map(|passage| &passage.latency_ns).map(|&nanos| nanos as f64 / 1e3).collect();
+        journey.iter().flat_map(|journey| &journey.latency_ns).map(|&nanos| nanos as f64 / 1e3).collect();
     latency_us.sort_by(f64::total_cmp);
     for (name, share) in [("p50", 0.5), ("p99", 0.99), ("p999", 0.999), ("max", 1.0)] {
-        let value = passage.map_or(Value::Null, |_| quantile(&latency_us, share).into());
+        let value = journey.map_or(Value::Null, |_| quantile(&latency_us, share).into());
         figures.set(&format!("{way}_due_to_read_{name}_us"), value);
     }
 }
@@ -79,16 +79,16 @@ fn report_cut(figures: &mut Figures, cable: Option<&Cable>) {
     joined.watch_on(CUT);
     let joined_ns = monotonic_ns();
     cable.set("up");
-    let passage = joined.watch(AFTERMATH);
-    assert_eq!(passage.runs, 1, "a run goes on as the same run");
+    let journey = joined.watch(AFTERMATH);
+    assert_eq!(journey.runs, 1, "a run goes on as the same run");
     let since = |is_wanted: &dyn Fn(u64) -> bool| {
-        let first = passage.reads.iter().find(|read| read.read_ns > joined_ns && is_wanted(read.due_ns));
+        let first = journey.reads.iter().find(|read| read.read_ns > joined_ns && is_wanted(read.due_ns));
         first.map_or(Value::Null, |read| ((read.read_ns - joined_ns) as f64 / 1e6).into())
     };
     figures.set(keys[0], since(&|_| true));
     figures.set(keys[1], since(&|due_ns| due_ns >= joined_ns));
-    figures.set(keys[2], passage.lost);
-    figures.set(keys[3], passage.missed);
+    figures.set(keys[2], journey.lost);
+    figures.set(keys[3], journey.missed);
     // Whatever holds the network's own threads lets go before the next bench begins.
     thread::sleep(Duration::from_millis(100));
 }

@@ -19,7 +19,7 @@ pub(crate) struct Joined {
     far: FrameSubscriber,
     /// What each frame of the first bus was, by its show time.
     sent: HashMap<i64, Sent>,
-    passage: Passage,
+    journey: Journey,
     receiver: Program,
     _sender: Program,
     _server: Program,
@@ -43,7 +43,7 @@ pub(crate) struct Read {
 
 /// How the frames have fared.
 #[derive(Debug, Default)]
-pub(crate) struct Passage {
+pub(crate) struct Journey {
     /// Frames put on the second bus.
     pub(crate) frames: u64,
     /// Frames lost between the buses, as the receiving bridge counts them.
@@ -87,7 +87,7 @@ impl Joined {
             near: open(&near),
             far: open(&far),
             sent: HashMap::new(),
-            passage: Passage::default(),
+            journey: Journey::default(),
             receiver,
             _sender: sender,
             _server: server,
@@ -111,24 +111,24 @@ impl Joined {
     }
 
     /// Reads both buses for so long, and ends all.
-    pub(crate) fn watch(mut self, phase: Duration) -> Passage {
+    pub(crate) fn watch(mut self, phase: Duration) -> Journey {
         self.watch_on(phase);
         let summary = self.receiver.stop("received");
         let count = |key: &str| summary[key].as_u64().expect("a number");
         // Before the description has come, frames of a run that goes on already are passed over.
         assert_eq!(count("malformed") + count("not_new") + count("too_fast"), 0, "{summary}");
-        Passage { frames: count("frames"), lost: count("lost"), runs: count("runs"), ..self.passage }
+        Journey { frames: count("frames"), lost: count("lost"), runs: count("runs"), ..self.journey }
     }
 
     fn take(&mut self, frame: &Frame, read_ns: u64) {
         if let Continuity::Lost(frames) = frame.continuity() {
-            self.passage.missed += frames;
+            self.journey.missed += frames;
         }
         // One that was sent before this reader of the first bus came.
         let Some(&Sent { due_ns, check: sent }) = self.sent.get(&frame.header().sim_time_ns) else { return };
         assert_eq!(check(frame), sent, "every value is the one that was sent");
-        self.passage.reads.push(Read { due_ns, read_ns });
-        self.passage.latency_ns.push(read_ns - due_ns);
+        self.journey.reads.push(Read { due_ns, read_ns });
+        self.journey.latency_ns.push(read_ns - due_ns);
     }
 }
 

@@ -12,23 +12,44 @@ use zenoh::{Config, Session, Wait as _};
 
 use crate::arrival::Arrival;
 use crate::frame_bytes::{self, Encoder, FRAME_BYTES};
-use crate::publishing::{Sender, announce};
-use crate::reading::Receiver;
-use crate::setting::{Mode, Setting, Transport};
+use crate::publishing::{Sender, announce, publish};
+use crate::reading::{Receiver, read};
+use crate::setting::{Mode, Setting};
+use crate::transport::Transport;
+
+pub(crate) const TCP: Transport = Transport {
+    name: "zenoh_tcp",
+    title: "zenoh, TCP",
+    publish: Some(|_| publish(TcpSender::open())),
+    read: |setting, place| read(setting, ZenohReceiver::open(setting, place, Way::Tcp)),
+};
+pub(crate) const SHARED_MEMORY: Transport = Transport {
+    name: "zenoh_shm",
+    title: "zenoh, shared memory",
+    publish: Some(|_| publish(ShmSender::open())),
+    read: |setting, place| read(setting, ZenohReceiver::open(setting, place, Way::SharedMemory)),
+};
+
+/// How frames go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    Tcp,
+    SharedMemory,
+}
 
 const KEY: &str = "bench-dragon/frames";
 /// Frames that the shared memory holds: as many as our own server keeps for a reader.
 const SHM_FRAMES: usize = 256;
 
-pub(crate) struct TcpSender {
+struct TcpSender {
     encoder: Encoder,
     publisher: Publisher<'static>,
     _session: Session,
 }
 
 impl TcpSender {
-    pub(crate) fn open() -> Self {
-        let session = listen(Transport::ZenohTcp);
+    fn open() -> Self {
+        let session = listen(Way::Tcp);
         Self { encoder: Encoder::new(), publisher: publisher(&session), _session: session }
     }
 }
@@ -41,7 +62,7 @@ impl Sender for TcpSender {
     }
 }
 
-pub(crate) struct ShmSender {
+struct ShmSender {
     encoder: Encoder,
     publisher: Publisher<'static>,
     provider: ShmProvider<PosixShmProviderBackend>,
@@ -49,10 +70,10 @@ pub(crate) struct ShmSender {
 }
 
 impl ShmSender {
-    pub(crate) fn open() -> Self {
+    fn open() -> Self {
         let backend = PosixShmProviderBackend::builder(SHM_FRAMES * FRAME_BYTES).wait().expect("/dev/shm has room");
         let provider = ShmProviderBuilder::backend(backend).wait();
-        let session = listen(Transport::ZenohShm);
+        let session = listen(Way::SharedMemory);
         Self { encoder: Encoder::new(), publisher: publisher(&session), provider, _session: session }
     }
 }
@@ -66,7 +87,7 @@ impl Sender for ShmSender {
     }
 }
 
-pub(crate) struct ZenohReceiver {
+struct ZenohReceiver {
     subscriber: Subscriber<FifoChannelHandler<Sample>>,
     mode: Mode,
     is_shared: bool,
@@ -74,12 +95,12 @@ pub(crate) struct ZenohReceiver {
 }
 
 impl ZenohReceiver {
-    pub(crate) fn open(setting: Setting, place: &str) -> Self {
-        let mut config = config(setting.transport);
+    fn open(setting: Setting, place: &str, way: Way) -> Self {
+        let mut config = config(way);
         set(&mut config, "connect/endpoints", &format!("[\"{place}\"]"));
         let session = zenoh::open(config).wait().expect("the publisher listens");
         let subscriber = session.declare_subscriber(KEY).wait().expect("the session is open");
-        let is_shared = setting.transport == Transport::ZenohShm;
+        let is_shared = way == Way::SharedMemory;
         Self { subscriber, mode: setting.mode, is_shared, _session: session }
     }
 }
@@ -107,8 +128,8 @@ fn publisher(session: &Session) -> Publisher<'static> {
 }
 
 /// A session that listens on a free port of loopback.
-fn listen(transport: Transport) -> Session {
-    let mut config = config(transport);
+fn listen(way: Way) -> Session {
+    let mut config = config(way);
     set(&mut config, "listen/endpoints", "[\"tcp/127.0.0.1:0\"]");
     let session = zenoh::open(config).wait().expect("there is a free port");
     let locators = session.info().locators().wait();
@@ -116,13 +137,13 @@ fn listen(transport: Transport) -> Session {
     session
 }
 
-fn config(transport: Transport) -> Config {
+fn config(way: Way) -> Config {
     let mut config = Config::default();
     set(&mut config, "mode", "\"peer\"");
     set(&mut config, "listen/endpoints", "[]");
     set(&mut config, "scouting/multicast/enabled", "false");
     set(&mut config, "scouting/gossip/enabled", "false");
-    set(&mut config, "transport/shared_memory/enabled", &(transport == Transport::ZenohShm).to_string());
+    set(&mut config, "transport/shared_memory/enabled", &(way == Way::SharedMemory).to_string());
     config
 }
 
