@@ -6,7 +6,7 @@ use std::sync::Arc;
 use bench_dragon::source::server::Simulation;
 use bench_dragon::source::server::motion::MotionPlan;
 use bench_dragon_geometry::dragon::{Dimensions, Dragon};
-use bench_dragon_geometry::route::{Spiral, Turnaround};
+use bench_dragon_geometry::route::{Route, Turnaround};
 use bench_dragon_ipc::{HandleState, Request};
 
 fn paper_dimensions() -> Dimensions {
@@ -14,13 +14,13 @@ fn paper_dimensions() -> Dimensions {
 }
 
 fn paper_spiral() -> Dragon {
-    let spiral = Spiral::new(0.55, 16.0).expect("the paper's spiral is valid");
+    let spiral = Route::spiral(0.55, 16.0).expect("the paper's spiral is valid");
     Dragon::new(paper_dimensions(), Arc::new(spiral)).expect("the paper's dragon stands")
 }
 
 fn paper_turnaround() -> Dragon {
     let turn = Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround is valid");
-    Dragon::new(paper_dimensions(), Arc::new(turn)).expect("the paper's dragon stands")
+    Dragon::new(paper_dimensions(), Arc::new(turn.route())).expect("the paper's dragon stands")
 }
 
 /// Plays a show with commands in between, and hashes every frame.

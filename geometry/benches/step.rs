@@ -23,7 +23,7 @@ fn main() {
     let mut figures = Figures::of("step");
     let paper = Arc::new(shared::dragon(223));
     let turn = Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround is valid");
-    let turn = Arc::new(Dragon::new(shared::dimensions(223), Arc::new(turn)).expect("the dragon stands"));
+    let turn = Arc::new(Dragon::new(shared::dimensions(223), Arc::new(turn.route())).expect("the dragon stands"));
     let large = Arc::new(shared::dragon(100_000));
     figures.set("instructions", Instructions::best().name());
 

@@ -5,57 +5,20 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::first_contact;
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, RunEnd};
-use bench_dragon_geometry::route::{Route, RoutePoint};
+use bench_dragon_geometry::route::{CircularArc, Line, Route, Segment, Turn};
 use glam::DVec2;
 
-/// Along +x up to the origin, where t = 0 is 1 m further back, then left around a circle. A place is the travel from
-/// the origin.
-#[derive(Debug)]
-struct Bend {
-    radius_m: f64,
-    end_m: f64,
-}
-
-impl Route for Bend {
-    fn start_travel_m(&self) -> f64 {
-        0.0
-    }
-
-    fn end_travel_m(&self) -> f64 {
-        1.0 + self.end_m
-    }
-
-    fn pitch_m(&self) -> f64 {
-        f64::INFINITY
-    }
-
-    fn travel(&self, place: f64) -> f64 {
-        1.0 + place
-    }
-
-    fn place(&self, travel_m: f64) -> f64 {
-        travel_m - 1.0
-    }
-
-    fn point(&self, place: f64) -> RoutePoint {
-        let angle = place.max(0.0) / self.radius_m;
-        let on_circle = self.radius_m * DVec2::new(angle.sin(), 1.0 - angle.cos());
-        let position = on_circle + DVec2::new(place.min(0.0), 0.0);
-        RoutePoint { position, tangent: DVec2::from_angle(angle), pace_m: 1.0 }
-    }
-
-    fn step_back(&self, place: f64, arc_m: f64) -> f64 {
-        place - arc_m
-    }
-
-    fn curvature_bound(&self, _rear: f64, front: f64) -> f64 {
-        if front > 0.0 { 1.0 / self.radius_m } else { 0.0 }
-    }
+/// Along +x up to the origin, where t = 0 is 1 m further back, then left around a circle.
+fn bend(radius_m: f64, end_m: f64) -> Route {
+    let line = Line::up_to(DVec2::ZERO, DVec2::X);
+    let circle = CircularArc::from_begin(DVec2::ZERO, DVec2::X, radius_m, end_m / radius_m, Turn::CounterClockwise);
+    let route = Route::new(vec![Segment::Line(line), Segment::Arc(circle)], 1.0).expect("the circle touches the line");
+    route.between(0.0, 1.0 + end_m).expect("a valid span")
 }
 
 fn dragon(benches: usize, radius_m: f64, end_m: f64) -> Dragon {
     let dimensions = Dimensions::new(benches, 2.2, 2.2, 0.3, 0.1).expect("valid benches");
-    Dragon::new(dimensions, Arc::new(Bend { radius_m, end_m })).expect("the dragon stands on the line")
+    Dragon::new(dimensions, Arc::new(bend(radius_m, end_m))).expect("the dragon stands on the line")
 }
 
 fn some_pair_overlaps(dragon: &Dragon, travel_m: f64) -> bool {
@@ -76,7 +39,7 @@ fn on_the_line_every_handle_is_as_fast_as_the_head() {
 fn on_the_circle_every_handle_is_as_fast_as_the_head() {
     let dragon = dragon(3, 3.0, 18.0);
     for handle in dragon.chain(17.0).expect("within the run") {
-        assert!((handle.speed_ratio - 1.0).abs() < 1e-12 && handle.place > 0.0, "{handle:?}");
+        assert!((handle.speed_ratio - 1.0).abs() < 1e-12 && handle.parameter > 0.0, "{handle:?}");
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{ChainSolver, Dimensions, Dragon, Handle, RunEnd};
-use bench_dragon_geometry::route::{Route, Spiral};
+use bench_dragon_geometry::route::Route;
 use proptest::prelude::*;
 
 /// Dragons that can stand at the start of a spiral.
@@ -13,7 +13,7 @@ fn dragons() -> impl Strategy<Value = Dragon> {
     (benches, spirals).prop_filter_map("cannot stand", |((count, head_m, body_m, width_m, hole), (pitch, turns))| {
         let hole_offset_m = hole * head_m.min(body_m);
         let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole_offset_m).ok()?;
-        Dragon::new(dimensions, Arc::new(Spiral::new(pitch * width_m, turns).ok()?)).ok()
+        Dragon::new(dimensions, Arc::new(Route::spiral(pitch * width_m, turns).ok()?)).ok()
     })
 }
 
@@ -43,9 +43,9 @@ proptest! {
     #[test]
     fn every_handle_stands_on_the_route_behind_the_one_before((dragon, travel_m) in walks()) {
         let handles = solve(&dragon, travel_m);
-        prop_assert!(handles.windows(2).all(|ends| ends[1].place < ends[0].place));
+        prop_assert!(handles.windows(2).all(|ends| ends[1].parameter < ends[0].parameter));
         for handle in handles {
-            let point = dragon.route().point(handle.place);
+            let point = dragon.route().point(handle.parameter);
             prop_assert_eq!((point.position, point.tangent), (handle.position, handle.tangent));
         }
     }
@@ -55,8 +55,8 @@ proptest! {
         for (bench, ends) in solve(&dragon, travel_m).windows(2).enumerate() {
             let link_m = dragon.dimensions().link_m(bench);
             for part in 1..400 {
-                let place = ends[0].place + (ends[1].place - ends[0].place) * f64::from(part) / 400.0;
-                let distance_m = ends[0].position.distance(dragon.route().point(place).position);
+                let parameter = ends[0].parameter + (ends[1].parameter - ends[0].parameter) * f64::from(part) / 400.0;
+                let distance_m = ends[0].position.distance(dragon.route().point(parameter).position);
                 prop_assert!(distance_m < link_m, "link {bench} could end {part}/400 of its way back");
             }
         }
@@ -85,7 +85,7 @@ proptest! {
     #[test]
     fn no_handle_is_faster_than_the_one_before_on_the_way_in((dragon, travel_m) in walks()) {
         for (bench, ends) in solve(&dragon, travel_m).windows(2).enumerate() {
-            if dragon.route().curvature_bound(ends[1].place, ends[0].place) * dragon.dimensions().link_m(bench) < 2.0 {
+            if dragon.route().curvature_bound(ends[1].parameter, ends[0].parameter) * dragon.dimensions().link_m(bench) < 2.0 {
                 let ratio = ends[1].speed_ratio / ends[0].speed_ratio;
                 prop_assert!(ratio <= 1.0 + 1e-12, "bench {bench} has ratio {ratio}");
             }
@@ -117,9 +117,9 @@ proptest! {
 
     #[test]
     fn place_and_travel_are_inverse(pitch_m in 0.01..100.0_f64, turns in 0.1..1000.0_f64, part in -1.0..1.0_f64) {
-        let spiral = Spiral::new(pitch_m, turns).expect("a valid spiral");
+        let spiral = Route::spiral(pitch_m, turns).expect("a valid spiral");
         let travel_m = part * spiral.end_travel_m();
-        let error_m = spiral.travel(spiral.place(travel_m)) - travel_m;
+        let error_m = spiral.travel(spiral.parameter(travel_m)) - travel_m;
         prop_assert!(error_m.abs() <= 1e-14 * spiral.end_travel_m(), "off by {error_m} m at {travel_m} m");
     }
 
@@ -130,9 +130,9 @@ proptest! {
         part in 0.0..=1.0_f64,
         arc_m in 1e-6..1000.0_f64,
     ) {
-        let spiral = Spiral::new(pitch_m, turns).expect("a valid spiral");
-        let place = spiral.place(part * spiral.end_travel_m());
-        let walked_m = spiral.travel(place) - spiral.travel(spiral.step_back(place, arc_m));
+        let spiral = Route::spiral(pitch_m, turns).expect("a valid spiral");
+        let parameter = spiral.parameter(part * spiral.end_travel_m());
+        let walked_m = spiral.travel(parameter) - spiral.travel(spiral.step_back(parameter, arc_m));
         let rounding_m = 1e-13 * (spiral.end_travel_m() + arc_m);
         prop_assert!(walked_m <= arc_m + rounding_m, "{walked_m} m of {arc_m} m");
         prop_assert!(3.0 * walked_m >= arc_m - rounding_m, "{walked_m} m of {arc_m} m");
@@ -140,12 +140,12 @@ proptest! {
 
     #[test]
     fn curvature_bound_is_how_fast_the_tangent_turns(pitch_m in 0.1..10.0_f64, turns in 0.1..50.0_f64) {
-        let spiral = Spiral::new(pitch_m, turns).expect("a valid spiral");
-        let place = spiral.place(0.0);
+        let spiral = Route::spiral(pitch_m, turns).expect("a valid spiral");
+        let parameter = spiral.parameter(0.0);
         let half_step = 1e-5;
-        let [before, here, after] = [place - half_step, place, place + half_step].map(|place| spiral.point(place));
-        let curvature = before.tangent.angle_to(after.tangent).abs() / (2.0 * half_step * here.pace_m);
-        let bound = spiral.curvature_bound(place, place);
+        let [before, here, after] = [parameter - half_step, parameter, parameter + half_step].map(|parameter| spiral.point(parameter));
+        let curvature = before.tangent.angle_to(after.tangent).abs() / (2.0 * half_step * here.speed_m_per_unit);
+        let bound = spiral.curvature_bound(parameter, parameter);
         prop_assert!((curvature - bound).abs() < 1e-6 * bound, "{curvature} against {bound}");
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance};
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon};
-use bench_dragon_geometry::route::{Route, Spiral, Turnaround};
+use bench_dragon_geometry::route::{Route, Turnaround};
 use glam::DVec2;
 use proptest::prelude::*;
 
@@ -122,7 +122,7 @@ proptest! {
 }
 
 /// Walks a millisecond at a time, then twenty times as fast, and seeks in between.
-fn assert_finds_all_of(benches: usize, route: Arc<dyn Route>, stands_m: &[f64]) {
+fn assert_finds_all_of(benches: usize, route: Arc<Route>, stands_m: &[f64]) {
     let dimensions = Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
     let dragon = Dragon::new(dimensions, route).expect("the dragon stands on its route");
     let (mut solver, mut boards) = (ChainSolver::new(&dragon), Vec::new());
@@ -140,7 +140,7 @@ fn assert_finds_all_of(benches: usize, route: Arc<dyn Route>, stands_m: &[f64]) 
 #[test]
 fn every_pair_of_a_spiral_is_found() {
     for benches in [3, 4, 12, 223] {
-        let spiral = Spiral::new(0.55, 16.0).expect("the paper's spiral is valid");
+        let spiral = Route::spiral(0.55, 16.0).expect("the paper's spiral is valid");
         assert_finds_all_of(benches, Arc::new(spiral), &[0.0, 409.82, 200.0, 412.46, 411.0, 425.0]);
     }
 }
@@ -149,13 +149,13 @@ fn every_pair_of_a_spiral_is_found() {
 fn every_pair_of_a_turnaround_is_found() {
     for benches in [3, 60, 223] {
         let turnaround = Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround is valid");
-        assert_finds_all_of(benches, Arc::new(turnaround), &[-90.0, 14.48, 0.0, 60.0]);
+        assert_finds_all_of(benches, Arc::new(turnaround.route()), &[-90.0, 14.48, 0.0, 60.0]);
     }
 }
 
 #[test]
 fn every_pair_of_a_long_dragon_is_found() {
-    let spiral = Spiral::new(0.55, 16.0).expect("the paper's spiral is valid");
+    let spiral = Route::spiral(0.55, 16.0).expect("the paper's spiral is valid");
     assert_finds_all_of(2_230, Arc::new(spiral), &[410.0]);
 }
 

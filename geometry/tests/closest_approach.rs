@@ -7,12 +7,12 @@ use bench_dragon_geometry::dragon::{ChainSolver, Dimensions, Dragon, Meter};
 use bench_dragon_geometry::planner::{
     ClosestApproach, Infeasible, Staging, TurnPassage, clearance_profile, least_clearance, near_misses, walk_through,
 };
-use bench_dragon_geometry::route::{Route, Spiral, Turnaround};
+use bench_dragon_geometry::route::{Route, Turnaround};
 use proptest::prelude::*;
 
 fn paper_dragon() -> Dragon {
     let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
-    Dragon::new(dimensions, Arc::new(Spiral::new(0.55, 16.0).expect("valid"))).expect("the paper's dragon stands")
+    Dragon::new(dimensions, Arc::new(Route::spiral(0.55, 16.0).expect("valid"))).expect("the paper's dragon stands")
 }
 
 /// Dragons whose boards are near to each other, on routes short enough to walk through in small steps.
@@ -23,10 +23,10 @@ fn crowded_dragons() -> impl Strategy<Value = Dragon> {
         let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole_m).ok()?;
         let (turnaround, pitch, turns, ratio) = route;
         let pitch_m = pitch * width_m;
-        let route: Arc<dyn Route> = if turnaround {
-            Arc::new(Turnaround::new(pitch_m, 4.0 * turns, ratio).ok()?.between(-3.0, 20.0).ok()?)
+        let route: Arc<Route> = if turnaround {
+            Arc::new(Turnaround::new(pitch_m, 4.0 * turns, ratio).ok()?.between(-3.0, 20.0).ok()?.route())
         } else {
-            Arc::new(Spiral::new(pitch_m, turns).ok()?)
+            Arc::new(Route::spiral(pitch_m, turns).ok()?)
         };
         Dragon::new(dimensions, route).ok()
     })

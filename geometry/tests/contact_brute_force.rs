@@ -6,50 +6,8 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::{ContactSearch, PairEvent, first_contact, first_within};
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon};
-use bench_dragon_geometry::route::{Route, RoutePoint, Spiral, Turnaround};
+use bench_dragon_geometry::route::{Route, Turnaround};
 use proptest::prelude::*;
-
-/// A route of which nothing is known but that it is a curve.
-#[derive(Debug)]
-struct PlainCurve<R>(R);
-
-impl<R: Route> Route for PlainCurve<R> {
-    fn start_travel_m(&self) -> f64 {
-        self.0.start_travel_m()
-    }
-
-    fn end_travel_m(&self) -> f64 {
-        self.0.end_travel_m()
-    }
-
-    fn pitch_m(&self) -> f64 {
-        self.0.pitch_m()
-    }
-
-    fn travel(&self, place: f64) -> f64 {
-        self.0.travel(place)
-    }
-
-    fn place(&self, travel_m: f64) -> f64 {
-        self.0.place(travel_m)
-    }
-
-    fn point(&self, place: f64) -> RoutePoint {
-        self.0.point(place)
-    }
-
-    fn step_back(&self, place: f64, arc_m: f64) -> f64 {
-        self.0.step_back(place, arc_m)
-    }
-
-    fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
-        self.0.curvature_bound(rear, front)
-    }
-
-    fn rounding_m(&self, place: f64, pace_m: f64) -> f64 {
-        self.0.rounding_m(place, pace_m)
-    }
-}
 
 /// The same dragon on a turnaround and on the plain curve.
 fn turning_twins() -> impl Strategy<Value = [Dragon; 2]> {
@@ -59,8 +17,9 @@ fn turning_twins() -> impl Strategy<Value = [Dragon; 2]> {
         let (pitch_m, diameter_m, ratio, end_m) = turn;
         let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole_m).ok()?;
         let turnaround = Turnaround::new(pitch_m, diameter_m, ratio).ok()?.between(-5.0, end_m).ok()?;
-        let known = Dragon::new(dimensions, Arc::new(turnaround)).ok()?;
-        Some([known, Dragon::new(dimensions, Arc::new(PlainCurve(turnaround))).ok()?])
+        let route = turnaround.route();
+        let known = Dragon::new(dimensions, Arc::new(route.clone())).ok()?;
+        Some([known, Dragon::new(dimensions, Arc::new(route.without_coil())).ok()?])
     })
 }
 
@@ -70,9 +29,9 @@ fn twin_dragons() -> impl Strategy<Value = [Dragon; 2]> {
     let spirals = (1.02..2.5_f64, 2.0..16.0_f64);
     (benches, spirals).prop_filter_map("cannot stand", |((count, head_m, body_m, width_m, hole_m), (pitch, turns))| {
         let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole_m).ok()?;
-        let spiral = Spiral::new(pitch * width_m, turns).ok()?;
-        let known = Dragon::new(dimensions, Arc::new(spiral)).ok()?;
-        Some([known, Dragon::new(dimensions, Arc::new(PlainCurve(spiral))).ok()?])
+        let spiral = Route::spiral(pitch * width_m, turns).ok()?;
+        let known = Dragon::new(dimensions, Arc::new(spiral.clone())).ok()?;
+        Some([known, Dragon::new(dimensions, Arc::new(spiral.without_coil())).ok()?])
     })
 }
 
@@ -82,7 +41,7 @@ fn crowded_dragons() -> impl Strategy<Value = Dragon> {
     let spirals = (1.05..2.0_f64, 2.0..8.0_f64);
     (benches, spirals).prop_filter_map("cannot stand", |((count, head_m, body_m, width_m, hole_m), (pitch, turns))| {
         let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole_m).ok()?;
-        Dragon::new(dimensions, Arc::new(Spiral::new(pitch * width_m, turns).ok()?)).ok()
+        Dragon::new(dimensions, Arc::new(Route::spiral(pitch * width_m, turns).ok()?)).ok()
     })
 }
 
@@ -215,7 +174,7 @@ proptest! {
 #[test]
 fn body_benches_that_touch_first_are_found() {
     let dimensions = Dimensions::new(60, 2.20, 2.20, 0.30, 0.275).expect("valid benches");
-    let spiral = Spiral::new(0.399_860_968_87, 13.9).expect("a valid spiral");
+    let spiral = Route::spiral(0.399_860_968_87, 13.9).expect("a valid spiral");
     let dragon = Dragon::new(dimensions, Arc::new(spiral)).expect("the dragon stands");
     let contact = first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("no limit").expect("benches touch");
     assert_eq!(contact.benches, [6, 29]);
@@ -227,7 +186,7 @@ fn body_benches_that_touch_first_are_found() {
 #[test]
 fn contact_at_the_beginning_is_found_there() {
     let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
-    let spiral = Spiral::new(0.55, 16.0).expect("a valid spiral");
+    let spiral = Route::spiral(0.55, 16.0).expect("a valid spiral");
     let dragon = Dragon::new(dimensions, Arc::new(spiral)).expect("the dragon stands");
     let contact = first_contact(&dragon, 413.0, 420.0).expect("no limit").expect("the head is in touch");
     assert_eq!((contact.travel_m, contact.benches), (413.0, [0, 8]));
@@ -236,7 +195,7 @@ fn contact_at_the_beginning_is_found_there() {
 #[test]
 fn contacts_outside_the_run_or_backwards_are_none() {
     let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
-    let spiral = Spiral::new(0.55, 16.0).expect("a valid spiral");
+    let spiral = Route::spiral(0.55, 16.0).expect("a valid spiral");
     let dragon = Dragon::new(dimensions, Arc::new(spiral)).expect("the dragon stands");
     let mut search = ContactSearch::new(&dragon);
     assert_eq!(search.first(500.0, 600.0), Ok(None));

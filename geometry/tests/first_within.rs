@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::{ClearanceSearch, ContactSearch, PairEvent, first_contact, first_within};
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Meter};
-use bench_dragon_geometry::route::{Route, Spiral, Turnaround};
+use bench_dragon_geometry::route::{Route, Turnaround};
 use proptest::prelude::*;
 
 /// Steps of the walks.
@@ -19,15 +19,15 @@ fn benches() -> impl Strategy<Value = Dimensions> {
 }
 
 /// Routes short enough to walk through in small steps, on which boards come near to each other.
-fn routes() -> impl Strategy<Value = Arc<dyn Route>> {
+fn routes() -> impl Strategy<Value = Arc<Route>> {
     let spirals = (0.15..0.8_f64, 2.0..8.0_f64).prop_filter_map("not valid", |(pitch_m, turns)| {
-        Spiral::new(pitch_m, turns).ok().map(|spiral| Arc::new(spiral) as Arc<dyn Route>)
+        Route::spiral(pitch_m, turns).ok().map(|spiral| Arc::new(spiral))
     });
     let turnarounds = (0.6..2.0_f64, 4.0..9.0_f64, 0.5..2.0_f64, 15.0..40.0_f64).prop_filter_map(
         "not valid",
         |(pitch_m, diameter_m, ratio, end_m)| {
             let turnaround = Turnaround::new(pitch_m, diameter_m, ratio).ok()?.between(-5.0, end_m).ok()?;
-            Some(Arc::new(turnaround) as Arc<dyn Route>)
+            Some(Arc::new(turnaround.route()))
         },
     );
     prop_oneof![spirals, turnarounds]
@@ -58,7 +58,7 @@ fn within_at(dragon: &Dragon, travel_m: f64, clearance_m: f64) -> BTreeSet<[usiz
 
 fn paper_dragon() -> Dragon {
     let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
-    Dragon::new(dimensions, Arc::new(Spiral::new(0.55, 16.0).expect("a valid spiral"))).expect("the dragon stands")
+    Dragon::new(dimensions, Arc::new(Route::spiral(0.55, 16.0).expect("a valid spiral"))).expect("the dragon stands")
 }
 
 proptest! {
@@ -178,7 +178,7 @@ fn clearances_at_the_ends_of_what_there_is_are_found_at_once_or_never() {
     let near = first_within(&dragon, 5.0, 0.0, dragon.end_travel_m()).expect("no limit").expect("pairs are near");
     assert_eq!(near.travel_m, 0.0);
     let short = Dimensions::new(3, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
-    let spiral = Arc::new(Spiral::new(0.55, 16.0).expect("a valid spiral"));
+    let spiral = Arc::new(Route::spiral(0.55, 16.0).expect("a valid spiral"));
     let short = Dragon::new(short, spiral).expect("the dragon stands");
     assert_eq!(first_within(&short, 0.001, 0.0, 300.0), Ok(None));
 }

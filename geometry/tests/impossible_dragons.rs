@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{Dimensions, Dragon, RunEnd};
-use bench_dragon_geometry::route::Spiral;
+use bench_dragon_geometry::route::Route;
 
 fn paper_dimensions(benches: usize) -> Dimensions {
     Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("valid benches")
 }
 
 fn on_spiral(dimensions: Dimensions, pitch_m: f64, start_turns: f64) -> Result<Dragon, String> {
-    let spiral = Spiral::new(pitch_m, start_turns).map_err(|error| error.to_string())?;
+    let spiral = Route::spiral(pitch_m, start_turns).map_err(|error| error.to_string())?;
     Dragon::new(dimensions, Arc::new(spiral)).map_err(|error| error.to_string())
 }
 
@@ -76,5 +76,7 @@ fn as_many_benches_as_allowed_walk_as_far_as_few() {
 fn wide_spiral_is_walked_into_its_centre() {
     let dragon = on_spiral(paper_dimensions(10), 50.0, 2.0).expect("possible");
     assert_eq!(dragon.run_end(), RunEnd::RouteEnd);
-    assert!(dragon.chain(dragon.end_travel_m()).expect("within the run").next().is_some_and(|head| head.place == 0.0));
+    assert!(
+        dragon.chain(dragon.end_travel_m()).expect("within the run").next().is_some_and(|head| head.parameter == 0.0)
+    );
 }

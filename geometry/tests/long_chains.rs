@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{ChainSolver, Dimensions, Dragon, Handle};
-use bench_dragon_geometry::route::Spiral;
+use bench_dragon_geometry::route::Route;
 use glam::DVec2;
 use proptest::prelude::*;
 
@@ -11,7 +11,7 @@ const BENCHES: usize = 400;
 
 fn dragon(benches: usize, [head_m, body_m, width_m]: [f64; 3], pitch_m: f64, turns: f64) -> Option<Dragon> {
     let dimensions = Dimensions::new(benches, head_m, body_m, width_m, 0.1).ok()?;
-    Dragon::new(dimensions, Arc::new(Spiral::new(pitch_m, turns).ok()?)).ok()
+    Dragon::new(dimensions, Arc::new(Route::spiral(pitch_m, turns).ok()?)).ok()
 }
 
 /// Long dragons on spirals of many sizes.
@@ -29,12 +29,12 @@ fn solve(dragon: &Dragon, travel_m: f64) -> Vec<Handle> {
 
 /// What the roundings of all links add up to: a standard deviation in metres.
 ///
-/// A place is off by up to half a unit in its last place, a link's length also by the rounding of the positions at its
+/// A parameter is off by up to half a unit in its last parameter, a link's length also by the rounding of the positions at its
 /// ends. Values spread evenly over a width have its part of 1/√12 as their deviation. Squares of deviations add up.
 fn deviation_m(dragon: &Dragon, handles: &[Handle]) -> f64 {
     let route = dragon.route();
     let variances = handles[1..].iter().map(|handle| {
-        let place_m = route.rounding_m(handle.place, route.point(handle.place).pace_m);
+        let place_m = route.rounding_m(handle.parameter, route.point(handle.parameter).speed_m_per_unit);
         (place_m + 2.0 * f64::EPSILON * handle.position.length()).powi(2) / 12.0
     });
     variances.sum::<f64>().sqrt()

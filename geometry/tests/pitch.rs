@@ -6,7 +6,7 @@ use std::sync::Arc;
 use bench_dragon_geometry::clearance::{first_contact, first_within};
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Meter};
 use bench_dragon_geometry::planner::{PitchError, PitchLimit, least_clearance, smallest_pitch};
-use bench_dragon_geometry::route::{Route, Spiral};
+use bench_dragon_geometry::route::Route;
 use proptest::prelude::*;
 
 fn paper_dimensions(benches: usize) -> Dimensions {
@@ -15,7 +15,7 @@ fn paper_dimensions(benches: usize) -> Dimensions {
 
 /// A dragon on a spiral, and its travel to a circle; none if it cannot start.
 fn on_the_way(dimensions: Dimensions, start_turns: f64, diameter_m: f64, pitch_m: f64) -> Option<(Dragon, f64)> {
-    let spiral = Spiral::new(pitch_m, start_turns).ok()?;
+    let spiral = Route::spiral(pitch_m, start_turns).ok()?;
     let arrival_m = spiral.travel(-0.5 * diameter_m * TAU / pitch_m);
     Some((Dragon::new(dimensions, Arc::new(spiral)).ok()?, arrival_m)).filter(|(_, arrival_m)| *arrival_m >= 0.0)
 }

@@ -4,7 +4,7 @@ use bench_dragon_geometry::dragon::{Dimensions, Meter, RunEnd};
 use bench_dragon_geometry::planner::{
     Obstacle, Staging, TurnPassage, largest_speed_ratio, passage_through, shortest_turn, walk_through,
 };
-use bench_dragon_geometry::route::{Route, Turnaround};
+use bench_dragon_geometry::route::Turnaround;
 
 fn paper_benches(benches: usize) -> Dimensions {
     Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid")

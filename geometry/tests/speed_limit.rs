@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{Dimensions, Dragon, Meter, RunEnd};
 use bench_dragon_geometry::planner::{Infeasible, LargestRatio, largest_speed_ratio, passage_through};
-use bench_dragon_geometry::route::{Spiral, Turnaround};
+use bench_dragon_geometry::route::{Route, Turnaround};
 use proptest::prelude::*;
 
 fn paper_benches() -> Dimensions {
@@ -61,7 +61,7 @@ fn passage_lasts_until_the_last_handle_has_left_the_turn() {
     let turnaround = paper_turnaround(2.0);
     let passage = passage_through(turnaround, paper_benches(), &Meter::unlimited()).expect("the paper's dragon passes");
     let tail = passage.chain(passage.end_travel_m()).expect("within the run").last().expect("a tail");
-    let tail_m = passage.route().travel(tail.place);
+    let tail_m = passage.route().travel(tail.parameter);
     assert!((tail_m - turnaround.turn_length_m()).abs() < 2e-9, "{tail_m}");
     assert_eq!(passage.start_travel_m(), -100.0);
 }
@@ -89,7 +89,7 @@ fn turn_on_which_a_handle_would_stop_is_infeasible() {
 
 #[test]
 fn spiral_into_its_centre_is_infeasible() {
-    let spiral = Spiral::new(0.55, 16.0).expect("the paper's spiral is valid");
+    let spiral = Route::spiral(0.55, 16.0).expect("the paper's spiral is valid");
     let dragon = Dragon::new(paper_benches(), Arc::new(spiral)).expect("the paper's dragon stands");
     let infeasible = largest_speed_ratio(&dragon).expect_err("handle 1 stops");
     let Infeasible::Fault { travel_m, end } = infeasible else { panic!("{infeasible:?}") };

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance, first_contact};
 use bench_dragon_geometry::dragon::{ChainSolver, Dimensions, Dragon, RunEnd};
-use bench_dragon_geometry::route::Spiral;
+use bench_dragon_geometry::route::Route;
 use glam::DVec2;
 
 fn paper_dragon() -> Dragon {
     let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
-    let spiral = Spiral::new(0.55, 16.0).expect("the paper's spiral is valid");
+    let spiral = Route::spiral(0.55, 16.0).expect("the paper's spiral is valid");
     Dragon::new(dimensions, Arc::new(spiral)).expect("the paper's dragon stands on its spiral")
 }
 

@@ -1,17 +1,17 @@
-//! The turnaround: its known values, its joints, and the turns that no dragon can walk. Walked at 1 m/s so that travel
+//! The turnaround: its known values, its seams, and the turns that no dragon can walk. Walked at 1 m/s so that travel
 //! in metres is time in seconds.
 
 use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::first_contact;
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, RunEnd};
-use bench_dragon_geometry::route::{Route, RouteError, Turnaround};
+use bench_dragon_geometry::route::{RouteError, Turnaround};
 use glam::DVec2;
 use proptest::prelude::*;
 
 fn dragon(turnaround: Turnaround) -> Dragon {
     let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
-    Dragon::new(dimensions, Arc::new(turnaround)).expect("the paper's dragon stands on its spiral")
+    Dragon::new(dimensions, Arc::new(turnaround.route())).expect("the paper's dragon stands on its spiral")
 }
 
 fn paper_turnaround(radius_ratio: f64) -> Turnaround {
@@ -99,43 +99,43 @@ fn impossible_turnarounds_are_refused_with_the_reason() {
 proptest! {
     #[test]
     fn position_and_tangent_are_continuous_at_every_joint(turnaround in turnarounds()) {
-        for &joint in turnaround.joints() {
-            let (before, after) = (turnaround.point(joint), turnaround.point(joint + 1e-9));
+        for &seam in turnaround.route().seams() {
+            let (before, after) = (turnaround.route().point(seam), turnaround.route().point(seam + 1e-9));
             prop_assert!(before.position.distance(after.position) < 1e-7, "{before:?} {after:?}");
             prop_assert!(before.tangent.distance(after.tangent) < 1e-7, "{before:?} {after:?}");
         }
-        prop_assert!(turnaround.point(turnaround.joints()[0]).position.distance(turnaround.entry()) < 1e-12);
-        prop_assert!(turnaround.point(turnaround.joints()[2]).position.distance(turnaround.exit()) < 1e-12);
+        prop_assert!(turnaround.route().point(turnaround.route().seams()[0]).position.distance(turnaround.entry()) < 1e-12);
+        prop_assert!(turnaround.route().point(turnaround.route().seams()[2]).position.distance(turnaround.exit()) < 1e-12);
     }
 
     #[test]
     fn the_turn_lies_in_its_circle(turnaround in turnarounds(), share in 0.0..1.0_f64) {
-        let place = turnaround.place(share * turnaround.turn_length_m());
-        let distance_m = turnaround.point(place).position.length();
+        let parameter = turnaround.route().parameter(share * turnaround.turn_length_m());
+        let distance_m = turnaround.route().point(parameter).position.length();
         prop_assert!(distance_m <= 0.5 * turnaround.turn_diameter_m() + 1e-12);
     }
 
     #[test]
     fn the_way_out_is_the_way_in_turned_by_half_a_turn(turnaround in turnarounds(), way_m in 0.0..400.0_f64) {
-        let way_in = turnaround.point(turnaround.place(-way_m));
-        let way_out = turnaround.point(turnaround.place(turnaround.turn_length_m() + way_m));
+        let way_in = turnaround.route().point(turnaround.route().parameter(-way_m));
+        let way_out = turnaround.route().point(turnaround.route().parameter(turnaround.turn_length_m() + way_m));
         prop_assert!((way_in.position + way_out.position).length() < 1e-10);
         prop_assert!((way_in.tangent - way_out.tangent).length() < 1e-10);
     }
 
     #[test]
-    fn place_inverts_travel(turnaround in turnarounds(), travel_m in -400.0..400.0_f64) {
-        prop_assert!((turnaround.travel(turnaround.place(travel_m)) - travel_m).abs() < 1e-10);
+    fn parameter_inverts_travel(turnaround in turnarounds(), travel_m in -400.0..400.0_f64) {
+        prop_assert!((turnaround.route().travel(turnaround.route().parameter(travel_m)) - travel_m).abs() < 1e-10);
     }
 
     #[test]
     fn tangent_and_pace_are_the_derivative_of_the_position(turnaround in turnarounds(), travel_m in -400.0..400.0_f64) {
-        let place = turnaround.place(travel_m);
-        let step = 1e-6 / turnaround.point(place).pace_m;
-        let [behind, ahead] = [place - step, place + step].map(|place| turnaround.point(place).position);
-        let point = turnaround.point(place);
+        let parameter = turnaround.route().parameter(travel_m);
+        let step = 1e-6 / turnaround.route().point(parameter).speed_m_per_unit;
+        let [behind, ahead] = [parameter - step, parameter + step].map(|parameter| turnaround.route().point(parameter).position);
+        let point = turnaround.route().point(parameter);
         let rate = (ahead - behind) / (2.0 * step);
-        prop_assert!((rate - point.pace_m * point.tangent).length() < 1e-4 * point.pace_m, "{point:?} {rate}");
+        prop_assert!((rate - point.speed_m_per_unit * point.tangent).length() < 1e-4 * point.speed_m_per_unit, "{point:?} {rate}");
     }
 
     #[test]
@@ -144,8 +144,8 @@ proptest! {
         travel_m in -400.0..400.0_f64,
         arc_m in 0.001..60.0_f64,
     ) {
-        let place = turnaround.place(travel_m);
-        let covered_m = travel_m - turnaround.travel(turnaround.step_back(place, arc_m));
+        let parameter = turnaround.route().parameter(travel_m);
+        let covered_m = travel_m - turnaround.route().travel(turnaround.route().step_back(parameter, arc_m));
         prop_assert!(covered_m <= arc_m + 1e-9 && covered_m >= arc_m / 3.0 - 1e-9, "{covered_m} of {arc_m} m");
     }
 
@@ -156,11 +156,11 @@ proptest! {
         arc_m in 0.01..30.0_f64,
         share in 0.0..1.0_f64,
     ) {
-        let [rear, front] = [travel_m - arc_m, travel_m].map(|travel_m| turnaround.place(travel_m));
-        let bound = turnaround.curvature_bound(rear, front);
+        let [rear, front] = [travel_m - arc_m, travel_m].map(|travel_m| turnaround.route().parameter(travel_m));
+        let bound = turnaround.route().curvature_bound(rear, front);
         let (at_m, step_m) = (travel_m - share * arc_m, 1e-5);
         if at_m - step_m > travel_m - arc_m {
-            let [a, b] = [at_m - step_m, at_m].map(|at_m| turnaround.point(turnaround.place(at_m)).tangent);
+            let [a, b] = [at_m - step_m, at_m].map(|at_m| turnaround.route().point(turnaround.route().parameter(at_m)).tangent);
             prop_assert!(a.distance(b) <= bound * step_m * (1.0 + 1e-3) + 1e-9, "{} > {bound}", a.distance(b) / step_m);
         }
     }
@@ -173,7 +173,7 @@ fn crowded_dragons() -> impl Strategy<Value = Dragon> {
     (benches, turns).prop_filter_map("cannot stand", |((count, head_m, body_m, width_m, hole_m), turn)| {
         let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole_m).ok()?;
         let turnaround = Turnaround::new(turn.0 * width_m, turn.1, turn.2).ok()?.between(-5.0, 40.0).ok()?;
-        Dragon::new(dimensions, Arc::new(turnaround)).ok()
+        Dragon::new(dimensions, Arc::new(turnaround.route())).ok()
     })
 }
 
@@ -209,7 +209,7 @@ proptest! {
             prop_assert!(error_m.abs() < 1e-9, "bench {bench} at {travel_m} m is {error_m} m too long");
         }
         for (index, (before, after)) in before.iter().zip(after).enumerate() {
-            let ratio = (dragon.route().travel(after.place) - dragon.route().travel(before.place)) / step_m;
+            let ratio = (dragon.route().travel(after.parameter) - dragon.route().travel(before.parameter)) / step_m;
             let between = before.speed_ratio.min(after.speed_ratio)..=before.speed_ratio.max(after.speed_ratio);
             let off = (between.start() - ratio).max(ratio - between.end());
             prop_assert!(off < 1e-3 * (1.0 + ratio), "handle {index} at {travel_m} m: {ratio} outside {between:?}");

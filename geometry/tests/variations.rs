@@ -6,7 +6,7 @@ use bench_dragon_geometry::dragon::{Board, Dimensions, Dragon, Handle};
 use bench_dragon_geometry::planner::{
     BoardVariation, Change, HandleVariation, Parameter, Setting, Witness, handle_variations,
 };
-use bench_dragon_geometry::route::{PitchFamily, Route};
+use bench_dragon_geometry::route::PitchFamily;
 use bench_dragon_geometry::route::{RouteSpec, SpiralSpec, TurnaroundSpec};
 use proptest::prelude::*;
 
@@ -14,11 +14,8 @@ use proptest::prelude::*;
 /// fifth derivative, and the chain's rounding of some 10⁻¹³ m divided by it.
 const STEP_M: f64 = 3e-5;
 
-fn family(setting: &Setting) -> Arc<dyn PitchFamily> {
-    match setting.route {
-        RouteSpec::Spiral(plan) => Arc::new(plan.spiral().expect("a valid spiral")),
-        RouteSpec::Turnaround(plan) => Arc::new(plan.turnaround(1.0).expect("a valid turnaround")),
-    }
+fn family(setting: &Setting) -> PitchFamily {
+    setting.route.family(1.0).expect("a valid route")
 }
 
 /// A dragon at one travel.
@@ -29,12 +26,12 @@ struct Stand {
 }
 
 fn stand(setting: &Setting, travel_m: f64) -> Option<Stand> {
-    let route: Arc<dyn Route> = family(setting);
+    let route = Arc::clone(family(setting).route());
     let dragon = Dragon::new(setting.dimensions, Arc::clone(&route)).ok()?;
     let handles: Vec<Handle> = dragon.chain(travel_m).ok()?.collect();
     let mut boards = Vec::new();
     dragon.place_boards(&handles, &mut boards);
-    let handle_travels_m = handles.iter().map(|handle| route.travel(handle.place)).collect();
+    let handle_travels_m = handles.iter().map(|handle| route.travel(handle.parameter)).collect();
     Some(Stand { handles, boards, handle_travels_m })
 }
 
@@ -60,22 +57,22 @@ const CHANGES: [Change; 6] = [
     Change::Measure(Parameter::HoleOffset),
 ];
 
-/// No handle is within this of a joint: differences would reach across.
-const JOINT_MARGIN_M: f64 = 0.1;
+/// No handle is within this of a seam: differences would reach across.
+const SEAM_MARGIN_M: f64 = 0.1;
 
 fn check(setting: &Setting, travel_m: f64) {
     let Some(now) = stand(setting, travel_m) else { return };
-    let route = family(setting);
+    let family = family(setting);
+    let route = family.route();
     for change in CHANGES {
         let around: Option<Vec<Stand>> = [-2.0, -1.0, 1.0, 2.0]
             .into_iter()
             .map(|steps| changed(setting, travel_m, change, steps * STEP_M))
             .collect();
         let Some(around) = around else { continue };
-        let variations = handle_variations(&setting.dimensions, &*route, &now.handles, change);
-        let clear = |&travel_m: &f64| {
-            route.joints().iter().all(|&joint| (travel_m - route.travel(joint)).abs() > JOINT_MARGIN_M)
-        };
+        let variations = handle_variations(&setting.dimensions, &family, &now.handles, change);
+        let clear =
+            |&travel_m: &f64| route.seams().iter().all(|&seam| (travel_m - route.travel(seam)).abs() > SEAM_MARGIN_M);
         let far_from_joints = now.handle_travels_m.iter().take_while(|travel_m| clear(travel_m)).count();
         let central = |of: &dyn Fn(&Stand) -> f64| difference([0, 1, 2, 3].map(|i| of(&around[i])));
         for (i, variation) in variations.iter().enumerate().take(far_from_joints) {

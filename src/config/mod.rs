@@ -200,8 +200,8 @@ impl Config {
     /// The latest show time that may be sought, in seconds: a seek puts the head where the planned speed alone has it at that
     /// time, so this one is at the run's end.
     pub fn last_seek_s(&self) -> f64 {
-        match (self.route, self.dragon.run_end()) {
-            (RouteSpec::Turnaround(plan), RunEnd::RouteEnd) => plan.end_s,
+        match (self.route.end_s(), self.dragon.run_end()) {
+            (Some(end_s), RunEnd::RouteEnd) => end_s,
             _ => self.dragon.end_travel_m() / self.head_speed_mps(),
         }
     }
@@ -253,7 +253,7 @@ impl Config {
         document.route = RouteTable::written_out(route);
         let dragon = Dragon::new(
             dimensions(&document.dragon)?,
-            route.route(document.head.speed_mps).map_err(ConfigError::Route)?,
+            Arc::new(route.build(document.head.speed_mps).map_err(ConfigError::Route)?),
         );
         Ok(Self { document, route, dragon: Arc::new(dragon.map_err(ConfigError::Dragon)?) })
     }

@@ -8,16 +8,16 @@ use bench_dragon::output::figure::{
 };
 use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance, first_contact};
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Handle};
-use bench_dragon_geometry::route::{Route, Spiral, Turnaround};
+use bench_dragon_geometry::route::{Route, Turnaround};
 use glam::DVec2;
 
-fn dragon(route: impl Route + 'static) -> Dragon {
+fn dragon(route: Route) -> Dragon {
     let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's dimensions");
     Dragon::new(dimensions, Arc::new(route)).expect("the dragon can stand")
 }
 
 fn inward() -> Dragon {
-    dragon(Spiral::new(0.55, 16.0).expect("the paper's spiral"))
+    dragon(Route::spiral(0.55, 16.0).expect("the paper's spiral"))
 }
 
 fn turnaround() -> Turnaround {
@@ -38,10 +38,10 @@ fn corners(boards: &[Board]) -> Vec<[DVec2; 4]> {
     boards.iter().map(Board::corners).collect()
 }
 
-fn polyline(route: &dyn Route, from_m: f64, to_m: f64) -> Vec<DVec2> {
+fn polyline(route: &Route, from_m: f64, to_m: f64) -> Vec<DVec2> {
     let steps = ((to_m - from_m) / 0.1).ceil();
     let travel_m = |step: i32| from_m + (to_m - from_m) * f64::from(step) / steps;
-    (0..=steps as i32).map(|step| route.point(route.place(travel_m(step))).position).collect()
+    (0..=steps as i32).map(|step| route.point(route.parameter(travel_m(step))).position).collect()
 }
 
 fn positions(handles: &[Handle]) -> Vec<DVec2> {
@@ -73,7 +73,7 @@ pub(crate) fn turning_plan_view() -> PlanView {
     let turnaround = turnaround();
     let [entry_arc, exit_arc] = turnaround.arcs();
     let (middle_m, end_m) = (entry_arc.length_m(), entry_arc.length_m() + exit_arc.length_m());
-    let dragon = dragon(turnaround);
+    let dragon = dragon(turnaround.route());
     let handles = handles(&dragon, 40.0);
     let boards = boards(&dragon, &handles);
     PlanView {
@@ -86,7 +86,7 @@ pub(crate) fn turning_plan_view() -> PlanView {
         turn: Some(TurnMarks {
             arcs: [polyline(dragon.route(), 0.0, middle_m), polyline(dragon.route(), middle_m, end_m)],
             joints: [0.0, middle_m, end_m]
-                .map(|travel_m| dragon.route().point(dragon.route().place(travel_m)).position),
+                .map(|travel_m| dragon.route().point(dragon.route().parameter(travel_m)).position),
         }),
     }
 }
@@ -137,7 +137,7 @@ pub(crate) fn clearance_over_time() -> ClearanceOverTime {
 }
 
 pub(crate) fn speeds_over_time() -> SpeedsOverTime {
-    let dragon = dragon(turnaround());
+    let dragon = dragon(turnaround().route());
     let times: Vec<f64> = (0..=4000).map(|step| -100.0 + 0.05 * f64::from(step)).collect();
     let chains: Vec<Vec<Handle>> = times.iter().map(|time_s| handles(&dragon, *time_s)).collect();
     let line = |handle: usize| {

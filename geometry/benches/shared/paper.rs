@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{Dimensions, Dragon};
-use bench_dragon_geometry::route::Spiral;
+use bench_dragon_geometry::route::Route;
 
 /// The paper's benches, and as many of them as wanted.
 pub fn dimensions(benches: usize) -> Dimensions {
@@ -12,6 +12,6 @@ pub fn dimensions(benches: usize) -> Dimensions {
 
 /// A dragon of so many benches on the paper's spiral, 223 being the paper's own. The body reaches as far out as it must.
 pub fn dragon(benches: usize) -> Dragon {
-    let spiral = Spiral::new(0.55, 16.0).expect("the paper's spiral is valid");
+    let spiral = Route::spiral(0.55, 16.0).expect("the paper's spiral is valid");
     Dragon::new(dimensions(benches), Arc::new(spiral)).expect("the dragon stands on the paper's spiral")
 }

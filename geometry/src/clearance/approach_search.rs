@@ -8,7 +8,7 @@
 use glam::DVec2;
 
 use super::passage::{Passage, drift_m};
-use super::pose::{Pose, Seat};
+use super::pose::{BenchPose, Pose};
 use super::search::{ClearanceSearch, PairClearance};
 use crate::dragon::Dragon;
 use crate::dragon::board::Approach;
@@ -61,7 +61,7 @@ pub(crate) struct MarginViolation {
 pub(crate) struct ApproachSearch<'a> {
     dragon: &'a Dragon,
     pairs: Pairs,
-    /// Places of the handles where the beginning is.
+    /// Parameters of the handles where the beginning is.
     beginning: Vec<f64>,
     earlier: Pose,
     later: Pose,
@@ -79,7 +79,7 @@ impl<'a> ApproachSearch<'a> {
         let mut search = Self {
             dragon,
             pairs,
-            beginning: chain.map(|handle| handle.place).collect(),
+            beginning: chain.map(|handle| handle.parameter).collect(),
             earlier: Pose::default(),
             later: Pose::default(),
             near: ClearanceSearch::default(),
@@ -181,14 +181,14 @@ impl<'a> ApproachSearch<'a> {
     fn repeats(&self) -> bool {
         let body = self.earlier.handles.iter().skip(2);
         self.pairs != Pairs::All
-            && body.zip(self.beginning.iter().skip(1)).all(|(handle, &place)| handle.place >= place)
+            && body.zip(self.beginning.iter().skip(1)).all(|(handle, &parameter)| handle.parameter >= parameter)
     }
 
     /// The pairs whose clearance may be under the limit somewhere on the way; none where there are too many.
     fn pairs_within(&mut self, limit_m: f64) -> Option<Vec<[usize; 2]>> {
         let Self { dragon, earlier, later, .. } = self;
         let drifts_m: Vec<f64> = (0..earlier.boards.len())
-            .map(|bench| drift_m(dragon, bench, &earlier.seat(bench), &later.seat(bench)))
+            .map(|bench| drift_m(dragon, bench, &earlier.bench_pose(bench), &later.bench_pose(bench)))
             .collect();
         if !self.repeats() {
             let furthest_m = drifts_m.iter().copied().fold(0.0, f64::max);
@@ -225,32 +225,32 @@ struct Pair<'a> {
 /// Two benches at one travel.
 struct Moment {
     travel_m: f64,
-    seats: [Seat; 2],
+    poses: [BenchPose; 2],
     approach: Approach,
 }
 
 impl Moment {
-    fn new(travel_m: f64, first: Seat, second: Seat) -> Self {
-        Self { travel_m, approach: first.board.approach(&second.board), seats: [first, second] }
+    fn new(travel_m: f64, first: BenchPose, second: BenchPose) -> Self {
+        Self { travel_m, approach: first.board.approach(&second.board), poses: [first, second] }
     }
 }
 
 impl Pair<'_> {
     fn at(&self, pose: &Pose) -> Moment {
         let [first, second] = self.benches;
-        Moment::new(pose.travel_m, pose.seat(first), pose.seat(second))
+        Moment::new(pose.travel_m, pose.bench_pose(first), pose.bench_pose(second))
     }
 
     /// Solves the chain as far as the second bench.
     fn solve(&self, travel_m: f64) -> Moment {
         let mut chain = self.dragon.chain(travel_m).expect("the travel lies within the run");
-        let mut seat = |bench, ahead| {
+        let mut bench_pose = |bench, ahead| {
             let front = chain.nth(ahead).expect("the chain reaches the second bench");
             let rear = chain.next().expect("the chain reaches the second bench");
-            Seat::new(self.dragon, bench, front, rear)
+            BenchPose::new(self.dragon, bench, front, rear)
         };
         let [first, second] = self.benches;
-        Moment::new(travel_m, seat(first, first), seat(second, second - first - 2))
+        Moment::new(travel_m, bench_pose(first, first), bench_pose(second, second - first - 2))
     }
 
     fn halve(
@@ -296,7 +296,7 @@ impl Pair<'_> {
     /// A bound that the clearance does not fall under on the way.
     fn least_m(&self, earlier: &Moment, later: &Moment) -> f64 {
         let [first, second] =
-            [0, 1].map(|i| Passage::new(self.dragon, self.benches[i], &earlier.seats[i], &later.seats[i]));
+            [0, 1].map(|i| Passage::new(self.dragon, self.benches[i], &earlier.poses[i], &later.poses[i]));
         let gap_m = |direction: DVec2| first.gap_m(&second, direction);
         let gaps_m = [earlier, later].map(|moment| gap_m(moment.approach.direction));
         let least_m = first.least_between_m(&second, [earlier, later].map(|moment| moment.approach.clearance_m));

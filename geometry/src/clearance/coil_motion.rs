@@ -36,7 +36,7 @@ pub(super) fn on_coil(
 ) -> Option<[BenchMotion; 2]> {
     let coil = dragon.route().coil()?;
     let b = coil.radius_per_radian_m;
-    let angle = |pose: &Pose, handle: usize| coil.angle(pose.handles[handle].place);
+    let angle = |pose: &Pose, handle: usize| coil.angle(pose.handles[handle].parameter);
     let mut front_angle = angle(later, first)?;
     let mut sum = Lag::default();
     let mut benches = [None; 2];

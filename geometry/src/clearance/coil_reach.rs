@@ -36,6 +36,8 @@
 
 use std::f64::consts::TAU;
 
+use glam::DVec2;
+
 use crate::dragon::Dragon;
 use crate::dragon::dimensions::Dimensions;
 use crate::numerics::turning_point;
@@ -59,20 +61,25 @@ impl CoilReach {
     /// in all that follows.
     pub(super) fn of(dragon: &Dragon, clearance_m: f64) -> Option<Self> {
         dragon.route().coil().map(|coil| {
-            let turn_end = coil.way_out.unwrap_or(coil.end_place);
-            let turn_curvature = dragon.route().curvature_bound(coil.end_place, turn_end);
+            let turn_end = coil.way_out.map_or(coil.end, |way_out| way_out.begin);
+            let turn_curvature = dragon.route().curvature_bound(coil.end, turn_end);
             Self { coil, dimensions: dragon.dimensions().grown(clearance_m), turn_curvature }
         })
     }
 
-    /// θ at a place, or none beyond the coil.
-    pub(super) fn angle(&self, place: f64) -> Option<f64> {
-        self.coil.angle(place)
+    /// θ at a parameter, or none beyond the coil.
+    pub(super) fn angle(&self, parameter: f64) -> Option<f64> {
+        self.coil.angle(parameter)
     }
 
-    /// The place with this θ.
-    pub(super) fn place(&self, angle: f64) -> f64 {
-        self.coil.place(angle)
+    /// The coil's centre.
+    pub(super) fn centre(&self) -> DVec2 {
+        self.coil.centre
+    }
+
+    /// The parameter with this θ.
+    pub(super) fn parameter(&self, angle: f64) -> f64 {
+        self.coil.parameter(angle)
     }
 
     /// The greatest number of turns out at which `bench` may touch another one behind it, with its front handle at
@@ -101,14 +108,14 @@ impl CoilReach {
         clear(highest).then(|| turning_point(self.coil.end_angle, highest, ANGLE_TOLERANCE, clear).1)
     }
 
-    /// A place on the way out such that no bench touches one behind it, with its rear handle there or further on; none
+    /// A parameter on the way out such that no bench touches one behind it, with its rear handle there or further on; none
     /// beyond `highest`. Found as [`clear_from`](Self::clear_from) is.
     pub(super) fn clear_out_from(&self, highest: f64) -> Option<f64> {
         let way_out = self.coil.way_out?;
         let clear = |angle| [0, 1].iter().all(|&bench| self.is_clear_out(bench, angle) == Some(true));
         let highest_angle = self.coil.angle_out(highest).filter(|&angle| clear(angle))?;
         let (_, angle) = turning_point(self.coil.end_angle, highest_angle, ANGLE_TOLERANCE, clear);
-        Some(way_out + (angle - self.coil.end_angle))
+        Some(way_out.begin + (angle - self.coil.end_angle))
     }
 
     /// Whether `bench` touches none behind it, with its rear handle at `angle` on the way out.
@@ -118,25 +125,26 @@ impl CoilReach {
         let same_way_m = theirs.outward_m + ours.inward_m;
         let other_way_m = same_way_m.max(ours.outward_m + theirs.inward_m);
         let inmost_m = b * (angle - self.overhang_angle(angle)) - ours.inward_m;
-        let passes_turn = inmost_m > self.turn_reach_m() && self.keeps_apart(end_angle);
+        let passes_turn = inmost_m > self.turn_reach_m()? && self.keeps_apart(end_angle);
         Some(passes_turn && same_way_m < TAU * b && other_way_m < 0.5 * TAU * b)
     }
 
-    /// Distance from the centre that no bench reaches whose handles are not both on one of the two ways.
-    fn turn_reach_m(&self) -> f64 {
+    /// Distance from the centre that no bench reaches whose handles are not both on one of the two ways; none without a way
+    /// out.
+    fn turn_reach_m(&self) -> Option<f64> {
         let b = self.coil.radius_per_radian_m;
-        let (radius_m, link_m) = (b * self.coil.end_angle, self.dimensions.link_m(1));
+        let (radius_m, link_m) = (self.coil.way_out?.turn_radius_m, self.dimensions.link_m(1));
         let is_slight = self.turn_curvature * link_m < 2.0;
         let furthest_m =
             if is_slight { radius_m.hypot((0.5 * TAU * b * link_m).sqrt()) } else { radius_m + 2.0 * link_m };
-        furthest_m + self.dimensions.overhang_m()
+        Some(furthest_m + self.dimensions.overhang_m())
     }
 
-    /// A place on the way in such that benches behind it keep further than `distance_m` from the centre.
+    /// A parameter on the way in such that benches behind it keep further than `distance_m` from the centre.
     pub(super) fn beyond(&self, distance_m: f64) -> Option<f64> {
         let body = self.stand(1, self.coil.end_angle)?;
         let angle = (distance_m + body.inward_m) / self.coil.radius_per_radian_m;
-        Some(self.place(angle.max(self.coil.end_angle) + self.overhang_angle(self.coil.end_angle)))
+        Some(self.parameter(angle.max(self.coil.end_angle) + self.overhang_angle(self.coil.end_angle)))
     }
 
     /// Bounds for a bench with its front handle at `angle` or further out, where they can be told.
@@ -201,12 +209,11 @@ struct Stand {
 mod tests {
     use std::sync::Arc;
 
-    use glam::DVec2;
     use proptest::prelude::*;
 
     use super::*;
     use crate::dragon::{Board, ChainSolver, Handle};
-    use crate::route::{Route, Spiral, Turnaround};
+    use crate::route::{Route, Turnaround};
 
     const BENCHES: usize = 40;
 
@@ -217,7 +224,7 @@ mod tests {
         let any = (benches, spirals, 0.0..1.0_f64);
         any.prop_filter_map("cannot stand", |((head_m, body_m, width_m, hole_m), (pitch, turns), part)| {
             let dimensions = Dimensions::new(BENCHES, head_m, body_m, width_m, hole_m).ok()?;
-            let dragon = Dragon::new(dimensions, Arc::new(Spiral::new(pitch * width_m, turns).ok()?)).ok()?;
+            let dragon = Dragon::new(dimensions, Arc::new(Route::spiral(pitch * width_m, turns).ok()?)).ok()?;
             let travel_m = part * dragon.end_travel_m();
             let handles = ChainSolver::new(&dragon).solve(&dragon, travel_m).ok()?.to_vec();
             Some((dragon, handles))
@@ -233,7 +240,7 @@ mod tests {
 
     /// A point's angle, counted on from that of a handle.
     fn angle_at(handle: &Handle, point: DVec2) -> f64 {
-        handle.position.angle_to(point) - handle.place
+        handle.position.angle_to(point) - handle.parameter
     }
 
     proptest! {
@@ -244,8 +251,8 @@ mod tests {
             let reach = CoilReach::of(&dragon, 0.0).expect("a spiral is a coil");
             for bench in 0..BENCHES {
                 let (front, rear) = (&handles[bench], &handles[bench + 1]);
-                let Some(stand) = reach.stand(bench, -handles[bench.min(1)].place) else { continue };
-                prop_assert!(front.place - rear.place <= stand.turn, "link {bench} turns by more than {}", stand.turn);
+                let Some(stand) = reach.stand(bench, -handles[bench.min(1)].parameter) else { continue };
+                prop_assert!(front.parameter - rear.parameter <= stand.turn, "link {bench} turns by more than {}", stand.turn);
                 for point in edge(&dragon.board(bench, front, rear)) {
                     let excess_m = point.length() - reach.coil.radius_per_radian_m * angle_at(front, point);
                     let bounds = -stand.inward_m - 1e-12..=stand.outward_m + 1e-12;
@@ -264,16 +271,17 @@ mod tests {
             let dimensions = Dimensions::new(BENCHES, head_m, body_m, width_m, hole_m).expect("valid benches");
             let turnaround = Turnaround::new(pitch_m, diameter_m, ratio).expect("a valid turn");
             let turnaround = turnaround.between(-1.0, 200.0).expect("a valid span");
-            let Ok(dragon) = Dragon::new(dimensions, Arc::new(turnaround)) else { return Ok(()) };
+            let route = turnaround.route();
+            let Ok(dragon) = Dragon::new(dimensions, Arc::new(route.clone())) else { return Ok(()) };
             let reach = CoilReach::of(&dragon, 0.0).expect("the way in is a coil");
-            let Some(clear_from) = reach.clear_out_from(turnaround.place(dragon.end_travel_m())) else { return Ok(()) };
-            let from_m = turnaround.travel(clear_from);
+            let Some(clear_from) = reach.clear_out_from(route.parameter(dragon.end_travel_m())) else { return Ok(()) };
+            let from_m = route.travel(clear_from);
             let travel_m = from_m + part * part * (dragon.end_travel_m() - from_m);
             let mut solver = ChainSolver::new(&dragon);
             let handles = solver.solve(&dragon, travel_m).expect("within the run");
             let mut boards = Vec::new();
             dragon.place_boards(handles, &mut boards);
-            for first in (0..2).filter(|bench| handles[bench + 1].place >= clear_from) {
+            for first in (0..2).filter(|bench| handles[bench + 1].parameter >= clear_from) {
                 for second in first + 2..BENCHES {
                     prop_assert!(!boards[first].overlaps(&boards[second]), "{first} and {second} at {travel_m} m");
                 }
@@ -283,7 +291,7 @@ mod tests {
         #[test]
         fn benches_with_one_between_them_have_no_angle_in_common((dragon, handles) in standing_dragons()) {
             let reach = CoilReach::of(&dragon, 0.0).expect("a spiral is a coil");
-            prop_assume!(reach.keeps_apart(-handles[0].place));
+            prop_assume!(reach.keeps_apart(-handles[0].parameter));
             let angles = |bench: usize| {
                 let board = dragon.board(bench, &handles[bench], &handles[bench + 1]);
                 edge(&board).map(|point| angle_at(&handles[bench], point)).collect::<Vec<_>>()

@@ -31,10 +31,10 @@ pub fn first_contact(dragon: &Dragon, from_travel_m: f64, to_travel_m: f64) -> R
 ///
 /// ```
 /// use std::sync::Arc;
-/// use bench_dragon_geometry::{clearance::first_within, dragon::{Dimensions, Dragon}, route::Spiral};
+/// use bench_dragon_geometry::{clearance::first_within, dragon::{Dimensions, Dragon}, route::Route};
 ///
 /// let paper = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275)?;
-/// let dragon = Dragon::new(paper, Arc::new(Spiral::new(0.55, 16.0)?))?;
+/// let dragon = Dragon::new(paper, Arc::new(Route::spiral(0.55, 16.0)?))?;
 /// let near = first_within(&dragon, 0.05, 0.0, dragon.end_travel_m())?.expect("the dragon comes to touch itself");
 /// assert!(near.travel_m < 412.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -73,11 +73,11 @@ pub struct ContactSearch {
     reach: Option<CoilReach>,
     /// Travel before which no two benches touch, for the bounds of the coil say so.
     clear_to_m: f64,
-    /// Place of handle 2 from which on the first two benches touch none, for the bounds of the way out say so.
+    /// Parameter of handle 2 from which on the first two benches touch none, for the bounds of the way out say so.
     clear_from: f64,
     earlier: Pose,
     later: Pose,
-    /// Places of the handles where [`first`](Self::first) began, as long as some handle stands where none before it
+    /// Parameters of the handles where [`first`](Self::first) began, as long as some handle stands where none before it
     /// was seen.
     beginning: Vec<f64>,
     /// Where the last such search ended without a contact, if `earlier` still is there.
@@ -118,7 +118,7 @@ impl ContactSearch {
 
     /// The first travel between two at which some pair touches, to 10⁻¹¹ m; what lies outside the run is left out.
     ///
-    /// The chain behind a handle is a function of that handle's place, and body links are alike. So once every handle
+    /// The chain behind a handle is a function of that handle's parameter, and body links are alike. So once every handle
     /// has come to where the one before it stood at the beginning, any pair lies where the pair one bench further ahead
     /// has lain before, and only pairs with one of the first two benches are looked at. They alone are looked at from
     /// the beginning where the bounds of the coil rule out all contacts there, and on from where the last search ended;
@@ -174,7 +174,7 @@ impl ContactSearch {
         if nearest.clearance_m <= self.clearance_m {
             return Some(Contact { travel_m: from_m, benches: nearest.benches, point: nearest.point });
         }
-        self.beginning.extend(self.earlier.handles.iter().map(|handle| handle.place));
+        self.beginning.extend(self.earlier.handles.iter().map(|handle| handle.parameter));
         None
     }
 
@@ -250,7 +250,7 @@ impl ContactSearch {
     /// Whether each body handle has come to where the one before it stood at the beginning.
     fn repeats(&mut self) -> bool {
         let body = self.earlier.handles.iter().skip(2);
-        if body.zip(self.beginning.iter().skip(1)).all(|(handle, &place)| handle.place >= place) {
+        if body.zip(self.beginning.iter().skip(1)).all(|(handle, &parameter)| handle.parameter >= parameter) {
             self.beginning.clear();
         }
         self.beginning.is_empty()
@@ -259,7 +259,7 @@ impl ContactSearch {
     /// Whether the first two benches touch none from here on.
     fn is_clear_from_here(&mut self) -> bool {
         self.earlier.extend_to(&self.dragon, 2);
-        self.earlier.handles[2].place >= self.clear_from
+        self.earlier.handles[2].parameter >= self.clear_from
     }
 
     /// Collects all pairs that could be in touch somewhere on the way. Whether there were not too many for that.
@@ -297,15 +297,17 @@ impl ContactSearch {
         earlier.extend_to(dragon, leading);
         later.extend_to(dragon, leading);
         let limit = reach.and_then(|reach| {
-            let Some(front_angle) = reach.angle(later.handles[0].place) else {
-                let reach_m = |bench| furthest_m(&earlier.boards[bench]) + drift_between(dragon, bench, earlier, later);
+            let Some(front_angle) = reach.angle(later.handles[0].parameter) else {
+                let reach_m = |bench| {
+                    furthest_m(&earlier.boards[bench], reach.centre()) + drift_between(dragon, bench, earlier, later)
+                };
                 return reach.beyond(*clearance_m + (0..leading).map(reach_m).fold(0.0, f64::max));
             };
             let turns = reach.turns(0, front_angle)?.max(reach.turns(1, front_angle)?);
-            let rear_angle = reach.angle(earlier.handles[leading].place)?;
-            Some(reach.place(rear_angle + TAU * turns + 2.0 * reach.overhang_angle(front_angle)))
+            let rear_angle = reach.angle(earlier.handles[leading].parameter)?;
+            Some(reach.parameter(rear_angle + TAU * turns + 2.0 * reach.overhang_angle(front_angle)))
         });
-        later.extend_while(dragon, |_, place| limit.is_none_or(|limit| place >= limit));
+        later.extend_while(dragon, |_, parameter| limit.is_none_or(|limit| parameter >= limit));
         earlier.extend_to(dragon, later.boards.len());
     }
 
@@ -329,19 +331,19 @@ fn drift_between(dragon: &Dragon, bench: usize, earlier: &Pose, later: &Pose) ->
     drift_of_walks_m(dragon, bench, earlier.walks_m(later, bench))
 }
 
-/// Distance from the centre to the board's furthest point.
-fn furthest_m(board: &Board) -> f64 {
-    board.corners().into_iter().map(DVec2::length).fold(0.0, f64::max)
+/// Distance from a point to the board's furthest point.
+fn furthest_m(board: &Board, from: DVec2) -> f64 {
+    board.corners().into_iter().map(|corner| corner.distance(from)).fold(0.0, f64::max)
 }
 
 /// Travel up to which the bounds of the coil rule out all contacts.
 fn clear_to_m(dragon: &Dragon, reach: &CoilReach) -> Option<f64> {
-    let start = dragon.route().place(dragon.start_travel_m());
+    let start = dragon.route().parameter(dragon.start_travel_m());
     let angle = reach.clear_from(reach.angle(start)?)?;
-    Some(dragon.route().travel(reach.place(angle)))
+    Some(dragon.route().travel(reach.parameter(angle)))
 }
 
-/// Place of a bench's rear handle from which on the bounds of the way out rule out all contacts.
+/// Parameter of a bench's rear handle from which on the bounds of the way out rule out all contacts.
 fn clear_from(dragon: &Dragon, reach: &CoilReach) -> Option<f64> {
-    reach.clear_out_from(dragon.route().place(dragon.end_travel_m()))
+    reach.clear_out_from(dragon.route().parameter(dragon.end_travel_m()))
 }

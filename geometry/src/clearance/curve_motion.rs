@@ -21,10 +21,13 @@ pub(super) fn along_curve(
     let mut front = HandleMotion { speed: 1.0, speed_rate: 0.0 };
     let mut benches = [BenchMotion::default(); 2];
     for bench in first..=second {
-        let seats = [earlier.seat(bench), later.seat(bench)];
-        let link = LinkMotion::new(dragon, bench, &seats[0], &seats[1]);
-        let ratio = seats.iter().map(|seat| seat.rear.speed_ratio / seat.front.speed_ratio).fold(0.0, f64::max);
-        let walk_m = seats[1].front_travel_m - seats[0].front_travel_m;
+        let poses = [earlier.bench_pose(bench), later.bench_pose(bench)];
+        let link = LinkMotion::new(dragon, bench, &poses[0], &poses[1]);
+        let ratio = poses
+            .iter()
+            .map(|bench_pose| bench_pose.rear.speed_ratio / bench_pose.front.speed_ratio)
+            .fold(0.0, f64::max);
+        let walk_m = poses[1].front_travel_m - poses[0].front_travel_m;
         let rear = front.rear(link.ratio.min(ratio + 0.5 * link.ratio_rate * walk_m), link.ratio_rate);
         if bench == first || bench == second {
             let across = |handle: HandleMotion| link.curvature * handle.speed * handle.speed;

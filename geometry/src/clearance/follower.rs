@@ -16,7 +16,7 @@ use glam::DVec2;
 use super::contact::{Contact, PairEvent};
 use super::pair_motion::{GRAZE_M, PairMotion};
 use super::passage::Passage;
-use super::pose::{Pose, Seat};
+use super::pose::{BenchPose, Pose};
 use crate::dragon::Dragon;
 use crate::dragon::board::{Approach, Board};
 
@@ -45,20 +45,20 @@ pub(super) struct Follower<'a> {
 /// The pair at one travel.
 struct Moment {
     travel_m: f64,
-    seats: [Seat; 2],
+    poses: [BenchPose; 2],
     /// How much further apart than the clearance the boards are, below 0 where they are nearer. With a clearance of 0 it is
     /// the largest gap across an edge, whose sign is the same.
     gap_m: f64,
 }
 
 impl Moment {
-    fn new(travel_m: f64, first: Seat, second: Seat, clearance_m: f64) -> Self {
+    fn new(travel_m: f64, first: BenchPose, second: BenchPose, clearance_m: f64) -> Self {
         let gap_m = if clearance_m == 0.0 {
             first.board.separation(&second.board).0
         } else {
             first.board.clearance(&second.board) - clearance_m
         };
-        Self { travel_m, seats: [first, second], gap_m }
+        Self { travel_m, poses: [first, second], gap_m }
     }
 
     fn touching(&self) -> bool {
@@ -66,7 +66,7 @@ impl Moment {
     }
 
     fn approach(&self) -> Approach {
-        self.seats[0].board.approach(&self.seats[1].board)
+        self.poses[0].board.approach(&self.poses[1].board)
     }
 
     /// The direction in which the clearance is measured, from either board to the other, along and across that board.
@@ -74,7 +74,7 @@ impl Moment {
         let direction = self.approach().direction;
         let seen_from =
             |board: &Board, direction: DVec2| direction.rotate(DVec2::new(board.heading.x, -board.heading.y));
-        [seen_from(&self.seats[0].board, direction), seen_from(&self.seats[1].board, -direction)]
+        [seen_from(&self.poses[0].board, direction), seen_from(&self.poses[1].board, -direction)]
     }
 }
 
@@ -92,7 +92,9 @@ impl<'a> Follower<'a> {
         dragon.meter().add((benches[1] - benches[0]) as u64);
         let motion = PairMotion::on_coil(dragon, benches, earlier, later);
         let follower = Self { dragon, benches, clearance_m, length_m: later.travel_m - earlier.travel_m, motion };
-        let at = |pose: &Pose| Moment::new(pose.travel_m, pose.seat(benches[0]), pose.seat(benches[1]), clearance_m);
+        let at = |pose: &Pose| {
+            Moment::new(pose.travel_m, pose.bench_pose(benches[0]), pose.bench_pose(benches[1]), clearance_m)
+        };
         follower.walk(&at(earlier), &at(later), sink)
     }
 
@@ -111,13 +113,13 @@ impl<'a> Follower<'a> {
     /// The pair at a travel within the run; solves the chain as far as the pair's second bench.
     fn solve(&self, travel_m: f64) -> Moment {
         let mut chain = self.dragon.chain(travel_m).expect("the travel lies within the run");
-        let mut seat = |bench, ahead| {
+        let mut bench_pose = |bench, ahead| {
             let front = chain.nth(ahead).expect("the chain reaches the second bench");
             let rear = chain.next().expect("the chain reaches the second bench");
-            Seat::new(self.dragon, bench, front, rear)
+            BenchPose::new(self.dragon, bench, front, rear)
         };
         let [first, second] = self.benches;
-        Moment::new(travel_m, seat(first, first), seat(second, second - first - 2), self.clearance_m)
+        Moment::new(travel_m, bench_pose(first, first), bench_pose(second, second - first - 2), self.clearance_m)
     }
 
     fn walk(
@@ -149,7 +151,7 @@ impl<'a> Follower<'a> {
             return false;
         }
         let is_settled = self.motion.is_some_and(|motion| {
-            let encounter = motion.between(&earlier.seats, &later.seats);
+            let encounter = motion.between(&earlier.poses, &later.poses);
             if earlier.touching() {
                 return encounter.stays_touching(self.clearance_m);
             }
@@ -165,7 +167,7 @@ impl<'a> Follower<'a> {
     /// The same from what either board may cover, whenever the other one is where.
     fn settled_separately(&self, earlier: &Moment, later: &Moment) -> bool {
         let [first, second] =
-            [0, 1].map(|i| Passage::new(self.dragon, self.benches[i], &earlier.seats[i], &later.seats[i]));
+            [0, 1].map(|i| Passage::new(self.dragon, self.benches[i], &earlier.poses[i], &later.poses[i]));
         if earlier.touching() {
             return first.stays_touching(&second, -earlier.gap_m.min(later.gap_m));
         }
@@ -173,7 +175,7 @@ impl<'a> Follower<'a> {
             return true;
         }
         [earlier, later].into_iter().any(|moment| {
-            let (_, axis) = moment.seats[0].board.separation(&moment.seats[1].board);
+            let (_, axis) = moment.poses[0].board.separation(&moment.poses[1].board);
             [axis, moment.approach().direction]
                 .into_iter()
                 .any(|direction| first.gap_m(&second, direction) > self.clearance_m)

@@ -1,4 +1,4 @@
-//! How a link moves on the way from one seat to a later one.
+//! How a link moves on the way from one bench_pose to a later one.
 //!
 //! The only facts used are that both handles walk forward along the route, that their distance d is fixed, and that the
 //! route's curvature there is at most some K. With s the arc walked by the front handle, p and r the handles, u the
@@ -9,7 +9,7 @@
 //! - |u'| = ω ≤ (sin α + g·sin β) / d, for u turns by what the handles move across it, and |u''| ≤ (|p''| + |r''|) / d;
 //! - |α'| ≤ K + ω and |β'| ≤ K·g + ω, so |g'| ≤ sin α·(K + ω)/cos β + sin β·(K·g + ω)/cos² β.
 
-use super::pose::Seat;
+use super::pose::BenchPose;
 use crate::dragon::Dragon;
 
 /// Bounds on a link's motion per metre that its front handle walks, or infinities.
@@ -31,10 +31,10 @@ pub(super) struct LinkMotion {
 }
 
 impl LinkMotion {
-    /// The motion of a bench's link from one seat to a later one.
-    pub(super) fn new(dragon: &Dragon, bench: usize, earlier: &Seat, later: &Seat) -> Self {
+    /// The motion of a bench's link from one bench_pose to a later one.
+    pub(super) fn new(dragon: &Dragon, bench: usize, earlier: &BenchPose, later: &BenchPose) -> Self {
         let length_m = dragon.dimensions().link_m(bench);
-        let curvature = dragon.route().curvature_bound(earlier.rear.place, later.front.place);
+        let curvature = dragon.route().curvature_bound(earlier.rear.parameter, later.front.parameter);
         let walk_m = later.front_travel_m - earlier.front_travel_m;
         let Angles { sine, rear_cosine } = Angles::new(length_m, curvature, earlier, walk_m);
         let ratio = 1.0 / rear_cosine;
@@ -67,7 +67,7 @@ impl Angles {
     /// A curve with |κ| ≤ K that is left at angle 0 has, after an arc s ≤ π/K, a chord at an angle of at most K·s/2 and
     /// at least (2/K)·sin(K·s/2) long. So for a chord of length d with K·d < 2 the sines of its end angles are at most
     /// K·d/2.
-    fn new(length_m: f64, curvature: f64, earlier: &Seat, walk_m: f64) -> Self {
+    fn new(length_m: f64, curvature: f64, earlier: &BenchPose, walk_m: f64) -> Self {
         let sine = 0.5 * curvature * length_m;
         if sine < 0.75 {
             Self { sine, rear_cosine: (1.0 - sine * sine).sqrt() }
@@ -78,7 +78,7 @@ impl Angles {
 
     /// Bounds from the rear angle at the beginning: while its cosine is at least half of what it is there, its rate has
     /// a bound; if that cannot use up the half on the way, the cosine stays so all the way, else there is no bound.
-    fn steep(length_m: f64, curvature: f64, earlier: &Seat, walk_m: f64) -> Self {
+    fn steep(length_m: f64, curvature: f64, earlier: &BenchPose, walk_m: f64) -> Self {
         let rear_cosine = 0.5 * earlier.rear.tangent.dot(earlier.board.heading);
         let ratio = 1.0 / rear_cosine;
         let rate = curvature * ratio + (1.0 + ratio) / length_m;

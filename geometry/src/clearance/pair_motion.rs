@@ -19,7 +19,7 @@ use glam::DVec2;
 
 use super::coil_motion::on_coil;
 use super::curve_motion::along_curve;
-use super::pose::{Pose, Seat};
+use super::pose::{BenchPose, Pose};
 use crate::dragon::Dragon;
 
 /// Gap up to which boards are in touch, in metres: a few times the rounding of a handle's position.
@@ -71,9 +71,9 @@ impl PairMotion {
     }
 
     /// The pair on a part of the way.
-    pub(super) fn between(&self, earlier: &[Seat; 2], later: &[Seat; 2]) -> Encounter {
+    pub(super) fn between(&self, earlier: &[BenchPose; 2], later: &[BenchPose; 2]) -> Encounter {
         let stretch = if self.is_on_coil {
-            later[0].front.place - earlier[0].front.place
+            later[0].front.parameter - earlier[0].front.parameter
         } else {
             later[0].front_travel_m - earlier[0].front_travel_m
         };
@@ -81,16 +81,16 @@ impl PairMotion {
     }
 
     /// The corners of one board as the other one sees them at the two ends of a way.
-    fn seen_from(&self, viewer: usize, ends: [&[Seat; 2]; 2], stretch: f64) -> Seen {
+    fn seen_from(&self, viewer: usize, ends: [&[BenchPose; 2]; 2], stretch: f64) -> Seen {
         let (from, to) = (&self.benches[viewer], &self.benches[1 - viewer]);
         let speed_m = from.speed_m + to.speed_m + self.overhang_m * to.turn;
         let both_m = from.across_m + to.across_m + self.overhang_m * to.turn_rate + 2.0 * from.turn * speed_m;
         let swing = 0.5 * (from.turn + to.curvature * to.speed_m) * stretch;
         let sine = (sine_seen(viewer, ends) + swing).min(1.0);
         let fixed_m = DVec2::new(from.along_m + to.along_m, from.sine * from.along_m + sine * to.along_m) + both_m;
-        let corners = ends.map(|seats| {
-            let board = &seats[viewer].board;
-            seats[1 - viewer].board.corners().map(|corner| board.local(corner))
+        let corners = ends.map(|poses| {
+            let board = &poses[viewer].board;
+            poses[1 - viewer].board.corners().map(|corner| board.local(corner))
         });
         let corner = |k: usize| {
             let at = [corners[0][k], corners[1][k]];
@@ -104,9 +104,9 @@ impl PairMotion {
 }
 
 /// How much the other board's handles move across the viewer's board at the ends of a way, as a part of their speed.
-fn sine_seen(viewer: usize, ends: [&[Seat; 2]; 2]) -> f64 {
-    let across = |seats: &[Seat; 2]| {
-        let (heading, other) = (seats[viewer].board.heading, &seats[1 - viewer]);
+fn sine_seen(viewer: usize, ends: [&[BenchPose; 2]; 2]) -> f64 {
+    let across = |poses: &[BenchPose; 2]| {
+        let (heading, other) = (poses[viewer].board.heading, &poses[1 - viewer]);
         heading.perp_dot(other.front.tangent).abs().max(heading.perp_dot(other.rear.tangent).abs())
     };
     across(ends[0]).max(across(ends[1]))
@@ -192,7 +192,7 @@ mod tests {
 
     use super::*;
     use crate::dragon::Dimensions;
-    use crate::route::{Route, Spiral, Turnaround};
+    use crate::route::{Route, Turnaround};
 
     fn pose(dragon: &Dragon, travel_m: f64) -> Pose {
         let mut pose = Pose::default();
@@ -201,22 +201,22 @@ mod tests {
         pose
     }
 
-    fn spirals() -> impl Strategy<Value = Arc<dyn Route>> {
+    fn spirals() -> impl Strategy<Value = Arc<Route>> {
         (0.3..3.0_f64, 1.0..12.0_f64).prop_map(|(pitch_m, turns)| {
-            let spiral = Spiral::new(pitch_m, turns).expect("a valid spiral");
-            Arc::new(spiral) as Arc<dyn Route>
+            let spiral = Route::spiral(pitch_m, turns).expect("a valid spiral");
+            Arc::new(spiral)
         })
     }
 
-    fn turnarounds() -> impl Strategy<Value = Arc<dyn Route>> {
+    fn turnarounds() -> impl Strategy<Value = Arc<Route>> {
         (0.5..2.5_f64, 4.0..12.0_f64, 0.5..2.0_f64).prop_map(|(pitch_m, diameter_m, ratio)| {
             let turnaround = Turnaround::new(pitch_m, diameter_m, ratio).expect("a valid turn");
-            Arc::new(turnaround.between(-2.0, 60.0).expect("a valid span")) as Arc<dyn Route>
+            Arc::new(turnaround.between(-2.0, 60.0).expect("a valid span").route())
         })
     }
 
     /// A pair of benches of a dragon on a route, with the dragon at the ends of a way and somewhere between.
-    fn ways(routes: impl Strategy<Value = Arc<dyn Route>>) -> impl Strategy<Value = (Dragon, [usize; 2], [Pose; 3])> {
+    fn ways(routes: impl Strategy<Value = Arc<Route>>) -> impl Strategy<Value = (Dragon, [usize; 2], [Pose; 3])> {
         let benches = (1.0..4.0_f64, 1.0..3.0_f64, 0.05..0.3_f64, 0.0..0.45_f64);
         let ways = (0.0..1.0_f64, 0.01..0.6_f64, 0.01..0.99_f64);
         let any = (benches, routes, (0_usize..5, 2_usize..25), ways);
@@ -234,9 +234,9 @@ mod tests {
 
     /// The second derivative's bound says more than the leeway at the middle: it falls off towards the ends.
     fn assert_leeway(motion: &PairMotion, pair: [usize; 2], poses: &[Pose; 3]) -> Result<(), TestCaseError> {
-        let [earlier, between, later] = poses.each_ref().map(|pose| pair.map(|bench| pose.seat(bench)));
-        let parameter = |seats: &[Seat; 2]| {
-            if motion.is_on_coil { seats[0].front.place } else { seats[0].front_travel_m }
+        let [earlier, between, later] = poses.each_ref().map(|pose| pair.map(|bench| pose.bench_pose(bench)));
+        let parameter = |poses: &[BenchPose; 2]| {
+            if motion.is_on_coil { poses[0].front.parameter } else { poses[0].front_travel_m }
         };
         let passed = (parameter(&between) - parameter(&earlier)) / (parameter(&later) - parameter(&earlier));
         for (viewer, seen) in motion.between(&earlier, &later).seen.iter().enumerate() {

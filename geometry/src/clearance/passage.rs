@@ -13,7 +13,7 @@
 use glam::DVec2;
 
 use super::link_motion::LinkMotion;
-use super::pose::Seat;
+use super::pose::BenchPose;
 use crate::dragon::Dragon;
 use crate::dragon::board::Board;
 
@@ -32,12 +32,12 @@ pub(super) struct Passage {
 }
 
 impl Passage {
-    /// The way of a bench from one seat to a later one.
-    pub(super) fn new(dragon: &Dragon, bench: usize, earlier: &Seat, later: &Seat) -> Self {
+    /// The way of a bench from one bench_pose to a later one.
+    pub(super) fn new(dragon: &Dragon, bench: usize, earlier: &BenchPose, later: &BenchPose) -> Self {
         let walk_m = later.front_travel_m - earlier.front_travel_m;
         let motion = LinkMotion::new(dragon, bench, earlier, later);
         let drift_m = drift_m(dragon, bench, earlier, later);
-        let [a, b] = [earlier, later].map(|seat| seat.board.corners());
+        let [a, b] = [earlier, later].map(|bench_pose| bench_pose.board.corners());
         Self {
             ends: [earlier.board, later.board],
             corners: [a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3]],
@@ -75,12 +75,12 @@ impl Passage {
     }
 }
 
-/// How far a point of a bench's board may get from where it is at either seat, on the way between them.
+/// How far a point of a bench's board may get from where it is at either bench_pose, on the way between them.
 ///
 /// The handles get no further than the arcs that they walk. A corner is a handle plus a vector of length ρ fixed to the
 /// board, and the heading changes by at most the two arcs over d. Of all points of a rigid board a corner moves
 /// furthest.
-pub(super) fn drift_m(dragon: &Dragon, bench: usize, earlier: &Seat, later: &Seat) -> f64 {
+pub(super) fn drift_m(dragon: &Dragon, bench: usize, earlier: &BenchPose, later: &BenchPose) -> f64 {
     let front_m = later.front_travel_m - earlier.front_travel_m;
     let rear_m = later.rear_travel_m - earlier.rear_travel_m;
     drift_of_walks_m(dragon, bench, [front_m, rear_m])

@@ -35,7 +35,7 @@ impl Pose {
     pub(super) fn extend_while(&mut self, dragon: &Dragon, wanted: impl Fn(usize, f64) -> bool) {
         let mut chain = dragon.chain_behind(self.boards.len(), &self.handles[self.boards.len()]);
         let benches = dragon.dimensions().benches();
-        while self.boards.len() < benches && wanted(self.boards.len(), self.handles[self.boards.len()].place) {
+        while self.boards.len() < benches && wanted(self.boards.len(), self.handles[self.boards.len()].parameter) {
             self.push(dragon, chain.next().expect("every link meets the route during the run"));
         }
     }
@@ -45,7 +45,7 @@ impl Pose {
             self.boards.push(dragon.board(self.boards.len(), front, &handle));
         }
         self.handles.push(handle);
-        self.handle_travels_m.push(dragon.route().travel(handle.place));
+        self.handle_travels_m.push(dragon.route().travel(handle.parameter));
     }
 
     pub(super) fn is_at(&self, travel_m: f64) -> bool {
@@ -57,8 +57,8 @@ impl Pose {
         [bench, bench + 1].map(|handle| later.handle_travels_m[handle] - self.handle_travels_m[handle])
     }
 
-    pub(super) fn seat(&self, bench: usize) -> Seat {
-        Seat {
+    pub(super) fn bench_pose(&self, bench: usize) -> BenchPose {
+        BenchPose {
             front: self.handles[bench],
             rear: self.handles[bench + 1],
             front_travel_m: self.handle_travels_m[bench],
@@ -70,7 +70,7 @@ impl Pose {
 
 /// A bench with its handles at one travel of the head.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Seat {
+pub(super) struct BenchPose {
     pub(super) front: Handle,
     pub(super) rear: Handle,
     /// The front handle's travel.
@@ -80,9 +80,9 @@ pub(super) struct Seat {
     pub(super) board: Board,
 }
 
-impl Seat {
+impl BenchPose {
     pub(super) fn new(dragon: &Dragon, bench: usize, front: Handle, rear: Handle) -> Self {
-        let [front_travel_m, rear_travel_m] = [front, rear].map(|handle| dragon.route().travel(handle.place));
+        let [front_travel_m, rear_travel_m] = [front, rear].map(|handle| dragon.route().travel(handle.parameter));
         Self { front, rear, front_travel_m, rear_travel_m, board: dragon.board(bench, &front, &rear) }
     }
 }

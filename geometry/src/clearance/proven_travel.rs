@@ -38,7 +38,7 @@ impl<'a> ProvenTravel<'a> {
         }
     }
 
-    /// Proves more, up to `to_m`, and places at most `handles` handles, or those of one stride. Where the dragon's meter is
+    /// Proves more, up to `to_m`, and parameters at most `handles` handles, or those of one stride. Where the dragon's meter is
     /// spent within the first stride, proven travel ends before that stride for good.
     pub fn extend(&mut self, to_m: f64, handles: usize) {
         let to_m = to_m.min(self.dragon.end_travel_m());

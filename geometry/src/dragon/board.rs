@@ -40,7 +40,7 @@ impl Board {
     /// The board of a bench whose hinges are at `front` and `rear`, which must not coincide.
     ///
     /// ```
-    /// use crate::dragon::Board;
+    /// use bench_dragon_geometry::dragon::Board;
     /// use glam::DVec2;
     ///
     /// let board = Board::from_handles(DVec2::new(1.0, 0.0), DVec2::new(-1.0, 0.0), 2.4, 0.3);

@@ -16,8 +16,8 @@ use crate::route::{Route, RoutePoint};
 /// A handle: the front hinge of the bench of the same index, or the tail's rear hinge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Handle {
-    /// Place on the route.
-    pub place: f64,
+    /// Parameter on the route.
+    pub parameter: f64,
     /// Metres.
     pub position: DVec2,
     /// Unit vector in which the handle moves.
@@ -27,15 +27,15 @@ pub struct Handle {
 }
 
 impl Handle {
-    fn new(place: f64, point: RoutePoint, speed_ratio: f64) -> Self {
-        Self { place, position: point.position, tangent: point.tangent, speed_ratio }
+    fn new(parameter: f64, point: RoutePoint, speed_ratio: f64) -> Self {
+        Self { parameter, position: point.position, tangent: point.tangent, speed_ratio }
     }
 }
 
 /// There is no chain at this travel.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[error("travel_m is {travel_m}, must be from {start_travel_m} to {end_travel_m}, where the run ends")]
-pub struct ChainBroken {
+pub struct TravelOutOfRange {
     /// The travel asked for.
     pub travel_m: f64,
     /// Where the run begins.
@@ -47,7 +47,7 @@ pub struct ChainBroken {
 /// The handles of a dragon at one travel, from the head backwards, each solved when it is asked for. Allocates nothing.
 #[derive(Clone, Debug)]
 pub struct Chain<'a> {
-    route: &'a dyn Route,
+    route: &'a Route,
     dimensions: &'a Dimensions,
     meter: &'a Meter,
     /// The last handle handed out, or the head before that; none where the chain ends early.
@@ -58,34 +58,39 @@ pub struct Chain<'a> {
 impl<'a> Chain<'a> {
     /// A chain whose head stands at `travel_m`, whether or not a dragon can walk there: it ends at a link that nowhere
     /// behind meets the route.
-    pub(crate) fn new(route: &'a dyn Route, dimensions: &'a Dimensions, meter: &'a Meter, travel_m: f64) -> Self {
-        Self::from_place(route, dimensions, meter, route.place(travel_m))
+    pub(crate) fn new(route: &'a Route, dimensions: &'a Dimensions, meter: &'a Meter, travel_m: f64) -> Self {
+        Self::from_parameter(route, dimensions, meter, route.parameter(travel_m))
     }
 
-    /// The same with the head at a place.
-    pub(crate) fn from_place(route: &'a dyn Route, dimensions: &'a Dimensions, meter: &'a Meter, place: f64) -> Self {
-        Self { route, dimensions, meter, last: Some((place, route.point(place), 1.0)), handed_out: 0 }
+    /// The same with the head at a parameter.
+    pub(crate) fn from_parameter(
+        route: &'a Route,
+        dimensions: &'a Dimensions,
+        meter: &'a Meter,
+        parameter: f64,
+    ) -> Self {
+        Self { route, dimensions, meter, last: Some((parameter, route.point(parameter), 1.0)), handed_out: 0 }
     }
 
     /// The rest of a chain behind its handle of this index.
     pub(crate) fn behind(
-        route: &'a dyn Route,
+        route: &'a Route,
         dimensions: &'a Dimensions,
         meter: &'a Meter,
         index: usize,
         handle: &Handle,
     ) -> Self {
-        let last = Some((handle.place, route.point(handle.place), handle.speed_ratio));
+        let last = Some((handle.parameter, route.point(handle.parameter), handle.speed_ratio));
         Self { route, dimensions, meter, last, handed_out: index + 1 }
     }
 
     fn follow_link(&self) -> Option<(f64, RoutePoint, f64)> {
-        let (place, front, speed_ratio) = self.last?;
+        let (parameter, front, speed_ratio) = self.last?;
         let link = Link { route: self.route, front, length_m: self.dimensions.link_m(self.handed_out - 1) };
-        let rear = link.rear(place);
+        let rear = link.rear(parameter);
         self.meter.add(u64::from(rear.map_or(MAX_STEPS, |rear| rear.looks)));
         let rear = rear?;
-        Some((rear.place, rear.point, speed_ratio * rear.speed_ratio()))
+        Some((rear.parameter, rear.point, speed_ratio * rear.speed_ratio()))
     }
 }
 
@@ -99,9 +104,9 @@ impl Iterator for Chain<'_> {
         if self.handed_out > 0 {
             self.last = self.follow_link();
         }
-        let (place, point, speed_ratio) = self.last?;
+        let (parameter, point, speed_ratio) = self.last?;
         self.handed_out += 1;
-        Some(Handle::new(place, point, speed_ratio))
+        Some(Handle::new(parameter, point, speed_ratio))
     }
 }
 
@@ -127,7 +132,7 @@ impl ChainSolver {
     ///
     /// # Panics
     /// If a link has no solution during the run, which [`Dragon::new`] rules out.
-    pub fn solve(&mut self, dragon: &Dragon, travel_m: f64) -> Result<&[Handle], ChainBroken> {
+    pub fn solve(&mut self, dragon: &Dragon, travel_m: f64) -> Result<&[Handle], TravelOutOfRange> {
         let chain = dragon.chain(travel_m)?;
         self.handles.clear();
         self.handles.extend(chain);

@@ -100,7 +100,7 @@ impl Dimensions {
     /// Dimensions of a dragon, in metres.
     ///
     /// ```
-    /// use crate::dragon::Dimensions;
+    /// use bench_dragon_geometry::dragon::Dimensions;
     ///
     /// let paper = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275)?;
     /// assert_eq!(paper.handles(), 224);
@@ -109,7 +109,7 @@ impl Dimensions {
     /// let error = Dimensions::new(223, 3.41, 2.20, 0.30, 1.2).unwrap_err();
     /// let text = "hole_offset_m is 1.2, must be at least 0 and under 1.1, half of the shortest bench";
     /// assert_eq!(error.to_string(), text);
-    /// # Ok::<(), crate::dragon::DimensionsError>(())
+    /// # Ok::<(), bench_dragon_geometry::dragon::DimensionsError>(())
     /// ```
     ///
     /// # Errors

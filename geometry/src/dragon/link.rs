@@ -1,4 +1,4 @@
-//! One link of the chain: from the place of its front handle to that of its rear handle.
+//! One link of the chain: from the parameter of its front handle to that of its rear handle.
 
 use crate::route::{Route, RoutePoint};
 
@@ -16,7 +16,7 @@ const LAST_STEP_ERROR: f64 = 1.0 / 1024.0;
 /// The rear end of a link and how the link lies.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RearEnd {
-    pub(crate) place: f64,
+    pub(crate) parameter: f64,
     pub(crate) point: RoutePoint,
     /// Cosine of the angle between the link, rear to front, and the tangent at the front handle.
     pub(crate) cos_front: f64,
@@ -41,7 +41,7 @@ impl RearEnd {
 /// A link of `length_m` metres whose front handle stands on `front`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Link<'a> {
-    pub(crate) route: &'a dyn Route,
+    pub(crate) route: &'a Route,
     pub(crate) front: RoutePoint,
     pub(crate) length_m: f64,
 }
@@ -49,7 +49,7 @@ pub(crate) struct Link<'a> {
 /// A point of the walk back, seen from the front handle.
 #[derive(Clone, Copy)]
 struct Sight {
-    place: f64,
+    parameter: f64,
     point: RoutePoint,
     distance_m: f64,
     /// How fast the distance grows per metre walked back: the cosine between the chord and the tangent here.
@@ -59,45 +59,46 @@ struct Sight {
 /// Where a link's end lies: behind a point of the walk back, up to here.
 #[derive(Clone, Copy)]
 struct Bracket {
-    far_place: f64,
+    far_parameter: f64,
     /// A bound on the route's |curvature| in the bracket, in 1/m.
     curvature: f64,
 }
 
 impl Link<'_> {
-    /// The first place behind `front_place` at the link's length from it; none if [`MAX_STEPS`] do not reach it.
+    /// The first parameter behind `front_parameter` at the link's length from it; none if [`MAX_STEPS`] do not reach it.
     ///
     /// Walks back by steps that cannot pass the first crossing, until the crossing is bracketed where the distance only
     /// grows, then refines it. The distance is off by rounding alone, to either side: some 10⁻¹⁴ of the distance from
     /// the route's centre.
-    pub(crate) fn rear(&self, front_place: f64) -> Option<RearEnd> {
-        let start = self.route.step_back(front_place, self.length_m);
+    pub(crate) fn rear(&self, front_parameter: f64) -> Option<RearEnd> {
+        let start = self.route.step_back(front_parameter, self.length_m);
         let mut sight = self.look(start);
         for step in 1..=MAX_STEPS {
             if let Some(bracket) = self.far_bracket(&sight) {
                 return Some(self.refine(sight, &bracket, step));
             }
-            sight = self.look(self.route.step_back(sight.place, self.safe_step(&sight)));
+            sight = self.look(self.route.step_back(sight.parameter, self.safe_step(&sight)));
         }
         None
     }
 
-    fn look(&self, place: f64) -> Sight {
-        let point = self.route.point(place);
+    fn look(&self, parameter: f64) -> Sight {
+        let point = self.route.point(parameter);
         let chord = self.front.position - point.position;
         let distance_m = chord.length();
-        Sight { place, point, distance_m, growth: chord.dot(point.tangent) / distance_m }
+        Sight { parameter, point, distance_m, growth: chord.dot(point.tangent) / distance_m }
     }
 
     /// Arc that can be walked back with the distance staying under the link's length.
     ///
     /// The distance D changes by at most the arc walked (sphere tracing: Hart 1996, The Visual Computer 12). Its second
     /// derivative is at most |κ| + 1/D, which over the next D/2 of arc is at most |κ| + 2/D, so D also stays under D +
-    /// D'σ + (|κ|/2 + 1/D)σ². The second bound walks briskly past a place where the distance almost reaches the length.
+    /// D'σ + (|κ|/2 + 1/D)σ². The second bound walks briskly past a parameter where the distance almost reaches the length.
     fn safe_step(&self, sight: &Sight) -> f64 {
         let gap_m = self.length_m - sight.distance_m;
         let limit_m = 0.5 * sight.distance_m;
-        let curvature = self.route.curvature_bound(self.route.step_back(sight.place, 3.0 * limit_m), sight.place);
+        let curvature =
+            self.route.curvature_bound(self.route.step_back(sight.parameter, 3.0 * limit_m), sight.parameter);
         let bend = 0.5 * curvature + 1.0 / sight.distance_m;
         let root = (sight.growth * sight.growth + 4.0 * bend * gap_m).sqrt();
         let smooth_m =
@@ -105,21 +106,21 @@ impl Link<'_> {
         gap_m.max(smooth_m.min(limit_m))
     }
 
-    /// A place behind `sight` up to which the distance only grows and reaches the link's length, if there is one near.
+    /// A parameter behind `sight` up to which the distance only grows and reaches the link's length, if there is one near.
     ///
     /// The second derivative of the distance D is at least −|κ|. So D still grows after 6·gap/D' of arc if D'² ≥
     /// 6·|κ|·gap, and has grown by the gap after a third of that, which the step back covers.
     fn far_bracket(&self, sight: &Sight) -> Option<Bracket> {
         let gap_m = self.length_m - sight.distance_m;
         if gap_m <= 0.0 {
-            return Some(Bracket { far_place: sight.place, curvature: 0.0 });
+            return Some(Bracket { far_parameter: sight.parameter, curvature: 0.0 });
         }
         if sight.growth <= 0.0 {
             return None;
         }
-        let far_place = self.route.step_back(sight.place, 6.0 * gap_m / sight.growth);
-        let curvature = self.route.curvature_bound(far_place, sight.place);
-        (sight.growth * sight.growth >= 6.0 * curvature * gap_m).then_some(Bracket { far_place, curvature })
+        let far_parameter = self.route.step_back(sight.parameter, 6.0 * gap_m / sight.growth);
+        let curvature = self.route.curvature_bound(far_parameter, sight.parameter);
+        (sight.growth * sight.growth >= 6.0 * curvature * gap_m).then_some(Bracket { far_parameter, curvature })
     }
 
     /// Newton's method on the distance from `near`, which is the front of the bracket, kept within the bracket.
@@ -131,29 +132,30 @@ impl Link<'_> {
     /// near that this step ends at the crossing but for rounding, which falls to either side: a step of σ metres of arc
     /// leaves ½·|D″|·σ², where |D″| is at most |κ| + 1/D, and at most |κ| more where the route's pace changes.
     fn refine(&self, near: Sight, bracket: &Bracket, mut looks: u32) -> RearEnd {
-        let rounding_m = self.route.rounding_m(near.place, near.point.pace_m) + f64::EPSILON * self.length_m;
+        let rounding_m =
+            self.route.rounding_m(near.parameter, near.point.speed_m_per_unit) + f64::EPSILON * self.length_m;
         let bend = bracket.curvature + 0.5 / self.length_m;
         let last_step_m2 = LAST_STEP_ERROR * rounding_m / bend;
-        let (mut near_place, mut far_place) = (near.place, bracket.far_place);
+        let (mut near_parameter, mut far_parameter) = (near.parameter, bracket.far_parameter);
         let mut sight = near;
         let mut last_is_taken = false;
         for _ in 0..MAX_REFINEMENTS {
             let gap_m = self.length_m - sight.distance_m;
-            if (last_is_taken && gap_m.abs() <= rounding_m) || near_place <= far_place {
+            if (last_is_taken && gap_m.abs() <= rounding_m) || near_parameter <= far_parameter {
                 break;
             }
-            let newton = sight.place - gap_m / (sight.growth * sight.point.pace_m);
-            if newton == sight.place {
+            let newton = sight.parameter - gap_m / (sight.growth * sight.point.speed_m_per_unit);
+            if newton == sight.parameter {
                 break;
             }
             if gap_m > 0.0 {
-                near_place = sight.place;
+                near_parameter = sight.parameter;
             } else {
-                far_place = sight.place;
+                far_parameter = sight.parameter;
             }
-            let within = newton >= far_place && newton <= near_place;
+            let within = newton >= far_parameter && newton <= near_parameter;
             last_is_taken = within && gap_m * gap_m <= last_step_m2 * sight.growth * sight.growth;
-            sight = self.look(if within { newton } else { 0.5 * (near_place + far_place) });
+            sight = self.look(if within { newton } else { 0.5 * (near_parameter + far_parameter) });
             looks += 1;
         }
         self.rear_end(&sight, looks)
@@ -162,7 +164,7 @@ impl Link<'_> {
     fn rear_end(&self, sight: &Sight, looks: u32) -> RearEnd {
         let chord = self.front.position - sight.point.position;
         RearEnd {
-            place: sight.place,
+            parameter: sight.parameter,
             point: sight.point,
             cos_front: chord.dot(self.front.tangent) / sight.distance_m,
             cos_rear: sight.growth,

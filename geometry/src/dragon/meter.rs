@@ -1,4 +1,4 @@
-//! Work, counted in steps and not in time, so that a search that reaches its limit does so at the same place on every machine.
+//! Work, counted in steps and not in time, so that a search that reaches its limit does so at the same parameter on every machine.
 //!
 //! A step is one point of the route that is looked at for a link, some 50 ns. Work of another kind counts as the steps that
 //! take about as long.
@@ -14,7 +14,7 @@ const MAX_PLACING_STEPS: u64 = 100_000_000;
 /// A limit of work, and the work that has been done under it. Clones count together.
 ///
 /// ```
-/// use crate::dragon::Meter;
+/// use bench_dragon_geometry::dragon::Meter;
 ///
 /// let meter = Meter::of(10);
 /// meter.add(9);

@@ -21,7 +21,7 @@ use crate::number::Number;
 use crate::route::Route;
 
 pub use board::{Approach, Board};
-pub use chain::{Chain, ChainBroken, ChainSolver, Handle};
+pub use chain::{Chain, ChainSolver, Handle, TravelOutOfRange};
 pub use dimensions::{
     Dimensions, DimensionsError, LEAST_LINK_M, LENGTH_M, MAX_BENCHES, MOST_PER_LINK, MOST_PER_WIDTH, WIDTH_M,
 };
@@ -44,7 +44,7 @@ pub enum DragonError {
         /// Metres.
         width_m: f64,
     },
-    /// At the start, no place behind a handle is right for the next one.
+    /// At the start, no parameter behind a handle is right for the next one.
     #[error(
         "the route is too tight at its start: handle {handle} cannot stand and walk {link_m:.3} m behind the one before"
     )]
@@ -63,9 +63,9 @@ pub enum DragonError {
 ///
 /// ```
 /// use std::sync::Arc;
-/// use bench_dragon_geometry::{dragon::{ChainSolver, Dimensions, Dragon}, route::Spiral};
+/// use bench_dragon_geometry::{dragon::{ChainSolver, Dimensions, Dragon}, route::Route};
 ///
-/// let paper = Dragon::new(Dimensions::new(223, 3.41, 2.20, 0.30, 0.275)?, Arc::new(Spiral::new(0.55, 16.0)?))?;
+/// let paper = Dragon::new(Dimensions::new(223, 3.41, 2.20, 0.30, 0.275)?, Arc::new(Route::spiral(0.55, 16.0)?))?;
 /// let mut solver = ChainSolver::new(&paper);
 /// let tail = solver.solve(&paper, 300.0)?[223];
 /// assert!((tail.position.x - 1.785033).abs() < 5e-7 && (tail.speed_ratio - 0.996478).abs() < 5e-7);
@@ -74,7 +74,7 @@ pub enum DragonError {
 #[derive(Clone, Debug)]
 pub struct Dragon {
     dimensions: Dimensions,
-    route: Arc<dyn Route>,
+    route: Arc<Route>,
     run: Run,
     meter: Meter,
 }
@@ -85,7 +85,7 @@ impl Dragon {
     /// # Errors
     /// The pitch must be above the boards' width, and at the start every handle must stand on the route and move
     /// forward. How far it can walk is found within a bounded number of steps of work.
-    pub fn new(dimensions: Dimensions, route: Arc<dyn Route>) -> Result<Self, DragonError> {
+    pub fn new(dimensions: Dimensions, route: Arc<Route>) -> Result<Self, DragonError> {
         Self::with_meter(dimensions, route, Meter::unlimited())
     }
 
@@ -93,13 +93,13 @@ impl Dragon {
     ///
     /// # Errors
     /// As [`new`](Self::new); and the meter may be spent before it is known how far the dragon can walk.
-    pub fn with_meter(dimensions: Dimensions, route: Arc<dyn Route>, meter: Meter) -> Result<Self, DragonError> {
+    pub fn with_meter(dimensions: Dimensions, route: Arc<Route>, meter: Meter) -> Result<Self, DragonError> {
         let (pitch_m, width_m) = (route.pitch_m(), dimensions.width_m());
         if pitch_m <= width_m {
             return Err(DragonError::PitchUnderWidth { pitch_m, width_m });
         }
         let placing = meter.for_placing();
-        let run = Run::of(&*route, &dimensions, &placing);
+        let run = Run::of(&route, &dimensions, &placing);
         if placing.is_spent() {
             return Err(DragonError::TooMuchWork(placing.spent(route.start_travel_m())));
         }
@@ -124,8 +124,8 @@ impl Dragon {
     }
 
     /// The curve that the handles follow.
-    pub fn route(&self) -> &dyn Route {
-        &*self.route
+    pub fn route(&self) -> &Route {
+        &self.route
     }
 
     /// Travel at which the run begins.
@@ -147,16 +147,16 @@ impl Dragon {
     ///
     /// # Errors
     /// The travel must lie within the run.
-    pub fn chain(&self, travel_m: f64) -> Result<Chain<'_>, ChainBroken> {
+    pub fn chain(&self, travel_m: f64) -> Result<Chain<'_>, TravelOutOfRange> {
         self.require_travel(travel_m)?;
         Ok(Chain::new(self.route(), &self.dimensions, &self.meter, travel_m))
     }
 
     /// Refuses a travel beyond the run.
-    fn require_travel(&self, travel_m: f64) -> Result<(), ChainBroken> {
+    fn require_travel(&self, travel_m: f64) -> Result<(), TravelOutOfRange> {
         let (start_travel_m, end_travel_m) = (self.start_travel_m(), self.end_travel_m());
         let within = travel_m >= start_travel_m && travel_m <= end_travel_m;
-        if within { Ok(()) } else { Err(ChainBroken { travel_m, start_travel_m, end_travel_m }) }
+        if within { Ok(()) } else { Err(TravelOutOfRange { travel_m, start_travel_m, end_travel_m }) }
     }
 
     /// The handles behind the one of this index.

@@ -4,8 +4,8 @@
 //! where it stands square to the tangent at its front handle (the rear handle's speed reaches 0) or at its rear handle
 //! (the rear handle's speed has no bound: the crossing that it stands on vanishes), or where a nearer crossing appears.
 //!
-//! Whether a link walks depends on the place of its front handle alone, and all body links are alike. So a *fault* is a
-//! place of the route, one for the head's link and one for each place that a body link does not get past.
+//! Whether a link walks depends on the parameter of its front handle alone, and all body links are alike. So a *fault* is a
+//! place of the route, one for the head's link and one for each parameter that a body link does not get past.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -23,7 +23,7 @@ const LOOKS_PER_LINK: f64 = 64.0;
 /// front handle's.
 const JUMP_PER_LINK: f64 = 0.25;
 
-/// Width to which faults and the run's end are pinned down, in metres and units of place.
+/// Width to which faults and the run's end are pinned down, in metres and units of parameter.
 const TOLERANCE: f64 = 1e-12;
 
 /// A rear handle that walks no more than this many times as far as the front handle between two looks does not jump.
@@ -36,7 +36,7 @@ const LEAST_JUMP_M: f64 = 1e-5;
 /// Part of an interval that golden section leaves out: 1 − 1/φ.
 const GOLDEN: f64 = 0.381_966_011_250_105_1;
 
-/// Part of the way between two looks to which the place of a dip is known: its depth is then, as a square of that, right
+/// Part of the way between two looks to which the parameter of a dip is known: its depth is then, as a square of that, right
 /// to rounding.
 const DIP_TOLERANCE: f64 = 1e-7;
 
@@ -50,7 +50,7 @@ pub enum RunEnd {
         /// Index of the handle.
         handle: usize,
     },
-    /// The chain rule's next place for this handle is not next to its last one.
+    /// The chain rule's next parameter for this handle is not next to its last one.
     HandleJumps {
         /// Index of the handle.
         handle: usize,
@@ -77,17 +77,17 @@ pub(crate) struct Run {
 impl Run {
     /// The run of a dragon of these dimensions from the route's start, or the first handle that cannot stand there. Where
     /// the meter is spent after that, it is not known.
-    pub(crate) fn of(route: &dyn Route, dimensions: &Dimensions, meter: &Meter) -> Result<Self, usize> {
-        let places = standing_places(route, dimensions, meter)?;
+    pub(crate) fn of(route: &Route, dimensions: &Dimensions, meter: &Meter) -> Result<Self, usize> {
+        let parameters = standing_parameters(route, dimensions, meter)?;
         let mut run = Self { end_travel_m: route.end_travel_m(), end: RunEnd::RouteEnd };
         for bench in 0..dimensions.benches() {
             let length_m = dimensions.link_m(bench);
             // A body link need not look where the one before it started: that one comes to the fault first.
-            let limit = if bench < 2 { route.place(run.end_travel_m) } else { places[bench - 1] };
+            let limit = if bench < 2 { route.parameter(run.end_travel_m) } else { parameters[bench - 1] };
             if meter.is_spent() {
                 break;
             }
-            if let Some(fault) = (Faults { route, length_m, meter }).first(places[bench], limit) {
+            if let Some(fault) = (Faults { route, length_m, meter }).first(parameters[bench], limit) {
                 run.shorten(route, dimensions, meter, bench, &fault);
             }
         }
@@ -96,10 +96,10 @@ impl Run {
 
     /// Ends the run where the front handle of `bench` comes to the fault, if it does. All links before it walk that
     /// far.
-    fn shorten(&mut self, route: &dyn Route, dimensions: &Dimensions, meter: &Meter, bench: usize, fault: &Fault) {
+    fn shorten(&mut self, route: &Route, dimensions: &Dimensions, meter: &Meter, bench: usize, fault: &Fault) {
         let arrived = |travel_m| {
             let handle = Chain::new(route, dimensions, meter, travel_m).nth(bench);
-            handle.is_none_or(|handle| handle.place >= fault.place)
+            handle.is_none_or(|handle| handle.parameter >= fault.parameter)
         };
         if arrived(self.end_travel_m) {
             (self.end_travel_m, _) = turning_point(route.start_travel_m(), self.end_travel_m, TOLERANCE, arrived);
@@ -109,24 +109,24 @@ impl Run {
     }
 }
 
-/// Places of all handles at the route's start, or the first handle that has none or would not move forward.
-fn standing_places(route: &dyn Route, dimensions: &Dimensions, meter: &Meter) -> Result<Vec<f64>, usize> {
-    let places: Vec<f64> = Chain::new(route, dimensions, meter, route.start_travel_m())
+/// Parameters of all handles at the route's start, or the first handle that has none or would not move forward.
+fn standing_parameters(route: &Route, dimensions: &Dimensions, meter: &Meter) -> Result<Vec<f64>, usize> {
+    let parameters: Vec<f64> = Chain::new(route, dimensions, meter, route.start_travel_m())
         .take_while(|handle| !meter.is_spent() && handle.speed_ratio > 0.0 && handle.speed_ratio.is_finite())
-        .map(|handle| handle.place)
+        .map(|handle| handle.parameter)
         .collect();
-    if places.len() == dimensions.handles() { Ok(places) } else { Err(places.len()) }
+    if parameters.len() == dimensions.handles() { Ok(parameters) } else { Err(parameters.len()) }
 }
 
-/// The last place before one that a link's front handle cannot get past, and whether the rear handle would jump there.
+/// The last parameter before one that a link's front handle cannot get past, and whether the rear handle would jump there.
 struct Fault {
-    place: f64,
+    parameter: f64,
     jump: bool,
 }
 
 /// The faults of a link of one length on a route.
 struct Faults<'a> {
-    route: &'a dyn Route,
+    route: &'a Route,
     length_m: f64,
     meter: &'a Meter,
 }
@@ -157,29 +157,29 @@ impl Faults<'_> {
         self.route.curvature_bound(rear, to) * self.length_m < 2.0
     }
 
-    /// The fault between two places that are so near to each other that there is one at most.
+    /// The fault between two parameters that are so near to each other that there is one at most.
     fn between_looks(&self, from: f64, to: f64) -> Option<Fault> {
-        let Some(start) = self.rear(from) else { return Some(Fault { place: from, jump: true }) };
+        let Some(start) = self.rear(from) else { return Some(Fault { parameter: from, jump: true }) };
         let end = self.rear(to);
         let is_fault = |rear: Option<RearEnd>| rear.is_none_or(|rear| !rear.walks() || self.jumps(&start, &rear));
-        let fails = |place| is_fault(self.rear(place));
-        if let Some(place) = end.and_then(|end| self.leap((from, &start), (to, &end))) {
-            return Some(Fault { place, jump: true });
+        let fails = |parameter| is_fault(self.rear(parameter));
+        if let Some(parameter) = end.and_then(|end| self.leap((from, &start), (to, &end))) {
+            return Some(Fault { parameter, jump: true });
         }
         let failing = if is_fault(end) { to } else { self.dip((from, &start), (to, &end?))? };
-        let (place, beyond) = turning_point(from, failing, TOLERANCE, fails);
+        let (parameter, beyond) = turning_point(from, failing, TOLERANCE, fails);
         let jump = self.rear(beyond).is_none_or(|rear| self.jumps(&start, &rear));
-        Some(Fault { place, jump })
+        Some(Fault { parameter, jump })
     }
 
-    /// A place between two looks from which the rear handle jumps.
+    /// A parameter between two looks from which the rear handle jumps.
     ///
     /// A crossing vanishes where the rear handle's speed has no bound, so a jump shows as a way longer than the front
     /// handle's. Whether it is one is told by halving, each time into the half with more of that way: what is walked,
     /// however fast, shrinks with the square root of the half at least, and a jump does not.
     fn leap(&self, (from, start): (f64, &RearEnd), (to, end): (f64, &RearEnd)) -> Option<f64> {
         let (mut low, mut high) = (from, to);
-        let (mut low_m, mut high_m) = (self.route.travel(start.place), self.route.travel(end.place));
+        let (mut low_m, mut high_m) = (self.route.travel(start.parameter), self.route.travel(end.parameter));
         if high_m - low_m <= BRISK * (self.route.travel(to) - self.route.travel(from)) {
             return None;
         }
@@ -188,7 +188,7 @@ impl Faults<'_> {
             if middle <= low || middle >= high {
                 break;
             }
-            let middle_m = self.route.travel(self.rear(middle)?.place);
+            let middle_m = self.route.travel(self.rear(middle)?.parameter);
             if high_m - middle_m > middle_m - low_m {
                 (low, low_m) = (middle, middle_m);
             } else {
@@ -198,13 +198,13 @@ impl Faults<'_> {
         (high_m - low_m > LEAST_JUMP_M).then_some(low)
     }
 
-    /// A place between two looks at which the rear handle stops, though it walks at both.
+    /// A parameter between two looks at which the rear handle stops, though it walks at both.
     ///
     /// The link's angle with the tangent at its front handle changes by at most |κ| + 2/d per metre as long as the rear
     /// handle is the slower one, as it is where it comes near to a stop. So its cosine dips under 0 only if at either
     /// look it is no more than that over half of the way; where it may, golden section looks for where it is least.
     fn dip(&self, (from, start): (f64, &RearEnd), (to, end): (f64, &RearEnd)) -> Option<f64> {
-        let cosine = |place| self.rear(place).map_or(f64::NEG_INFINITY, |rear| rear.cos_front);
+        let cosine = |parameter| self.rear(parameter).map_or(f64::NEG_INFINITY, |rear| rear.cos_front);
         let arc_m = self.route.travel(to) - self.route.travel(from);
         let rear = self.route.step_back(from, 1.5 * std::f64::consts::PI * self.length_m);
         let rate = self.route.curvature_bound(rear, to) + 2.0 / self.length_m;
@@ -226,18 +226,18 @@ impl Faults<'_> {
                 far = (inner(high, low), cosine(inner(high, low)));
             }
         }
-        [near, far].into_iter().find(|&(_, least)| least <= 0.0).map(|(place, _)| place)
+        [near, far].into_iter().find(|&(_, least)| least <= 0.0).map(|(parameter, _)| parameter)
     }
 
     /// Whether a rear handle cannot have walked from one end to the other.
     fn jumps(&self, earlier: &RearEnd, later: &RearEnd) -> bool {
-        let walked_m = self.route.travel(later.place) - self.route.travel(earlier.place);
+        let walked_m = self.route.travel(later.parameter) - self.route.travel(earlier.parameter);
         later.cos_front > 0.0 && !(-TOLERANCE..=JUMP_PER_LINK * self.length_m).contains(&walked_m)
     }
 
-    fn rear(&self, front_place: f64) -> Option<RearEnd> {
-        let link = Link { route: self.route, front: self.route.point(front_place), length_m: self.length_m };
-        let rear = link.rear(front_place);
+    fn rear(&self, front_parameter: f64) -> Option<RearEnd> {
+        let link = Link { route: self.route, front: self.route.point(front_parameter), length_m: self.length_m };
+        let rear = link.rear(front_parameter);
         self.meter.add(u64::from(rear.map_or(MAX_STEPS, |rear| rear.looks)));
         rear
     }

@@ -5,10 +5,10 @@ use std::ops::RangeInclusive;
 /// Bound on steps: some five where the function is smooth, some hundred where only halving helps.
 const MAX_STEPS: usize = 200;
 
-/// What a function is at one place, and how fast it grows there.
+/// What a function is at one parameter, and how fast it grows there.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slope {
-    /// Under 0 before the place sought, above 0 behind it.
+    /// Under 0 before the parameter sought, above 0 behind it.
     pub(crate) value: f64,
     /// Derivative, above 0.
     pub(crate) growth: f64,

@@ -15,8 +15,7 @@ use crate::clearance::{Contact, first_contact};
 use crate::dragon::{Dimensions, DimensionsError, Dragon, DragonError, Meter, RunEnd, Spent};
 use crate::number::Number;
 use crate::planner::HeadTimetable;
-use crate::route::{PitchFamily, RouteError};
-use crate::route::{RouteSpec, SpiralSpec};
+use crate::route::{PitchFamily, Route, RouteError, RouteSpec, SpiralSpec};
 
 /// What is asked of a setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -192,42 +191,34 @@ fn pitch(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<Answe
 
 /// The run as planned.
 fn planned(setting: &Setting, meter: &Meter) -> Result<VariedDragon, Unanswered> {
-    match setting.route {
-        RouteSpec::Spiral(plan) => varied(setting.dimensions, plan.spiral()?, meter),
-        RouteSpec::Turnaround(plan) => varied(setting.dimensions, plan.turnaround(setting.speed_mps)?, meter),
-    }
+    varied(setting.dimensions, setting.route.family(setting.speed_mps)?, meter)
 }
 
 /// The passage: on a spiral from the start until the head is on the circle, on a turnaround that of all benches.
 fn passage(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<VariedDragon, Unanswered> {
     match setting.route {
-        RouteSpec::Spiral(plan) => spiral_passage(plan, setting.dimensions, turn_diameter_m, meter),
-        RouteSpec::Turnaround(plan) => {
-            let turnaround = plan.turnaround(setting.speed_mps)?;
+        RouteSpec::Spiral(spec) => spiral_passage(spec, setting.dimensions, turn_diameter_m, meter),
+        RouteSpec::Turnaround(spec) => {
+            let turnaround = spec.turnaround(setting.speed_mps)?;
             let dragon = passage_through(turnaround, setting.dimensions, meter)?;
-            Ok(VariedDragon { dragon, family: Arc::new(turnaround) })
+            Ok(VariedDragon { dragon, family: PitchFamily::of_turnaround(turnaround) })
         }
     }
 }
 
 fn spiral_passage(
-    plan: SpiralSpec,
+    spec: SpiralSpec,
     dimensions: Dimensions,
     turn_diameter_m: f64,
     meter: &Meter,
 ) -> Result<VariedDragon, Unanswered> {
-    let spiral = plan.spiral()?;
+    let spiral = Route::spiral(spec.pitch_m, spec.start_turns)?;
     let spiral = spiral.to_circle(turn_diameter_m).map_err(|_| Unanswered::StartsInside(turn_diameter_m))?;
-    let passage = varied(dimensions, spiral, meter)?;
+    let passage = varied(dimensions, PitchFamily::of_spiral(spiral), meter)?;
     Infeasible::check(&passage.dragon)?;
     Ok(passage)
 }
 
-fn varied(
-    dimensions: Dimensions,
-    route: impl PitchFamily + 'static,
-    meter: &Meter,
-) -> Result<VariedDragon, Unanswered> {
-    let family = Arc::new(route);
-    Ok(VariedDragon { dragon: Dragon::with_meter(dimensions, family.clone(), meter.clone())?, family })
+fn varied(dimensions: Dimensions, family: PitchFamily, meter: &Meter) -> Result<VariedDragon, Unanswered> {
+    Ok(VariedDragon { dragon: Dragon::with_meter(dimensions, Arc::clone(family.route()), meter.clone())?, family })
 }

@@ -56,10 +56,10 @@ pub struct HandleVariation {
 
 /// How each of `handles`, which are the first ones of a chain, changes; in the same order.
 ///
-/// The speed ratio's change is that on the side of a joint that the handle's place happens to lie on.
+/// The speed ratio's change is that on the side of a seam that the handle's parameter happens to lie on.
 pub fn handle_variations(
     dimensions: &Dimensions,
-    route: &dyn PitchFamily,
+    route: &PitchFamily,
     handles: &[Handle],
     change: Change,
 ) -> Vec<HandleVariation> {
@@ -77,14 +77,14 @@ pub fn handle_variations(
 
 /// One handle's change from that of the one before it.
 struct Step<'a> {
-    route: &'a dyn PitchFamily,
+    route: &'a PitchFamily,
     change: Change,
 }
 
 impl Step<'_> {
     /// A handle whose travel grows by `travel`.
     fn on_route(&self, handle: &Handle, travel: f64) -> HandleVariation {
-        let route = self.route.variation(handle.place);
+        let route = self.route.variation(handle.parameter);
         let pitch = if self.change == Change::Measure(Parameter::Pitch) { 1.0 } else { 0.0 };
         HandleVariation {
             position: pitch * route.position + travel * handle.tangent,

@@ -6,8 +6,8 @@
 //! - *First contact.* c stays 0, so ds/dq = −(∂c/∂q) / (∂c/∂s), and the time is that of the head's timetable at s.
 //! - *Least clearance.* At a minimum within the passage ∂c/∂s = 0, so the least clearance changes by ∂c/∂q alone (the
 //!   envelope theorem). At an end of the passage, which moves by ds/dq, it changes by ∂c/∂q + ∂c/∂s·ds/dq.
-//! - *Largest speed ratio.* At a smooth maximum likewise by ∂R/∂q. Where a handle passes a joint of the route, R has a
-//!   kink, and a maximum at a kink moves with it: the handle's travel τ stays that of the joint, τ', so
+//! - *Largest speed ratio.* At a smooth maximum likewise by ∂R/∂q. Where a handle passes a seam of the route, R has a
+//!   kink, and a maximum at a kink moves with it: the handle's travel τ stays that of the seam, τ', so
 //!   ds/dq = (dτ'/dq − ∂τ/∂q) / (∂τ/∂s), and R changes by ∂R/∂q + ∂R/∂s·ds/dq, which is the same on both sides.
 //! - *Smallest pitch.* The clearance of the limiting pair comes down to 0 at its least, so with dc/dq that of the least
 //!   clearance, dp/dq = −(dc/dq) / (dc/dp).
@@ -25,11 +25,11 @@ use super::speed_limit::LargestRatio;
 use crate::clearance::{ClearanceSearch, Contact};
 use crate::planner::HeadTimetable;
 
-/// Travel within which an extremum counts as lying at an end of the passage, or a handle on a joint, in metres.
+/// Travel within which an extremum counts as lying at an end of the passage, or a handle on a seam, in metres.
 const PLACE_TOLERANCE_M: f64 = 1e-8;
 
-/// How far from a given place an extremum's exact place is looked for, in metres: a clearance known to 10⁻⁹ m leaves its
-/// place open by the root of that over the curvature of c, which is seldom under 10⁻³ per metre.
+/// How far from a given parameter an extremum's exact parameter is looked for, in metres: a clearance known to 10⁻⁹ m leaves its
+/// parameter open by the root of that over the curvature of c, which is seldom under 10⁻³ per metre.
 const LONGEST_REACH_M: f64 = 1e-2;
 
 /// Bound on halvings towards an extremum.
@@ -56,9 +56,9 @@ pub enum Undefined {
     /// There is no smooth extremum where one was said to be.
     #[error("it is decided at a kink")]
     NoSmoothExtremum,
-    /// More than one handle stands on a joint.
-    #[error("more than one handle passes a joint of the route at once")]
-    Joints,
+    /// More than one handle stands on a seam.
+    #[error("more than one handle passes a seam of the route at once")]
+    Seams,
     /// The end of the passage decides.
     #[error("it is decided at the end of the passage")]
     PassageEnd,
@@ -185,16 +185,16 @@ impl Extremum {
         if let Some(motion) = end_motion(varied, largest.travel_m) {
             return Ok(Self { value, motion });
         }
-        match *local.on_joints(PLACE_TOLERANCE_M) {
+        match *local.on_seams(PLACE_TOLERANCE_M) {
             [] => {
                 let travel_m = stationary(varied, largest.travel_m, |travel_m| Ok(-at(travel_m).speed_ratio().travel))?;
                 Ok(Self { value: at(travel_m).speed_ratio(), motion: Motion::Free })
             }
-            [(handle, joint)] => {
-                let joint = varied.family.joint_variations()[joint];
-                Ok(Self { value, motion: Motion::Bound(local.handle_travel(handle).less_pitch(joint)) })
+            [(handle, seam)] => {
+                let seam = varied.family.seam_variations()[seam];
+                Ok(Self { value, motion: Motion::Bound(local.handle_travel(handle).less_pitch(seam)) })
             }
-            _ => Err(Undefined::Joints),
+            _ => Err(Undefined::Seams),
         }
     }
 
@@ -216,7 +216,7 @@ fn end_motion(varied: &VariedDragon, travel_m: f64) -> Option<Motion> {
         Some(Motion::Fixed)
     } else if travel_m < end_m - PLACE_TOLERANCE_M {
         None
-    } else if varied.family.joints().is_empty() {
+    } else if varied.family.ends_on_circle() {
         // A spiral ends where the head is on the circle.
         Some(Motion::Bound(Local::new(varied, travel_m, 1).head_radius()))
     } else {
@@ -272,21 +272,20 @@ mod tests {
     const STEP_M: f64 = 1e-4;
 
     fn walk(setting: &Setting) -> VariedDragon {
-        let RouteSpec::Turnaround(plan) = setting.route else { panic!("these tests are about turnarounds") };
-        let family = Arc::new(plan.turnaround(setting.speed_mps).expect("a valid turnaround"));
-        let dragon = Dragon::new(setting.dimensions, family.clone()).expect("it stands on its way in");
+        let family = setting.route.family(setting.speed_mps).expect("a valid turnaround");
+        let dragon = Dragon::new(setting.dimensions, Arc::clone(family.route())).expect("it stands on its way in");
         VariedDragon { dragon, family }
     }
 
-    /// The head's travel with a handle on a joint.
-    fn crossing_m(varied: &VariedDragon, handle: usize, joint: usize) -> f64 {
+    /// The head's travel with a handle on a seam.
+    fn crossing_m(varied: &VariedDragon, handle: usize, seam: usize) -> f64 {
         let dragon = &varied.dragon;
-        let place = dragon.route().joints()[joint];
+        let parameter = dragon.route().seams()[seam];
         let (mut low_m, mut high_m) = (dragon.start_travel_m(), dragon.end_travel_m());
         for _ in 0..80 {
             let middle_m = 0.5 * (low_m + high_m);
             let reached = dragon.chain(middle_m).expect("within the run").nth(handle).expect("it has the handle");
-            if reached.place < place { low_m = middle_m } else { high_m = middle_m }
+            if reached.parameter < parameter { low_m = middle_m } else { high_m = middle_m }
         }
         low_m
     }
@@ -307,10 +306,10 @@ mod tests {
         };
         let planned = walk(&setting);
         let mut kinks = 0;
-        for (crossing, joint, handle) in (0..12)
-            .flat_map(|crossing| (0..3).flat_map(move |joint| (1..12).map(move |handle| (crossing, joint, handle))))
+        for (crossing, seam, handle) in (0..12)
+            .flat_map(|crossing| (0..3).flat_map(move |seam| (1..12).map(move |handle| (crossing, seam, handle))))
         {
-            let travel_m = crossing_m(&planned, crossing, joint);
+            let travel_m = crossing_m(&planned, crossing, seam);
             let here = ratio(&planned, handle, travel_m);
             let largest = LargestRatio { ratio: here, travel_m, handle };
             if crossing > handle || [-1e-6, 1e-6].iter().any(|by| ratio(&planned, handle, travel_m + by) >= here) {
@@ -322,13 +321,13 @@ mod tests {
                 let moved = |by_m: f64| {
                     let setting = setting.with(parameter, setting.value(parameter) + by_m).expect("a small change");
                     let varied = walk(&setting);
-                    ratio(&varied, handle, crossing_m(&varied, crossing, joint))
+                    ratio(&varied, handle, crossing_m(&varied, crossing, seam))
                 };
                 let expected = (moved(STEP_M) - moved(-STEP_M)) / (2.0 * STEP_M);
-                let actual = derivatives[parameter as usize].expect("one handle is on a joint");
+                let actual = derivatives[parameter as usize].expect("one handle is on a seam");
                 assert!(
                     (actual - expected).abs() <= 1e-5 * (1.0 + expected.abs()),
-                    "handle {handle} with handle {crossing} on joint {joint}, {parameter}: {actual}, not {expected}"
+                    "handle {handle} with handle {crossing} on seam {seam}, {parameter}: {actual}, not {expected}"
                 );
             }
         }

@@ -3,7 +3,7 @@
 //! *Method.* Branch and bound on all cores: the clearances at the ends of all strides bound the least one from above, and
 //! what the boards may cover in between bounds each pair's from below. Ways on which the lower bound stays over the least
 //! clearance found so far are done, others are halved, and what is left of them is refined by Brent's method. Of the
-//! pairs that stand one after the other in the same place only the first is looked at.
+//! pairs that stand one after the other in the same parameter only the first is looked at.
 //!
 //! *Guarantee.* The result is the clearance of a pair at a travel, the least of that valley to rounding, and nothing
 //! outside the pieces left over falls under it. That no pair has two valleys within one piece rests on the pieces being

@@ -1,7 +1,5 @@
 //! A dragon at one travel, with how it changes there.
 
-use std::sync::Arc;
-
 use super::Parameter;
 use super::board_variation::{BoardVariation, Kink, Witness};
 use super::chain_variation::{Change, HandleVariation, handle_variations};
@@ -13,7 +11,7 @@ use crate::route::PitchFamily;
 pub(super) struct VariedDragon {
     pub(super) dragon: Dragon,
     /// The dragon's route.
-    pub(super) family: Arc<dyn PitchFamily>,
+    pub(super) family: PitchFamily,
 }
 
 /// How a number changes.
@@ -101,14 +99,14 @@ impl<'a> Local<'a> {
         self.of_handle(0, |handle| handle.position.dot(outward))
     }
 
-    /// Each handle that stands on a joint of the route, with the joint, as far as `tolerance_m` can tell.
-    pub(super) fn on_joints(&self, tolerance_m: f64) -> Vec<(usize, usize)> {
+    /// Each handle that stands on a seam of the route, with the seam, as far as `tolerance_m` can tell.
+    pub(super) fn on_seams(&self, tolerance_m: f64) -> Vec<(usize, usize)> {
         let route = self.varied.dragon.route();
-        let travels_m: Vec<f64> = route.joints().iter().map(|&joint| route.travel(joint)).collect();
+        let travels_m: Vec<f64> = route.seams().iter().map(|&seam| route.travel(seam)).collect();
         let mut found = Vec::new();
-        for (handle, travel_m) in self.handles.iter().map(|handle| route.travel(handle.place)).enumerate() {
-            let joint = travels_m.iter().position(|joint_m| (travel_m - joint_m).abs() <= tolerance_m);
-            found.extend(joint.map(|joint| (handle, joint)));
+        for (handle, travel_m) in self.handles.iter().map(|handle| route.travel(handle.parameter)).enumerate() {
+            let seam = travels_m.iter().position(|seam_m| (travel_m - seam_m).abs() <= tolerance_m);
+            found.extend(seam.map(|seam| (handle, seam)));
         }
         found
     }
@@ -119,7 +117,7 @@ impl<'a> Local<'a> {
     }
 
     fn variations(&self, change: Change) -> Vec<HandleVariation> {
-        handle_variations(self.varied.dragon.dimensions(), &*self.varied.family, &self.handles, change)
+        handle_variations(self.varied.dragon.dimensions(), &self.varied.family, &self.handles, change)
     }
 
     fn board(&self, bench: usize) -> Board {

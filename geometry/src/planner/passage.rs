@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::dragon::{Dimensions, Dragon, DragonError, Handle, Meter, RunEnd, Spent};
 use crate::numerics::{Slope, rising_root};
-use crate::route::{Route, Turnaround};
+use crate::route::Turnaround;
 
 /// Arc under a chord of a curve with |κ| ≤ K, per metre of the chord, at most, where K times the chord is under 2:
 /// (2/x)·asin(x/2) at x = 2, which is π/2, rounded up.
@@ -24,7 +24,7 @@ pub enum Infeasible {
     /// It cannot even stand at the start.
     #[error(transparent)]
     Dragon(DragonError),
-    /// It comes to a place that a handle does not get past.
+    /// It comes to a parameter that a handle does not get past.
     #[error("{end} with the head at {travel_m:.6} m of travel")]
     Fault {
         /// Travel of the head.
@@ -97,13 +97,13 @@ fn walked(
     to_m: f64,
 ) -> Result<Dragon, Infeasible> {
     let turnaround = turnaround.between(from_m, to_m).expect("both are finite, and no dragon is without length");
-    Dragon::with_meter(dimensions, Arc::new(turnaround), meter.clone()).map_err(Infeasible::from)
+    Dragon::with_meter(dimensions, Arc::new(turnaround.route()), meter.clone()).map_err(Infeasible::from)
 }
 
 /// The tail's rear handle and its travel.
 fn tail(dragon: &Dragon, travel_m: f64) -> (Handle, f64) {
     let handle = dragon.chain(travel_m).expect("within the run").last().expect("a chain has a head");
-    (handle, dragon.route().travel(handle.place))
+    (handle, dragon.route().travel(handle.parameter))
 }
 
 /// The head's travel at which the tail's rear handle has come to `exit_m`, between two of which the first may be too

@@ -16,7 +16,7 @@ pub(super) struct Peak {
 /// The peak of a function that has one on an interval, its ends included.
 ///
 /// Brent's method (Brent 1973, Algorithms for Minimization without Derivatives, chapter 5): parabolas through the best
-/// three points, golden section where they do not help. The place is right to `tolerance`, or to the square root of
+/// three points, golden section where they do not help. The parameter is right to `tolerance`, or to the square root of
 /// rounding where the peak is smooth, which leaves the value right to rounding. On a function with several peaks it
 /// finds one of them, never less than either end.
 pub(super) fn peak(low: f64, high: f64, tolerance: f64, mut function: impl FnMut(f64) -> f64) -> Peak {

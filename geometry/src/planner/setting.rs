@@ -27,10 +27,7 @@ impl Setting {
     /// The value of a parameter.
     pub fn value(&self, parameter: Parameter) -> f64 {
         match parameter {
-            Parameter::Pitch => match self.route {
-                RouteSpec::Spiral(plan) => plan.pitch_m,
-                RouteSpec::Turnaround(plan) => plan.pitch_m,
-            },
+            Parameter::Pitch => self.route.pitch_m(),
             Parameter::HeadLength => self.dimensions.head_length_m(),
             Parameter::BodyLength => self.dimensions.body_length_m(),
             Parameter::Width => self.dimensions.width_m(),
@@ -45,10 +42,9 @@ impl Setting {
     /// Impossible measures of a bench.
     pub fn with(&self, parameter: Parameter, value: f64) -> Result<Self, DimensionsError> {
         let mut changed = *self;
-        match (parameter, &mut changed.route) {
-            (Parameter::Speed, _) => changed.speed_mps = value,
-            (Parameter::Pitch, RouteSpec::Spiral(plan)) => plan.pitch_m = value,
-            (Parameter::Pitch, RouteSpec::Turnaround(plan)) => plan.pitch_m = value,
+        match parameter {
+            Parameter::Speed => changed.speed_mps = value,
+            Parameter::Pitch => changed.route = self.route.with_pitch(value),
             _ => {
                 let measure = |of| if of == parameter { value } else { self.value(of) };
                 changed.dimensions = Dimensions::new(

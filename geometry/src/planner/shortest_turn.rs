@@ -34,7 +34,7 @@ use super::staging::Staging;
 use super::turn::{TurnPassage, walk_through};
 use crate::clearance::{Contact, first_within};
 use crate::dragon::{Dimensions, Dragon, DragonError, Meter, RunEnd, Spent};
-use crate::route::{RADIUS_RATIO, Route, Turnaround};
+use crate::route::{RADIUS_RATIO, Turnaround};
 
 /// Radii tried, evenly up to the circle's.
 const RADII: usize = 64;
@@ -467,7 +467,7 @@ impl Search<'_> {
 
     /// A dragon of so many benches that walks all of a turn, or why it does not.
     fn walked(&self, meter: &Meter, turn: Turnaround, benches: usize) -> Result<Dragon, NotWalked> {
-        let dragon = Dragon::with_meter(self.dimensions.with_benches(benches), Arc::new(turn), meter.clone());
+        let dragon = Dragon::with_meter(self.dimensions.with_benches(benches), Arc::new(turn.route()), meter.clone());
         let dragon = dragon.map_err(|error| match error {
             DragonError::TooMuchWork(spent) => NotWalked::TooMuchWork(spent),
             error => NotWalked::Obstacle(Obstacle::Dragon(error)),
@@ -475,7 +475,7 @@ impl Search<'_> {
         let (travel_m, end) = (dragon.end_travel_m(), dragon.run_end());
         let (RunEnd::HandleStops { handle } | RunEnd::HandleJumps { handle }) = end else { return Ok(dragon) };
         let ahead = dragon.chain(travel_m).expect("the run's end is in it").nth(handle - 1).expect("the handle ahead");
-        let piece = turn.joints().partition_point(|&joint| joint < ahead.place);
+        let piece = dragon.route().seams().partition_point(|&seam| seam < ahead.parameter);
         Err(NotWalked::Obstacle(Obstacle::Fault { travel_m, end, piece }))
     }
 }
@@ -484,7 +484,9 @@ impl Search<'_> {
 fn infeasible_turn(infeasible: Infeasible, turn: &Turnaround) -> Result<Option<Obstacle>, Spent> {
     match infeasible {
         Infeasible::Dragon(error) => Ok(Some(Obstacle::Dragon(error))),
-        Infeasible::Fault { travel_m, end } => Ok(Some(Obstacle::Fault { travel_m, end, piece: turn.joints().len() })),
+        Infeasible::Fault { travel_m, end } => {
+            Ok(Some(Obstacle::Fault { travel_m, end, piece: turn.route().seams().len() }))
+        }
         Infeasible::TooMuchWork(spent) => Err(spent),
     }
 }

@@ -8,9 +8,9 @@
 //! handles at one travel in every link's length, and the fastest behind each station is found in one pass.
 //!
 //! 1. The run is surveyed: [`SURVEYED_PER_LINK`] such orbits say how fast the fastest handle is, with the head in a few
-//!    thousand places. A bound on r often tells enough about the head; where it does not, the head is solved for.
-//! 2. The stretches between two of those places that may hold the largest ratio are looked through, with the dragon
-//!    itself. They are cut wherever a handle crosses a joint of the route, where the curvature jumps and with it the
+//!    thousand parameters. A bound on r often tells enough about the head; where it does not, the head is solved for.
+//! 2. The stretches between two of those parameters that may hold the largest ratio are looked through, with the dragon
+//!    itself. They are cut wherever a handle crosses a seam of the route, where the curvature jumps and with it the
 //!    slope of the ratio, and so often that the pieces are as short as those in which the run was looked through for
 //!    faults.
 //! 3. In pieces beside the largest of these ratios, Brent's method refines it.
@@ -113,11 +113,11 @@ fn may_exceed(spots: &[Spot], ahead: usize, largest: f64) -> bool {
     spots[ahead].ratio.max(spots[ahead + 1].ratio) + change > largest
 }
 
-/// The fastest handle behind the head, with handle 1 at one place.
+/// The fastest handle behind the head, with handle 1 at one parameter.
 #[derive(Clone, Copy, Debug)]
 struct Spot {
     /// Of handle 1.
-    place: f64,
+    parameter: f64,
     /// Index of the fastest handle.
     handle: usize,
     /// Its speed ÷ that of handle 1.
@@ -152,25 +152,27 @@ impl Survey<'_> {
     fn spots(&self) -> Vec<Spot> {
         let dragon = self.dragon;
         let route = dragon.route();
-        let [begin_place, end_place] = [dragon.start_travel_m(), dragon.end_travel_m()]
-            .map(|travel_m| dragon.first_handle(route.place(travel_m)).expect("handle 1 stands all through the run"));
+        let [begin_place, end_place] = [dragon.start_travel_m(), dragon.end_travel_m()].map(|travel_m| {
+            dragon.first_handle(route.parameter(travel_m)).expect("handle 1 stands all through the run")
+        });
         let benches = dragon.dimensions().benches();
         let mut beyond = 0;
         let last_orbit = dragon.orbit(end_place).take_while(|station| {
             dragon.meter().add(SURVEYED_PER_LINK as u64 * STEPS_PER_STATION);
-            beyond += usize::from(station.place < begin_place);
+            beyond += usize::from(station.parameter < begin_place);
             beyond < benches && !dragon.meter().is_spent()
         });
         let length = last_orbit.count();
-        let link_behind = dragon.orbit(end_place).nth(1).map_or(begin_place, |station| station.place);
-        let [low_m, high_m] = [link_behind, end_place].map(|place| route.travel(place));
+        let link_behind = dragon.orbit(end_place).nth(1).map_or(begin_place, |station| station.parameter);
+        let [low_m, high_m] = [link_behind, end_place].map(|parameter| route.travel(parameter));
         let phases = (1..=SURVEYED_PER_LINK).rev().map(|i| {
             let share = i as f64 / SURVEYED_PER_LINK as f64;
-            let place = if i == SURVEYED_PER_LINK { end_place } else { route.place(low_m + (high_m - low_m) * share) };
-            self.spots_of_phase(place, length)
+            let parameter =
+                if i == SURVEYED_PER_LINK { end_place } else { route.parameter(low_m + (high_m - low_m) * share) };
+            self.spots_of_phase(parameter, length)
         });
         let phases: Vec<Vec<Spot>> = phases.take_while(|_| !dragon.meter().is_spent()).collect();
-        let walked = |spot: &&Spot| spot.place > begin_place;
+        let walked = |spot: &&Spot| spot.parameter > begin_place;
         let mut spots: Vec<Spot> = (0..length)
             .flat_map(|m| phases.iter().filter_map(move |phase| phase.get(m)))
             .take_while(walked)
@@ -181,31 +183,31 @@ impl Survey<'_> {
     }
 
     /// Spots with handle 1 on the stations of one orbit.
-    fn spots_of_phase(&self, place: f64, length: usize) -> Vec<Spot> {
+    fn spots_of_phase(&self, parameter: f64, length: usize) -> Vec<Spot> {
         let dragon = self.dragon;
-        let stations: Vec<Station> = dragon.orbit(place).take(length).collect();
+        let stations: Vec<Station> = dragon.orbit(parameter).take(length).collect();
         let dimensions = dragon.dimensions();
         let bench = 1.min(dimensions.benches() - 1);
         let stations_ahead = (ARC_PER_CHORD * dimensions.link_m(0) / dimensions.link_m(bench)).ceil() as usize;
-        let end_place = dragon.route().place(dragon.end_travel_m());
+        let end_place = dragon.route().parameter(dragon.end_travel_m());
         let spot = |(m, rear): (usize, usize)| {
             let behind = stations[rear].speed_ratio / stations[m].speed_ratio;
-            let head_place = m.checked_sub(stations_ahead).map_or(end_place, |ahead| stations[ahead].place);
-            let ratio = behind * self.head_bound(stations[m].place, head_place);
-            Spot { place: stations[m].place, handle: rear - m + 1, behind, ratio, travel_m: None }
+            let head_parameter = m.checked_sub(stations_ahead).map_or(end_place, |ahead| stations[ahead].parameter);
+            let ratio = behind * self.head_bound(stations[m].parameter, head_parameter);
+            Spot { parameter: stations[m].parameter, handle: rear - m + 1, behind, ratio, travel_m: None }
         };
         fastest_behind(&stations, dimensions.benches()).into_iter().enumerate().map(spot).collect()
     }
 
-    /// A bound on the ratio of handle 1 at `place` to the head: 1 / cos of the link's angle at handle 1, at most.
-    /// `head_place` is surely not behind the head.
+    /// A bound on the ratio of handle 1 at `parameter` to the head: 1 / cos of the link's angle at handle 1, at most.
+    /// `head_parameter` is surely not behind the head.
     ///
     /// A curve with |κ| ≤ K first comes to a distance of d after an arc of at most π·d/2, if K·d < 2, and on that arc
     /// the angle between chord and tangent has a sine of at most K·d/2 (Schwarz's theorem on curves of bounded
     /// curvature). Seen from there the same point is the first behind, so it is the head that stands there. A station
     /// is at least a link's length of arc from the next.
-    fn head_bound(&self, place: f64, head_place: f64) -> f64 {
-        let curvature = self.dragon.route().curvature_bound(place, head_place);
+    fn head_bound(&self, parameter: f64, head_parameter: f64) -> f64 {
+        let curvature = self.dragon.route().curvature_bound(parameter, head_parameter);
         let sine = 0.5 * curvature * self.dragon.dimensions().link_m(0);
         if sine < 1.0 { (1.0 - sine * sine).sqrt().recip() } else { f64::INFINITY }
     }
@@ -213,8 +215,8 @@ impl Survey<'_> {
     /// Solves for the head.
     fn solve(&self, spot: &mut Spot) {
         if spot.travel_m.is_none() {
-            let head = self.dragon.head_before(spot.place);
-            let travel_m = self.dragon.route().travel(head.place);
+            let head = self.dragon.head_before(spot.parameter);
+            let travel_m = self.dragon.route().travel(head.parameter);
             spot.travel_m = Some(travel_m.clamp(self.dragon.start_travel_m(), self.dragon.end_travel_m()));
             spot.ratio = head.speed_ratio * spot.behind;
         }
@@ -241,19 +243,19 @@ impl Survey<'_> {
         found
     }
 
-    /// Travels that cut a stretch into pieces: evenly, and where one of the handles crosses a joint.
+    /// Travels that cut a stretch into pieces: evenly, and where one of the handles crosses a seam.
     fn cuts(&self, low_m: f64, high_m: f64, handles: usize) -> Vec<f64> {
-        let places_at =
-            |travel_m| -> Vec<f64> { self.chain(travel_m).take(handles).map(|state| state.place).collect() };
-        let (low_places, high_places) = (places_at(low_m), places_at(high_m));
+        let parameters_at =
+            |travel_m| -> Vec<f64> { self.chain(travel_m).take(handles).map(|state| state.parameter).collect() };
+        let (low_parameters, high_parameters) = (parameters_at(low_m), parameters_at(high_m));
         let even = |i| low_m + (high_m - low_m) * f64::from(i) / f64::from(PIECES_PER_STRETCH);
         let mut cuts_m: Vec<f64> = (0..=PIECES_PER_STRETCH).map(even).collect();
-        for &joint in self.dragon.route().joints() {
-            let crosses = |&handle: &usize| low_places[handle] < joint && joint < high_places[handle];
+        for &seam in self.dragon.route().seams() {
+            let crosses = |&handle: &usize| low_parameters[handle] < seam && seam < high_parameters[handle];
             cuts_m.extend((0..handles).filter(crosses).map(|handle| {
                 rising_root(low_m..=high_m, 0.5 * (low_m + high_m), TOLERANCE_M, |travel_m| {
                     let state = self.chain(travel_m).nth(handle).expect("the chain has this handle");
-                    let value = (state.place - joint) * self.dragon.route().point(state.place).pace_m;
+                    let value = (state.parameter - seam) * self.dragon.route().point(state.parameter).speed_m_per_unit;
                     Slope { value, growth: state.speed_ratio }
                 })
             }));

@@ -2,16 +2,28 @@
 
 use glam::DVec2;
 
-use super::{PolarStretch, RoutePoint};
+use super::{Kernel, PolarKernel, RoutePoint};
 
 /// Which way an arc turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Turn {
+pub enum Turn {
+    /// To the right.
     Clockwise,
+    /// To the left.
     CounterClockwise,
 }
 
-/// A circular arc of a route.
+impl Turn {
+    /// 1 to the left, −1 to the right.
+    pub(super) fn sign(self) -> f64 {
+        match self {
+            Self::Clockwise => -1.0,
+            Self::CounterClockwise => 1.0,
+        }
+    }
+}
+
+/// A circular arc. Its parameter is the angle by which it has turned, from 0 on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CircularArc {
     centre: DVec2,
@@ -24,15 +36,15 @@ pub struct CircularArc {
 
 impl CircularArc {
     /// The arc that turns by `angle` radians and has a given point and tangent at its beginning.
-    pub(super) fn from_begin(position: DVec2, tangent: DVec2, radius_m: f64, angle: f64, turn: Turn) -> Self {
+    pub fn from_begin(position: DVec2, tangent: DVec2, radius_m: f64, angle: f64, turn: Turn) -> Self {
         let begin = outward(tangent, turn);
         Self { centre: position - radius_m * begin, radius_m, turn, begin, angle }
     }
 
     /// The arc that turns by `angle` radians and has a given point and tangent at its end.
-    pub(super) fn to_end(position: DVec2, tangent: DVec2, radius_m: f64, angle: f64, turn: Turn) -> Self {
+    pub fn to_end(position: DVec2, tangent: DVec2, radius_m: f64, angle: f64, turn: Turn) -> Self {
         let end = outward(tangent, turn);
-        let begin = DVec2::from_angle(-signed(angle, turn)).rotate(end);
+        let begin = DVec2::from_angle(-turn.sign() * angle).rotate(end);
         Self { centre: position - radius_m * end, radius_m, turn, begin, angle }
     }
 
@@ -56,27 +68,46 @@ impl CircularArc {
         self.radius_m * self.angle
     }
 
-    /// The arc after `turned` radians.
+    /// Distance from a point to the furthest point of the arc: the one across its centre, or an end.
+    pub(super) fn furthest_m(&self, from: DVec2) -> f64 {
+        let away = self.centre - from;
+        let direction = away.normalize_or(self.begin);
+        let passes = (0..2).any(|round| {
+            let turned = self.turn.sign() * self.begin.angle_to(direction) + f64::from(round) * std::f64::consts::TAU;
+            (0.0..=self.angle).contains(&turned)
+        });
+        if passes {
+            away.length() + self.radius_m
+        } else {
+            [0.0, self.angle].map(|at| self.point(at).position.distance(from)).into_iter().fold(0.0, f64::max)
+        }
+    }
+
     pub(super) fn point(&self, turned: f64) -> RoutePoint {
-        let spoke = DVec2::from_angle(signed(turned, self.turn)).rotate(self.begin);
+        let spoke = DVec2::from_angle(self.turn.sign() * turned).rotate(self.begin);
         let tangent = match self.turn {
             Turn::Clockwise => -spoke.perp(),
             Turn::CounterClockwise => spoke.perp(),
         };
-        RoutePoint { position: self.centre + self.radius_m * spoke, tangent, pace_m: self.radius_m }
+        RoutePoint { position: self.centre + self.radius_m * spoke, tangent, speed_m_per_unit: self.radius_m }
     }
 
-    /// The arc as a stretch of a route that comes to it at the place `begin` and walks it by its angle.
-    pub(super) fn stretch(&self, begin: f64) -> PolarStretch {
-        let turn = signed(1.0, self.turn);
-        PolarStretch {
+    /// Signed curvature in 1/m.
+    pub(super) fn curvature(&self) -> f64 {
+        self.turn.sign() / self.radius_m
+    }
+
+    pub(super) fn kernel(&self, begin: f64, offset: f64) -> Kernel {
+        let turn = self.turn.sign();
+        Kernel::Polar(PolarKernel {
             begin,
             centre: self.centre,
-            angle: self.begin.to_angle() - turn * begin,
+            axis: self.begin,
+            angle: turn * offset,
             turn,
             radius_m: self.radius_m,
             radius_per_radian_m: 0.0,
-        }
+        })
     }
 }
 
@@ -85,12 +116,5 @@ fn outward(tangent: DVec2, turn: Turn) -> DVec2 {
     match turn {
         Turn::Clockwise => tangent.perp(),
         Turn::CounterClockwise => -tangent.perp(),
-    }
-}
-
-fn signed(angle: f64, turn: Turn) -> f64 {
-    match turn {
-        Turn::Clockwise => -angle,
-        Turn::CounterClockwise => angle,
     }
 }

@@ -41,6 +41,22 @@ pub enum RouteError {
         RADIUS_RATIO.end()
     )]
     RadiusRatio(f64),
+    /// A segment with or without a beginning where it should be the other way.
+    #[error("segment {segment}: the first segment of a route has no beginning, and every other one has")]
+    Beginning {
+        /// Counted from 0.
+        segment: usize,
+    },
+    /// A segment that does not begin where and as the one before ends.
+    #[error("segment {segment} begins {gap_m:e} m from where the one before ends, turned by {turn:e}")]
+    Seam {
+        /// Counted from 0.
+        segment: usize,
+        /// Metres.
+        gap_m: f64,
+        /// Length of the difference of the two unit tangents.
+        turn: f64,
+    },
     /// A route that ends before it starts, or out of reach.
     #[error(
         "the route is walked from {} to {} m, must be finite and end after its start",

@@ -1,102 +1,286 @@
 //! Routes: the curves that the handles of a dragon follow.
 //!
-//! A route is a curve with a walking direction. *Travel* is signed arc length in metres, 0 where t = 0. A *place* names
-//! a point of the route by whatever number suits the curve; it grows in walking direction. Angles are counter-clockwise
-//! from +x, x to the right and y away.
+//! A [`Route`] is a list of [`Segment`]s in walking order: lines, arcs and spirals, each of which begins where and as the one
+//! before ends. *Travel* is signed arc length in metres, 0 where t = 0. A *parameter* names a point of the route. It grows in
+//! walking direction, by 1 per metre on a line, and by 1 per radian on an arc and a spiral. A *seam* is the parameter at which
+//! a segment ends and the next one begins. Angles are counter-clockwise from +x, x to the right and y away.
 
 mod arc;
-mod archimedean;
 mod coil;
 mod error;
-mod polar_stretch;
+mod family;
+mod kernel;
+mod line;
+mod segment;
 mod spec;
 mod spiral;
 mod turnaround;
-mod variation;
 
-use std::fmt::Debug;
+use std::f64::consts::TAU;
 
 use glam::DVec2;
 
-pub use arc::CircularArc;
-pub use coil::Coil;
+pub use arc::{CircularArc, Turn};
+pub use coil::{Coil, WayOut};
 pub use error::{RADIUS_RATIO, RouteError};
-pub use polar_stretch::PolarStretch;
+pub use family::{PitchFamily, RouteVariation};
+pub use line::Line;
+pub use segment::Segment;
 pub use spec::{RouteSpec, SpiralSpec, TurnaroundSpec};
-pub use spiral::Spiral;
+pub use spiral::{Heading, Spiral};
 pub use turnaround::Turnaround;
-pub use variation::{PitchFamily, RouteVariation};
 
-/// The route at one place.
+pub(crate) use kernel::{Kernel, PolarKernel};
+
+use segment::Piece;
+
+/// How far two segments may be apart at a seam, in shares of the distance from the origin and of 1 m; the same for the
+/// difference of their tangents.
+const SEAM_TOLERANCE: f64 = 1e-9;
+
+/// The route at one parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoutePoint {
     /// Metres.
     pub position: DVec2,
     /// Unit vector in walking direction.
     pub tangent: DVec2,
-    /// Metres of arc per unit of place, above 0 except perhaps at the very ends of the curve.
-    pub pace_m: f64,
+    /// Metres of arc per unit of the parameter, above 0 except perhaps at the very end of the curve.
+    pub speed_m_per_unit: f64,
 }
 
-/// A curve with a walking direction, once continuously differentiable, whose curvature is bounded.
+/// A curve with a walking direction, once continuously differentiable, made of segments.
 ///
-/// Behind the start it goes on far enough for a whole dragon to stand on it. Every method is a pure function and takes
-/// any place of the curve; none allocates but [`polar_stretches`](Self::polar_stretches).
-pub trait Route: Debug + Send + Sync {
+/// Its first segment has no beginning, so that a whole dragon can stand behind the start. Every method is a pure function that
+/// takes any parameter of the curve and does not allocate.
+///
+/// ```
+/// use bench_dragon_geometry::route::Route;
+///
+/// let spiral = Route::spiral(0.55, 16.0)?;
+/// let start = spiral.point(spiral.parameter(0.0));
+/// assert!((start.position.x - 8.8).abs() < 1e-12 && start.tangent.y < -0.99);
+/// # Ok::<(), bench_dragon_geometry::route::RouteError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Route {
+    pieces: Vec<Piece>,
+    seams: Vec<f64>,
+    coil: Option<Coil>,
+    start_travel_m: f64,
+    end_travel_m: f64,
+}
+
+impl Route {
+    /// The route of these segments, whose first seam is at `seam_travel_m` of travel; with one segment, its end. It is walked
+    /// from there to the end of the last one, unless [`between`](Self::between) says otherwise.
+    ///
+    /// ```
+    /// use bench_dragon_geometry::route::{CircularArc, Line, Route, Segment, Turn};
+    /// use glam::DVec2;
+    ///
+    /// let line = Line::up_to(DVec2::ZERO, DVec2::X);
+    /// let arc = CircularArc::from_begin(DVec2::ZERO, DVec2::X, 2.0, 1.0, Turn::CounterClockwise);
+    /// let bend = Route::new(vec![Segment::Line(line), Segment::Arc(arc)], 0.0)?;
+    /// assert_eq!((bend.end_travel_m(), bend.seams()), (2.0, [0.0].as_slice()));
+    /// # Ok::<(), bench_dragon_geometry::route::RouteError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// The first segment must have no beginning, and it alone; each other one must begin where and as the one before ends.
+    ///
+    /// # Panics
+    /// Without a segment.
+    pub fn new(segments: Vec<Segment>, seam_travel_m: f64) -> Result<Self, RouteError> {
+        let mut pieces: Vec<Piece> = Vec::with_capacity(segments.len());
+        for (number, segment) in segments.into_iter().enumerate() {
+            let unbounded = segment.span().0 == f64::NEG_INFINITY;
+            if unbounded != (number == 0) {
+                return Err(RouteError::Beginning { segment: number });
+            }
+            pieces.push(match pieces.last() {
+                None => Piece::first(segment, seam_travel_m),
+                Some(before) => Piece::behind(before, segment),
+            });
+        }
+        for (number, pair) in pieces.windows(2).enumerate() {
+            let (before, after) = (pair[0].end_point(), pair[1].begin_point());
+            let gap_m = before.position.distance(after.position);
+            let turn = before.tangent.distance(after.tangent);
+            if !(gap_m <= SEAM_TOLERANCE * (1.0 + before.position.length()) && turn <= SEAM_TOLERANCE) {
+                return Err(RouteError::Seam { segment: number + 1, gap_m, turn });
+            }
+        }
+        let last = pieces.last().expect("a route has a segment");
+        let end_travel_m = last.travel(last.end());
+        Ok(Self {
+            seams: pieces[1..].iter().map(|piece| piece.begin).collect(),
+            coil: Coil::of(&pieces),
+            start_travel_m: if pieces.len() == 1 { f64::NEG_INFINITY } else { seam_travel_m },
+            end_travel_m,
+            pieces,
+        })
+    }
+
+    /// The spiral r = b·θ with pitch 2π·b about the origin, walked clockwise from θ = 2π·`start_turns` into the centre. t = 0 is
+    /// at its start, on +x where `start_turns` is whole. The parameter is −θ.
+    ///
+    /// # Errors
+    /// The pitch must be above 0 and at most 1000 m, the turns above 0 and at most 10 000.
+    pub fn spiral(pitch_m: f64, start_turns: f64) -> Result<Self, RouteError> {
+        RouteError::check_pitch(pitch_m)?;
+        RouteError::check_start_turns(start_turns)?;
+        let spiral = Spiral::inward(pitch_m, 0.0);
+        let length_m = -spiral.arc_m(-TAU * start_turns);
+        let route = Self::new(vec![Segment::Spiral(spiral)], length_m).expect("one segment has no seam");
+        Ok(Self { start_travel_m: 0.0, ..route })
+    }
+
+    /// The same curve, walked from one travel to another.
+    ///
+    /// # Errors
+    /// Both must be finite, and the start before the end.
+    pub fn between(self, start_travel_m: f64, end_travel_m: f64) -> Result<Self, RouteError> {
+        RouteError::check_span(start_travel_m, end_travel_m)?;
+        Ok(Self { start_travel_m, end_travel_m, ..self })
+    }
+
+    /// A spiral walked only as far as a circle of this diameter about its centre.
+    ///
+    /// # Errors
+    /// The circle must lie inside the start.
+    pub fn to_circle(self, diameter_m: f64) -> Result<Self, RouteError> {
+        let end_travel_m = self.travel(-0.5 * TAU * diameter_m.max(0.0) / self.pitch_m());
+        let start_travel_m = self.start_travel_m;
+        self.between(start_travel_m, end_travel_m)
+    }
+
+    /// The same curve, whose [`coil`](Self::coil) is not made use of: proofs that rest on it are tested against this one.
+    #[must_use]
+    pub fn without_coil(self) -> Self {
+        Self { coil: None, ..self }
+    }
+
     /// Where the run begins, in metres of travel: 0, or less on a route whose t = 0 lies further on.
-    fn start_travel_m(&self) -> f64;
+    pub fn start_travel_m(&self) -> f64 {
+        self.start_travel_m
+    }
 
     /// Where the route ends, in metres of travel.
-    fn end_travel_m(&self) -> f64;
-
-    /// Distance between neighbouring turns, in metres: boards wider than this overlap from one turn to the next.
-    fn pitch_m(&self) -> f64;
-
-    /// Signed arc length from t = 0 to a place, strictly increasing with it.
-    fn travel(&self, place: f64) -> f64;
-
-    /// The inverse of [`travel`](Self::travel); travel beyond the route's end gives the end.
-    fn place(&self, travel_m: f64) -> f64;
-
-    /// The same as [`place`](Self::place) but for rounding, quicker where `guess` is near to it.
-    fn place_near(&self, travel_m: f64, guess: f64) -> f64 {
-        let _ = guess;
-        self.place(travel_m)
+    pub fn end_travel_m(&self) -> f64 {
+        self.end_travel_m
     }
 
-    /// Position, walking direction and pace at a place.
-    fn point(&self, place: f64) -> RoutePoint;
-
-    /// A place behind `place`: at most `arc_m` of arc behind it, which a caller may rely on, and at least a third of
-    /// that.
-    ///
-    /// Cheaper than [`place`](Self::place), which would give it exactly.
-    fn step_back(&self, place: f64, arc_m: f64) -> f64;
-
-    /// A bound on |curvature| in 1/m between two places, `rear <= front`.
-    ///
-    /// It never lies under the true maximum and tends to it as the stretch shrinks.
-    fn curvature_bound(&self, rear: f64, front: f64) -> f64;
-
-    /// How far rounding may move the point at a place, where the pace is `pace_m`, along the curve.
-    fn rounding_m(&self, place: f64, pace_m: f64) -> f64 {
-        f64::EPSILON * place.abs() * pace_m
+    /// The least distance between neighbouring turns of a spiral of the route, in metres; infinite without one.
+    pub fn pitch_m(&self) -> f64 {
+        let pitches_m = self.pieces.iter().filter_map(|piece| match piece.segment {
+            Segment::Spiral(spiral) => Some(spiral.pitch_m()),
+            Segment::Line(_) | Segment::Arc(_) => None,
+        });
+        pitches_m.fold(f64::INFINITY, f64::min)
     }
 
-    /// The places at which the curvature jumps, in walking order.
-    fn joints(&self) -> &[f64] {
-        &[]
+    /// The segments in walking order.
+    pub fn segments(&self) -> impl ExactSizeIterator<Item = &Segment> {
+        self.pieces.iter().map(|piece| &piece.segment)
     }
 
-    /// The whole route as stretches with a radius linear in the polar angle, in walking order; none for another curve.
-    ///
-    /// The first one has no beginning.
-    fn polar_stretches(&self) -> Vec<PolarStretch> {
-        Vec::new()
+    /// The parameters at which the curvature jumps, in walking order: one less than there are segments.
+    pub fn seams(&self) -> &[f64] {
+        &self.seams
     }
 
     /// The route's rear part that is a spiral, if it has one: there, contacts can be ruled out without a search.
-    fn coil(&self) -> Option<Coil> {
-        None
+    pub fn coil(&self) -> Option<Coil> {
+        self.coil
+    }
+
+    /// Signed arc length from t = 0 to a parameter, strictly increasing with it.
+    pub fn travel(&self, parameter: f64) -> f64 {
+        self.piece_at(parameter).travel(parameter)
+    }
+
+    /// The inverse of [`travel`](Self::travel); travel beyond the route's end gives the end.
+    pub fn parameter(&self, travel_m: f64) -> f64 {
+        let travel_m = travel_m.min(self.end_travel_m);
+        self.piece_of_travel(travel_m).parameter(travel_m)
+    }
+
+    /// The same as [`parameter`](Self::parameter) but for rounding, quicker where `guess` is near to it.
+    pub fn parameter_near(&self, travel_m: f64, guess: f64) -> f64 {
+        let travel_m = travel_m.min(self.end_travel_m);
+        self.piece_of_travel(travel_m).parameter_near(travel_m, guess)
+    }
+
+    /// Position, walking direction and speed at a parameter.
+    pub fn point(&self, parameter: f64) -> RoutePoint {
+        let piece = self.piece_at(parameter);
+        piece.segment.point(piece.local(parameter))
+    }
+
+    /// Signed curvature in 1/m at a parameter, above 0 where the route turns left; at a seam that of the segment before it.
+    pub fn curvature(&self, parameter: f64) -> f64 {
+        let piece = self.piece_at(parameter);
+        piece.segment.curvature(piece.local(parameter))
+    }
+
+    /// A parameter behind `parameter`: at most `arc_m` of arc behind it, which a caller may rely on, and at least a third of
+    /// that.
+    ///
+    /// Cheaper than [`parameter`](Self::parameter), which would give it exactly.
+    pub fn step_back(&self, parameter: f64, arc_m: f64) -> f64 {
+        let (mut parameter, mut left_m) = (parameter, arc_m);
+        for piece in self.pieces[..=self.number_at(parameter)].iter().rev() {
+            let next = parameter - piece.segment.step_back(piece.local(parameter), left_m.max(0.0));
+            if next >= piece.begin {
+                return next;
+            }
+            left_m -= piece.travel(parameter) - piece.begin_travel_m;
+            parameter = piece.begin;
+        }
+        parameter
+    }
+
+    /// A bound on |curvature| in 1/m between two parameters, `rear <= front`: their maximum on each segment, which is exact.
+    pub fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
+        let (first, last) = (self.pieces.partition_point(|piece| piece.end() < rear), self.number_of_begin(front));
+        let bound = |piece: &Piece| {
+            let [rear, front] = [rear.max(piece.begin), front.min(piece.end())].map(|at| piece.local(at));
+            piece.segment.curvature_bound(rear, front)
+        };
+        let within = first.min(self.pieces.len() - 1)..=last.max(first.min(self.pieces.len() - 1));
+        self.pieces[within].iter().map(bound).fold(0.0, f64::max)
+    }
+
+    /// How far rounding may move the point at a parameter along the curve, where its speed is `speed_m_per_unit`.
+    ///
+    /// Both the parameter and the segment's own one are rounded: where the one is near 0, the other may be large.
+    pub fn rounding_m(&self, parameter: f64, speed_m_per_unit: f64) -> f64 {
+        let local = self.piece_at(parameter).local(parameter);
+        f64::EPSILON * parameter.abs().max(local.abs()) * speed_m_per_unit
+    }
+
+    /// The segments as the stepper computes them, in walking order.
+    pub(crate) fn kernels(&self) -> Vec<Kernel> {
+        self.pieces.iter().map(Piece::kernel).collect()
+    }
+
+    /// The number of the segment that a parameter lies on; a seam lies on the one before it.
+    fn number_at(&self, parameter: f64) -> usize {
+        if self.seams.is_empty() { 0 } else { self.seams.partition_point(|&seam| seam < parameter) }
+    }
+
+    /// The same, a seam lying on the one behind it.
+    fn number_of_begin(&self, parameter: f64) -> usize {
+        self.seams.partition_point(|&seam| seam <= parameter)
+    }
+
+    fn piece_at(&self, parameter: f64) -> &Piece {
+        &self.pieces[self.number_at(parameter)]
+    }
+
+    fn piece_of_travel(&self, travel_m: f64) -> &Piece {
+        let number = self.pieces[1..].partition_point(|piece| piece.begin_travel_m < travel_m);
+        &self.pieces[number]
     }
 }

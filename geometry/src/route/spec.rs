@@ -1,8 +1,6 @@
-//! The route as it is planned: what a choreographer sets.
+//! Routes as they are planned: what a choreographer sets, and the one place that makes routes of it.
 
-use std::sync::Arc;
-
-use super::{Route, RouteError, Spiral, Turnaround};
+use super::{PitchFamily, Route, RouteError, Turnaround};
 
 /// A route as planned. Times are show times in seconds; the route itself knows travel alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,18 +47,8 @@ impl Default for TurnaroundSpec {
     }
 }
 
-impl SpiralSpec {
-    /// The curve.
-    ///
-    /// # Errors
-    /// As [`Spiral::new`].
-    pub fn spiral(&self) -> Result<Spiral, RouteError> {
-        Spiral::new(self.pitch_m, self.start_turns)
-    }
-}
-
 impl TurnaroundSpec {
-    /// The curve, walked between the planned times at a speed of the head in m/s.
+    /// The turnaround, walked between the planned times at a speed of the head in m/s.
     ///
     /// # Errors
     /// As [`Turnaround::new`] and [`Turnaround::between`].
@@ -71,22 +59,58 @@ impl TurnaroundSpec {
 }
 
 impl RouteSpec {
-    /// Show time at which the plan begins.
-    pub fn start_s(&self) -> f64 {
-        match self {
-            Self::Spiral(_) => 0.0,
-            Self::Turnaround(plan) => plan.start_s,
-        }
-    }
-
     /// The route, planned for a speed of the head in m/s.
     ///
     /// # Errors
     /// Values out of range.
-    pub fn route(&self, head_speed_mps: f64) -> Result<Arc<dyn Route>, RouteError> {
-        Ok(match self {
-            Self::Spiral(plan) => Arc::new(plan.spiral()?),
-            Self::Turnaround(plan) => Arc::new(plan.turnaround(head_speed_mps)?),
-        })
+    pub fn build(&self, head_speed_mps: f64) -> Result<Route, RouteError> {
+        match self {
+            Self::Spiral(spec) => Route::spiral(spec.pitch_m, spec.start_turns),
+            Self::Turnaround(spec) => spec.turnaround(head_speed_mps).map(|turnaround| turnaround.route()),
+        }
+    }
+
+    /// The same route with how it changes as its pitch does.
+    ///
+    /// # Errors
+    /// Values out of range.
+    pub fn family(&self, head_speed_mps: f64) -> Result<PitchFamily, RouteError> {
+        match self {
+            Self::Spiral(_) => self.build(head_speed_mps).map(PitchFamily::of_spiral),
+            Self::Turnaround(spec) => spec.turnaround(head_speed_mps).map(PitchFamily::of_turnaround),
+        }
+    }
+
+    /// Show time at which the plan begins.
+    pub fn start_s(&self) -> f64 {
+        match self {
+            Self::Spiral(_) => 0.0,
+            Self::Turnaround(spec) => spec.start_s,
+        }
+    }
+
+    /// Show time at which the plan ends, where it sets one.
+    pub fn end_s(&self) -> Option<f64> {
+        match self {
+            Self::Spiral(_) => None,
+            Self::Turnaround(spec) => Some(spec.end_s),
+        }
+    }
+
+    /// Distance between neighbouring turns, in metres.
+    pub fn pitch_m(&self) -> f64 {
+        match self {
+            Self::Spiral(spec) => spec.pitch_m,
+            Self::Turnaround(spec) => spec.pitch_m,
+        }
+    }
+
+    /// The same with another pitch, which is not checked.
+    #[must_use]
+    pub fn with_pitch(self, pitch_m: f64) -> Self {
+        match self {
+            Self::Spiral(spec) => Self::Spiral(SpiralSpec { pitch_m, ..spec }),
+            Self::Turnaround(spec) => Self::Turnaround(TurnaroundSpec { pitch_m, ..spec }),
+        }
     }
 }

@@ -1,114 +1,234 @@
-//! The Archimedean spiral r = b·θ, walked inward.
+//! A part of an Archimedean spiral r = b·θ, anywhere in the plane.
 
 use std::f64::consts::TAU;
 
-use super::archimedean::Archimedean;
-use super::variation::PieceVariation;
-use super::{Coil, PitchFamily, PolarStretch, Route, RouteError, RoutePoint, RouteVariation};
+use glam::DVec2;
 
-/// The spiral r = b·θ with pitch 2π·b, walked clockwise from θ = 2π·`start_turns` into the centre.
-///
-/// Its place is −θ: it grows in walking direction and is 0 at the centre. Outward the spiral has no end.
-///
-/// ```
-/// use bench_dragon_geometry::route::{Route, Spiral};
-///
-/// let spiral = Spiral::new(0.55, 16.0)?;
-/// let start = spiral.point(spiral.place(0.0));
-/// assert!((start.position.x - 8.8).abs() < 1e-12 && start.tangent.y < -0.99);
-/// # Ok::<(), crate::route::RouteError>(())
-/// ```
+use super::{Kernel, PolarKernel, RoutePoint, Turn};
+
+/// Which way a spiral is walked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Heading {
+    /// Towards its centre; its parameter is −θ.
+    Inward,
+    /// Away from its centre; its parameter is θ.
+    Outward,
+}
+
+impl Heading {
+    /// 1 outward, −1 inward: what θ is times the parameter.
+    fn sign(self) -> f64 {
+        match self {
+            Self::Inward => -1.0,
+            Self::Outward => 1.0,
+        }
+    }
+}
+
+/// A part of a spiral: r = b·θ for θ >= 0 about a centre, where θ = 0 lies in the direction of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spiral {
-    pitch_m: f64,
-    curve: Archimedean,
-    /// Arc length from the centre to t = 0.
-    start_length_m: f64,
-    end_travel_m: f64,
+    centre: DVec2,
+    /// Unit vector.
+    axis: DVec2,
+    /// Which way it turns as θ grows.
+    winding: Turn,
+    heading: Heading,
+    /// b, in metres.
+    radius_per_radian_m: f64,
+    /// Its parameters at beginning and end.
+    begin: f64,
+    end: f64,
 }
 
 impl Spiral {
-    /// A spiral of this pitch whose t = 0 lies `start_turns` full turns out from the centre, on +x if that is whole.
+    /// The spiral of this pitch (2π·b, in metres) about the origin, without a beginning, walked inward and clockwise as far as
+    /// `end_angle`, 0 or more. θ is counted from +x.
+    pub fn inward(pitch_m: f64, end_angle: f64) -> Self {
+        Self {
+            centre: DVec2::ZERO,
+            axis: DVec2::X,
+            winding: Turn::CounterClockwise,
+            heading: Heading::Inward,
+            radius_per_radian_m: pitch_m / TAU,
+            begin: f64::NEG_INFINITY,
+            end: -end_angle,
+        }
+    }
+
+    /// The same spiral turned by half a turn about its centre, and walked outward from where it was to end, as far as
+    /// `end_angle`.
+    #[must_use]
+    pub fn half_turned_out(self, end_angle: f64) -> Self {
+        Self { axis: -self.axis, heading: Heading::Outward, begin: self.angle(self.end), end: end_angle, ..self }
+    }
+
+    /// The same spiral about another centre, turned about it so that its axis is this unit vector, and wound this way as θ grows.
+    #[must_use]
+    pub fn about(self, centre: DVec2, axis: DVec2, winding: Turn) -> Self {
+        Self { centre, axis, winding, ..self }
+    }
+
+    /// Its centre.
+    pub fn centre(&self) -> DVec2 {
+        self.centre
+    }
+
+    /// Distance between neighbouring turns, in metres.
+    pub fn pitch_m(&self) -> f64 {
+        TAU * self.radius_per_radian_m
+    }
+
+    /// b, in metres.
+    pub fn radius_per_radian_m(&self) -> f64 {
+        self.radius_per_radian_m
+    }
+
+    /// Which way it is walked.
+    pub fn heading(&self) -> Heading {
+        self.heading
+    }
+
+    /// θ at a parameter.
+    pub fn angle(&self, at: f64) -> f64 {
+        self.heading.sign() * at
+    }
+
+    /// Whether this is the other spiral turned by half a turn.
+    pub(super) fn is_half_turned(&self, other: &Self) -> bool {
+        let (centre, pitch) = (self.centre == other.centre, self.radius_per_radian_m == other.radius_per_radian_m);
+        centre && pitch && self.winding == other.winding && self.axis == -other.axis
+    }
+
+    /// Metres of arc per radian.
+    pub(super) fn speed_m_per_unit(&self, at: f64) -> f64 {
+        self.radius_per_radian_m * unit_speed(self.angle(at))
+    }
+
+    pub(super) fn span(&self) -> (f64, f64) {
+        (self.begin, self.end)
+    }
+
+    pub(super) fn point(&self, at: f64) -> RoutePoint {
+        let angle = self.angle(at);
+        let (sin, cos) = angle.sin_cos();
+        let unit_speed = unit_speed(angle);
+        // −d/dθ of b·θ·(cos θ, sin θ): the direction inward.
+        let inward = DVec2::new(angle * sin - cos, -angle * cos - sin) / unit_speed;
+        RoutePoint {
+            position: self.centre + self.placed(self.radius_per_radian_m * angle * DVec2::new(cos, sin)),
+            tangent: self.placed(-self.heading.sign() * inward),
+            speed_m_per_unit: self.radius_per_radian_m * unit_speed,
+        }
+    }
+
+    /// A vector that is seen from the axis, as it lies in the plane.
+    fn placed(&self, vector: DVec2) -> DVec2 {
+        self.axis.rotate(DVec2::new(vector.x, self.winding.sign() * vector.y))
+    }
+
+    /// Arc length from the centre, below 0 on the way inward.
+    pub(super) fn arc_m(&self, at: f64) -> f64 {
+        self.heading.sign() * (self.radius_per_radian_m * unit_length(self.angle(at)))
+    }
+
+    pub(super) fn at_arc(&self, arc_m: f64) -> f64 {
+        let sign = self.heading.sign();
+        sign * unit_angle((sign * arc_m / self.radius_per_radian_m).max(0.0))
+    }
+
+    pub(super) fn at_arc_near(&self, arc_m: f64, guess: f64) -> f64 {
+        let sign = self.heading.sign();
+        sign * unit_angle_near((sign * arc_m / self.radius_per_radian_m).max(0.0), sign * guess)
+    }
+
+    /// Radians that cover at most `arc_m` of arc behind, and at least 1/√8 of it, or all that there is behind a centre.
     ///
-    /// # Errors
-    /// The pitch must be above 0 and at most 1000 m, the turns above 0 and at most 10 000.
-    pub fn new(pitch_m: f64, start_turns: f64) -> Result<Self, RouteError> {
-        RouteError::check_pitch(pitch_m)?;
-        RouteError::check_start_turns(start_turns)?;
-        let curve = Archimedean { radius_per_radian_m: pitch_m / TAU };
-        let start_length_m = curve.length_m(TAU * start_turns);
-        Ok(Self { pitch_m, curve, start_length_m, end_travel_m: start_length_m })
+    /// 1. Outward the speed grows by at most b per radian, so a step of δ covers at most δ·(speed + b·δ) of arc; this is the δ
+    ///    for which that bound equals `arc_m`. The speed also is at least (speed + b·x)/√2 after x radians, so the step covers
+    ///    at least 1/√8 of the bound.
+    /// 2. Inward the speed falls, and its mean over any stretch that ends here is at least half of what it is here.
+    pub(super) fn step_back(&self, at: f64, arc_m: f64) -> f64 {
+        let angle = self.angle(at);
+        match self.heading {
+            Heading::Inward => {
+                let unit_arc = arc_m / self.radius_per_radian_m;
+                let unit_speed = unit_speed(angle);
+                2.0 * unit_arc / (unit_speed + (unit_speed * unit_speed + 4.0 * unit_arc).sqrt())
+            }
+            Heading::Outward => arc_m / self.speed_m_per_unit(at),
+        }
     }
 
-    /// The same spiral, walked only as far as a circle of this diameter about its centre.
-    ///
-    /// # Errors
-    /// The circle must lie inside the start.
-    pub fn to_circle(self, diameter_m: f64) -> Result<Self, RouteError> {
-        let end_travel_m = self.travel(-0.5 * diameter_m.max(0.0) / self.curve.radius_per_radian_m);
-        RouteError::check_span(self.start_travel_m(), end_travel_m)?;
-        Ok(Self { end_travel_m, ..self })
-    }
-}
-
-impl Route for Spiral {
-    fn start_travel_m(&self) -> f64 {
-        0.0
+    /// The greatest |curvature| between two parameters: it falls all the way out.
+    pub(super) fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
+        let nearest = match self.heading {
+            Heading::Inward => front,
+            Heading::Outward => rear,
+        };
+        self.curvature(nearest).abs()
     }
 
-    fn end_travel_m(&self) -> f64 {
-        self.end_travel_m
+    /// Signed curvature: |κ| = (2 + θ²) / (b·(1 + θ²)^(3/2)) in 1/m.
+    pub(super) fn curvature(&self, at: f64) -> f64 {
+        let squared = self.angle(at) * self.angle(at);
+        let size = (2.0 + squared) / (self.radius_per_radian_m * (1.0 + squared).sqrt() * (1.0 + squared));
+        self.winding.sign() * self.heading.sign() * size
     }
 
-    fn pitch_m(&self) -> f64 {
-        self.pitch_m
-    }
-
-    fn travel(&self, place: f64) -> f64 {
-        self.start_length_m - self.curve.length_m(-place)
-    }
-
-    fn place(&self, travel_m: f64) -> f64 {
-        -self.curve.angle(self.start_length_m - travel_m.min(self.end_travel_m))
-    }
-
-    fn place_near(&self, travel_m: f64, guess: f64) -> f64 {
-        -self.curve.angle_near(self.start_length_m - travel_m.min(self.end_travel_m), -guess)
-    }
-
-    fn point(&self, place: f64) -> RoutePoint {
-        self.curve.inward(-place)
-    }
-
-    fn step_back(&self, place: f64, arc_m: f64) -> f64 {
-        place - self.curve.step_out(-place, arc_m)
-    }
-
-    /// Exact: the curvature grows all the way in, so its maximum is at the front.
-    fn curvature_bound(&self, _rear: f64, front: f64) -> f64 {
-        self.curve.curvature(-front)
-    }
-
-    fn polar_stretches(&self) -> Vec<PolarStretch> {
-        vec![self.curve.way_in()]
-    }
-
-    fn coil(&self) -> Option<Coil> {
-        Some(Coil {
-            end_place: 0.0,
-            end_angle: 0.0,
-            radius_per_radian_m: self.curve.radius_per_radian_m,
-            way_out: None,
+    pub(super) fn kernel(&self, begin: f64, offset: f64) -> Kernel {
+        let (winding, heading) = (self.winding.sign(), self.heading.sign());
+        Kernel::Polar(PolarKernel {
+            begin,
+            centre: self.centre,
+            axis: self.axis,
+            angle: winding * heading * offset,
+            turn: winding * heading,
+            radius_m: 0.0,
+            radius_per_radian_m: winding * self.radius_per_radian_m,
         })
     }
 }
 
-/// Held is the number of turns at the start.
-impl PitchFamily for Spiral {
-    /// At a fixed angle everything grows as the pitch does.
-    fn variation(&self, place: f64) -> RouteVariation {
-        let point = self.point(place);
-        PieceVariation { position: point.position / self.pitch_m, turn: 0.0, travel: self.travel(place) / self.pitch_m }
-            .at_travel(&point, -self.curve.curvature(-place))
+/// Arc per radian on r = θ.
+fn unit_speed(angle: f64) -> f64 {
+    (1.0 + angle * angle).sqrt()
+}
+
+/// Arc length of r = θ from the centre to `angle`: ½(θ·√(1 + θ²) + asinh θ).
+fn unit_length(angle: f64) -> f64 {
+    0.5 * (angle * unit_speed(angle) + angle.asinh())
+}
+
+/// The inverse of [`unit_length`] for `length >= 0`, to the last few units of rounding.
+///
+/// The length is convex in the angle and at least both θ and ½θ², so Newton's method from the lesser of the two upper
+/// bounds that these give falls monotonically onto the root. It starts within a factor 1.31 and each step at least
+/// squares the relative error, so six are enough; the loop ends when rounding stops the fall.
+fn unit_angle(length: f64) -> f64 {
+    let mut angle = length.min((2.0 * length).sqrt());
+    for _ in 0..8 {
+        let next = angle - (unit_length(angle) - length) / unit_speed(angle);
+        if next >= angle {
+            break;
+        }
+        angle = next;
     }
+    angle
+}
+
+/// The same as [`unit_angle`] but for rounding.
+///
+/// Newton's method squares the error of a guess: half of its square, as the speed grows by at most 1 per radian and is at
+/// least 1. So a step under 10⁻⁸ is the last. A guess that is not there after two steps was no good.
+fn unit_angle_near(length: f64, guess: f64) -> f64 {
+    let mut angle = guess;
+    for _ in 0..2 {
+        let step = (length - unit_length(angle)) / unit_speed(angle);
+        angle += step;
+        if step.abs() < 1e-8 {
+            return angle.max(0.0);
+        }
+    }
+    unit_angle(length)
 }

@@ -248,22 +248,22 @@ fn route_around(dragon: &Dragon, handles: &[Handle]) -> Vec<DVec2> {
     let tail = handles.last().expect("a dragon has handles");
     // From here on a whole turn of a spiral lies behind the tail.
     let behind_m = std::f64::consts::TAU * (tail.position.length() + route.pitch_m());
-    polyline(route, route.travel(tail.place) - behind_m, route.end_travel_m())
+    polyline(route, route.travel(tail.parameter) - behind_m, route.end_travel_m())
 }
 
 /// Points of a route, as near to each other as its curvature asks for.
-fn polyline(route: &dyn Route, from_m: f64, to_m: f64) -> Vec<DVec2> {
+fn polyline(route: &Route, from_m: f64, to_m: f64) -> Vec<DVec2> {
     let least_m = (to_m - from_m) / MAX_POINTS;
     let mut points = Vec::new();
     let mut travel_m = from_m;
     while travel_m < to_m {
-        let place = route.place(travel_m);
-        points.push(route.point(place).position);
+        let parameter = route.parameter(travel_m);
+        points.push(route.point(parameter).position);
         // A chord of length s under a curve of curvature κ leaves a sagitta of κ·s²/8.
-        let curvature = route.curvature_bound(place, place);
+        let curvature = route.curvature_bound(parameter, parameter);
         travel_m += (8.0 * SAGITTA_M / curvature).sqrt().max(least_m);
     }
-    points.push(route.point(route.place(to_m)).position);
+    points.push(route.point(route.parameter(to_m)).position);
     points
 }
 
@@ -276,6 +276,7 @@ fn turn_marks(turnaround: &Turnaround) -> TurnMarks {
     let [entry_arc, exit_arc] = turnaround.arcs();
     let middle_m = entry_arc.length_m();
     let end_m = middle_m + exit_arc.length_m();
-    let joints = [0.0, middle_m, end_m].map(|travel_m| turnaround.point(turnaround.place(travel_m)).position);
-    TurnMarks { arcs: [polyline(turnaround, 0.0, middle_m), polyline(turnaround, middle_m, end_m)], joints }
+    let route = turnaround.route();
+    let joints = [0.0, middle_m, end_m].map(|travel_m| route.point(route.parameter(travel_m)).position);
+    TurnMarks { arcs: [polyline(&route, 0.0, middle_m), polyline(&route, middle_m, end_m)], joints }
 }

@@ -1,7 +1,7 @@
 //! `solve pitch`: how tight may the spiral be if the head is to come to a circle with no contact on the way?
 
 use bench_dragon_geometry::planner::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
-use bench_dragon_geometry::route::{Route as _, RouteSpec, SpiralSpec, TurnaroundSpec};
+use bench_dragon_geometry::route::{Route, RouteSpec, SpiralSpec, TurnaroundSpec};
 use serde::Serialize;
 
 use super::caption::caption;
@@ -57,7 +57,7 @@ pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
         Ok(smallest) => {
             let plan = SpiralSpec { pitch_m: smallest.pitch_m, start_turns };
             let tightest = config.with_route(RouteSpec::Spiral(plan))?;
-            let end_m = plan.spiral()?.to_circle(turn_diameter_m)?.end_travel_m();
+            let end_m = Route::spiral(plan.pitch_m, plan.start_turns)?.to_circle(turn_diameter_m)?.end_travel_m();
             draw(args, &tightest, turn_diameter_m, end_m, smallest)?;
             save_config(&args.save, Ok(&tightest))
         }

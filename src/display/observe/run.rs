@@ -35,19 +35,19 @@ fn points(config: &Config) -> Vec<DVec2> {
     let dragon = config.dragon();
     let dimensions = dragon.dimensions();
     let length_m: f64 = (0..dimensions.benches()).map(|bench| dimensions.link_m(bench)).sum();
-    let route: &dyn Route = dragon.route();
+    let route: &Route = dragon.route();
     let to_m = route.end_travel_m();
     let mut travel_m = dragon.start_travel_m() - length_m;
     let least_step_m = (to_m - travel_m) / (MAX_POINTS - 1) as f64;
     let mut points = Vec::new();
     while travel_m < to_m {
-        let place = route.place(travel_m);
-        points.push(route.point(place).position);
+        let parameter = route.parameter(travel_m);
+        points.push(route.point(parameter).position);
         // A chord of an arc with curvature k lies k s² / 8 beside it.
-        let step_m = (8.0 * SAGITTA_M / route.curvature_bound(place, place)).sqrt();
+        let step_m = (8.0 * SAGITTA_M / route.curvature_bound(parameter, parameter)).sqrt();
         travel_m += step_m.min(LONGEST_STEP_M).max(least_step_m);
     }
-    points.push(route.point(route.place(to_m)).position);
+    points.push(route.point(route.parameter(to_m)).position);
     points
 }
 

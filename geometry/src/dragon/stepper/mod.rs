@@ -10,26 +10,23 @@
 
 #![allow(clippy::inline_always, reason = "what is not inlined is compiled for fewer instructions than its caller")]
 
-mod curve;
 mod instructions;
 mod lanes;
 mod pass;
 mod scratch;
 mod section;
-mod sine;
 
 use std::sync::Arc;
 
 use glam::DVec2;
 
 use super::Dragon;
-use super::chain::ChainBroken;
+use super::chain::TravelOutOfRange;
 use super::dimensions::Dimensions;
-use crate::route::PolarStretch;
+use crate::route::{Kernel, Route};
 
 pub use instructions::Instructions;
 
-use curve::Curve;
 use lanes::{HANDLES, index};
 use pass::{Pass, Way};
 use scratch::{Ahead, Links, Scratch};
@@ -37,7 +34,7 @@ use section::{Section, Step};
 
 /// Longest step, in shares of the shortest link, that is followed; a longer one is solved afresh.
 ///
-/// Within such a step a handle moves by far less than what lies between two places at the same distance from the handle
+/// Within such a step a handle moves by far less than what lies between two parameters at the same distance from the handle
 /// ahead, so that what is followed is the chain, and not another solution.
 const LONGEST_STEP: f64 = 1.0 / 16.0;
 /// Longest step, in shares of the one before, over which the change of a rate is extrapolated: over a longer one its
@@ -46,7 +43,7 @@ const LONGEST_EXTRAPOLATION: f64 = 8.0;
 /// Share of the shortest link that the corrections of a section may come to, beyond rounding, for them to be the last:
 /// their own error goes with their square, and that of the velocities is of their order.
 const LAST_CORRECTION: f64 = 1e-10;
-/// Corrections that rounding makes of a place, in units of the place's rounding.
+/// Corrections that rounding makes of a parameter, in units of the parameter's rounding.
 const ROUNDINGS: f64 = 4.0;
 /// The same for them to be followed by others.
 const LARGEST_CORRECTION: f64 = 1.0 / 64.0;
@@ -59,7 +56,7 @@ const LARGEST_CORRECTION: f64 = 1.0 / 64.0;
 pub struct ChainStepper {
     dragon: Arc<Dragon>,
     instructions: Instructions,
-    stretches: Vec<PolarStretch>,
+    kernels: Vec<Kernel>,
     /// With as many benches as fill whole sections: those past the tail are followed, and shown to nobody.
     dimensions: Dimensions,
     links: Box<[Links; 2]>,
@@ -68,11 +65,26 @@ pub struct ChainStepper {
     last: Option<Last>,
 }
 
+/// The route as a step sees it.
+#[derive(Clone, Copy, Debug)]
+struct Curve<'a> {
+    route: &'a Route,
+    kernels: &'a [Kernel],
+}
+
+impl Curve<'_> {
+    /// The number of the segment on which a parameter lies; none where it is not a number.
+    #[inline(always)]
+    fn segment_at(&self, parameter: f64) -> Option<usize> {
+        self.kernels.iter().rposition(|kernel| kernel.begin() <= parameter)
+    }
+}
+
 /// Where the head stood last.
 #[derive(Clone, Copy, Debug)]
 struct Last {
     travel_m: f64,
-    place: f64,
+    parameter: f64,
     rate: f64,
     /// How it came there, where by a step.
     step_m: Option<f64>,
@@ -91,7 +103,7 @@ impl ChainStepper {
         let rounding_m = rounding_m(&dragon, &dimensions);
         Self {
             instructions,
-            stretches: dragon.route().polar_stretches(),
+            kernels: dragon.route().kernels(),
             links: Box::new([0, HANDLES].map(|first| links(&dimensions, first, rounding_m))),
             dimensions,
             sections: vec![Section::new(); sections],
@@ -120,17 +132,21 @@ impl ChainStepper {
         speed_mps: f64,
         records: &mut [H],
         record: impl Fn(DVec2, DVec2) -> H,
-    ) -> Result<(), ChainBroken> {
+    ) -> Result<(), TravelOutOfRange> {
         assert_eq!(records.len(), self.dragon.dimensions().handles(), "one record for each handle");
         self.dragon.require_travel(travel_m)?;
         let route = self.dragon.route();
-        let (way, place) = self.way_to(travel_m);
-        let point = route.point(place);
-        let rate = 1.0 / point.pace_m;
-        let head =
-            Ahead { place, position_m: point.position.into(), tangent_m: (point.tangent * point.pace_m).into(), rate };
+        let (way, parameter) = self.way_to(travel_m);
+        let point = route.point(parameter);
+        let rate = 1.0 / point.speed_m_per_unit;
+        let head = Ahead {
+            parameter,
+            position_m: point.position.into(),
+            tangent_m: (point.tangent * point.speed_m_per_unit).into(),
+            rate,
+        };
         self.instructions.run(Pass {
-            curve: Curve { route, stretches: &self.stretches },
+            curve: Curve { route, kernels: &self.kernels },
             dimensions: &self.dimensions,
             links: &self.links,
             sections: &mut self.sections,
@@ -141,35 +157,35 @@ impl ChainStepper {
             records,
             record,
         });
-        self.last = Some(self.next_last(travel_m, place, rate, way));
+        self.last = Some(self.next_last(travel_m, parameter, rate, way));
         Ok(())
     }
 
-    /// How the head comes to a travel, and the place where it stands then.
+    /// How the head comes to a travel, and the parameter where it stands then.
     fn way_to(&self, travel_m: f64) -> (Way, f64) {
         let route = self.dragon.route();
-        let Some(last) = self.last else { return (Way::Afresh, route.place(travel_m)) };
+        let Some(last) = self.last else { return (Way::Afresh, route.parameter(travel_m)) };
         let step_m = travel_m - last.travel_m;
         if step_m == 0.0 {
-            return (Way::Stand, last.place);
+            return (Way::Stand, last.parameter);
         }
         if !(step_m > 0.0 && step_m <= LONGEST_STEP * shortest_link_m(&self.dimensions)) {
-            return (Way::Afresh, route.place(travel_m));
+            return (Way::Afresh, route.parameter(travel_m));
         }
         let bend_m = last
             .step_m
             .filter(|&last_step_m| step_m <= LONGEST_EXTRAPOLATION * last_step_m)
             .map_or(0.0, |last_step_m| 0.5 * step_m * step_m / last_step_m);
-        (Way::Walk(Step { step_m, bend_m }), route.place_near(travel_m, last.place + step_m * last.rate))
+        (Way::Walk(Step { step_m, bend_m }), route.parameter_near(travel_m, last.parameter + step_m * last.rate))
     }
 
-    fn next_last(&self, travel_m: f64, place: f64, rate: f64, way: Way) -> Last {
+    fn next_last(&self, travel_m: f64, parameter: f64, rate: f64, way: Way) -> Last {
         let step_m = match way {
             Way::Stand => self.last.and_then(|last| last.step_m),
             Way::Walk(step) => Some(step.step_m),
             Way::Afresh => None,
         };
-        Last { travel_m, place, rate, step_m }
+        Last { travel_m, parameter, rate, step_m }
     }
 }
 
@@ -191,10 +207,12 @@ fn links(dimensions: &Dimensions, first: usize, rounding_m: f64) -> Links {
     }
 }
 
-/// What rounding makes of a place at most: at the tail as the run begins, or at the head as it ends.
+/// What rounding makes of a parameter at most: at the tail as the run begins, or at the head as it ends.
 fn rounding_m(dragon: &Dragon, dimensions: &Dimensions) -> f64 {
     let route = dragon.route();
     let body_m: f64 = dimensions.link_m(0) + (dimensions.benches() - 1) as f64 * dimensions.link_m(1);
-    let ends = [dragon.start_travel_m() - body_m, dragon.end_travel_m()].map(|travel_m| route.place(travel_m));
-    ends.map(|place| route.rounding_m(place, route.point(place).pace_m)).into_iter().fold(0.0, f64::max)
+    let ends = [dragon.start_travel_m() - body_m, dragon.end_travel_m()].map(|travel_m| route.parameter(travel_m));
+    ends.map(|parameter| route.rounding_m(parameter, route.point(parameter).speed_m_per_unit))
+        .into_iter()
+        .fold(0.0, f64::max)
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::curve::Curve;
+use super::Curve;
 use super::lanes::{HANDLES, LANES, ROWS};
 use super::scratch::{Ahead, Links, Scratch};
 use super::section::{Section, Step};
@@ -81,15 +81,15 @@ fn place(
     index: usize,
     ahead: &Ahead,
 ) {
-    let point = curve.route.point(ahead.place);
+    let point = curve.route.point(ahead.parameter);
     let handle = Handle {
-        place: ahead.place,
+        parameter: ahead.parameter,
         position: point.position,
         tangent: point.tangent,
-        speed_ratio: ahead.rate * point.pace_m,
+        speed_ratio: ahead.rate * point.speed_m_per_unit,
     };
     let chain = Chain::behind(curve.route, dimensions, &UNLIMITED, index, &handle);
-    section.place(scratch, chain.map(|handle| (handle, curve.route.point(handle.place).pace_m)));
+    section.place(scratch, chain.map(|handle| (handle, curve.route.point(handle.parameter).speed_m_per_unit)));
 }
 
 /// Writes the records of a section's handles, as many as there are.

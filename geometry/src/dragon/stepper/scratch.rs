@@ -1,7 +1,7 @@
 //! What is worked out on the way to a pose: where handles stand and move to, and how their links hang together.
 
 use super::lanes::{HANDLES, LANES, LedValues, ROWS, Values};
-use super::sine::multiply_add;
+use crate::numerics::multiply_add;
 
 /// What a section knows of its links.
 #[derive(Clone, Debug)]
@@ -17,11 +17,11 @@ pub(super) struct Links {
 /// A handle as the section behind it sees it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ahead {
-    pub(super) place: f64,
+    pub(super) parameter: f64,
     pub(super) position_m: [f64; 2],
-    /// Change of the position per unit of place.
+    /// Change of the position per unit of parameter.
     pub(super) tangent_m: [f64; 2],
-    /// Change of the place per metre of the head's travel.
+    /// Change of the parameter per metre of the head's travel.
     pub(super) rate: f64,
 }
 
@@ -31,13 +31,13 @@ pub(super) struct Ahead {
 pub(super) struct Scratch {
     pub(super) x_m: LedValues,
     pub(super) y_m: LedValues,
-    /// Changes of the position per unit of place.
+    /// Changes of the position per unit of parameter.
     pub(super) tangent_x_m: LedValues,
     pub(super) tangent_y_m: LedValues,
-    /// By how much each place must change for a link to have its length, the handle ahead staying; then from the lane's
+    /// By how much each parameter must change for a link to have its length, the handle ahead staying; then from the lane's
     /// front on.
     pub(super) corrections: LedValues,
-    /// By how much each place changes as that of the handle ahead does; then of the handle ahead of the lane.
+    /// By how much each parameter changes as that of the handle ahead does; then of the handle ahead of the lane.
     pub(super) ratios: LedValues,
     pub(super) velocity_x_mps: Values,
     pub(super) velocity_y_mps: Values,
@@ -58,7 +58,7 @@ impl Scratch {
         }
     }
 
-    /// Position and change of the position per unit of place, both in metres, of a handle.
+    /// Position and change of the position per unit of parameter, both in metres, of a handle.
     #[inline(always)]
     pub(super) fn get(&self, index: usize) -> [f64; 4] {
         let led = LANES + index;
@@ -91,11 +91,11 @@ impl Scratch {
         }
     }
 
-    /// How each link's length goes with the places of its two handles.
+    /// How each link's length goes with the parameters of its two handles.
     ///
     /// With the chord c from a handle to the one ahead and the tangents t here and t' there, |c|² = d² is corrected to first
     /// order by c·t·δ = (|c|² − d²)/2 + c·t'·δ'. Returns whether every handle moves towards the one ahead, by an angle under
-    /// some 75° to the chord: then no other place at the same distance is near.
+    /// some 75° to the chord: then no other parameter at the same distance is near.
     #[inline(always)]
     pub(super) fn linearise<const FUSED: bool>(&mut self, links: &Links) -> bool {
         const LEAST_COSINE_SQUARE: f64 = 1.0 / 16.0;
@@ -114,8 +114,8 @@ impl Scratch {
                 let per_rear = 1.0 / rear;
                 corrections[led] = 0.5 * excess_m2 * per_rear;
                 ratios[led] = front * per_rear;
-                let pace_m2 = multiply_add::<FUSED>(tangent_x, tangent_x, tangent_y * tangent_y);
-                let margin = multiply_add::<FUSED>(rear.abs(), rear, -(LEAST_COSINE_SQUARE * square_m2) * pace_m2);
+                let speed_m2 = multiply_add::<FUSED>(tangent_x, tangent_x, tangent_y * tangent_y);
+                let margin = multiply_add::<FUSED>(rear.abs(), rear, -(LEAST_COSINE_SQUARE * square_m2) * speed_m2);
                 *least = if margin < *least { margin } else { *least };
             }
         }

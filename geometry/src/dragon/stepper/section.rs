@@ -1,11 +1,11 @@
 //! A stretch of the chain that is stepped as one, in vectors of four handles.
 
-use super::curve::Curve;
+use super::Curve;
 use super::lanes::{HANDLES, LANES, ROWS, Values, index};
 use super::scratch::{Ahead, Links, Scratch};
-use super::sine::{multiply_add, sine_and_cosine, small_sine_and_versine};
 use crate::dragon::chain::Handle;
-use crate::route::{PolarStretch, RoutePoint};
+use crate::numerics::{multiply_add, sine_and_cosine, small_sine_and_versine};
+use crate::route::{Kernel, PolarKernel};
 
 /// Corrections of a step that are tried before it is given up.
 const MAX_CORRECTIONS: usize = 6;
@@ -25,8 +25,8 @@ pub(super) struct Step {
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Section {
-    places: Values,
-    /// Changes of the places per metre of the head's travel.
+    parameters: Values,
+    /// Changes of the parameters per metre of the head's travel.
     rates: Values,
     /// The same one pose earlier.
     last_rates: Values,
@@ -34,16 +34,16 @@ pub(super) struct Section {
     anchors: Values,
     anchor_sines: Values,
     anchor_cosines: Values,
-    /// Number of the stretch on which the anchors lie; none if they are not to be used.
+    /// Number of the segment on which the anchors lie; none if they are not to be used.
     anchored_on: Option<usize>,
 }
 
 impl Section {
-    /// A section without handles: it has to be [`placed`](Self::place).
+    /// A section without handles: it has to be [`placed`](Self::parameter).
     pub(super) fn new() -> Self {
         let none = [f64::NAN; HANDLES];
         Self {
-            places: none,
+            parameters: none,
             rates: none,
             last_rates: none,
             anchors: none,
@@ -57,11 +57,11 @@ impl Section {
     /// cannot be stepped.
     pub(super) fn place(&mut self, scratch: &mut Scratch, handles: impl Iterator<Item = (Handle, f64)>) {
         *self = Self::new();
-        for (i, (handle, pace_m)) in handles.take(HANDLES).enumerate() {
+        for (i, (handle, speed_m_per_unit)) in handles.take(HANDLES).enumerate() {
             let k = index(i);
-            self.places[k] = handle.place;
-            self.rates[k] = handle.speed_ratio / pace_m;
-            let (position, tangent_m) = (handle.position, handle.tangent * pace_m);
+            self.parameters[k] = handle.parameter;
+            self.rates[k] = handle.speed_ratio / speed_m_per_unit;
+            let (position, tangent_m) = (handle.position, handle.tangent * speed_m_per_unit);
             scratch.set(k, [position.x, position.y, tangent_m.x, tangent_m.y]);
         }
         self.last_rates = self.rates;
@@ -70,7 +70,7 @@ impl Section {
     /// Whether every handle has its place.
     #[inline(always)]
     pub(super) fn is_placed(&self) -> bool {
-        !self.places[HANDLES - 1].is_nan()
+        !self.parameters[HANDLES - 1].is_nan()
     }
 
     /// Works out the velocities with the head at this speed.
@@ -88,7 +88,7 @@ impl Section {
     pub(super) fn last(&self, scratch: &Scratch) -> Ahead {
         let (last, k) = (HANDLES - 1, LANES + HANDLES - 1);
         Ahead {
-            place: self.places[last],
+            parameter: self.parameters[last],
             position_m: [scratch.x_m[k], scratch.y_m[k]],
             tangent_m: [scratch.tangent_x_m[k], scratch.tangent_y_m[k]],
             rate: self.rates[last],
@@ -130,17 +130,23 @@ impl Section {
     /// Works out positions and tangents where the handles stand.
     #[inline(always)]
     pub(super) fn stand<const FUSED: bool>(&mut self, scratch: &mut Scratch, curve: Curve<'_>) {
-        match [HANDLES - 1, 0].map(|end| curve.stretch_at(self.places[end])) {
-            [Some(rear), Some(front)] if rear == front => {
-                self.stand_on::<FUSED>(scratch, front, &curve.stretches[front]);
-            }
-            [Some(rear), Some(front)] => {
+        let [rear, front] = [HANDLES - 1, 0].map(|end| curve.segment_at(self.parameters[end]));
+        // A parameter that is not a number lies nowhere: the step that gave it is refused.
+        let (Some(rear), Some(front)) = (rear, front) else { return };
+        match &curve.kernels[front] {
+            Kernel::Polar(polar) if rear == front => self.stand_on_polar::<FUSED>(scratch, front, polar),
+            Kernel::Line(line) if rear == front => {
                 self.anchored_on = None;
-                for stretch in curve.stretches.iter().take(front + 1).skip(rear) {
-                    self.stand_from_its_begin_on::<FUSED>(scratch, stretch);
+                for k in 0..HANDLES {
+                    scratch.set(k, line.point::<FUSED>(self.parameters[k]));
                 }
             }
-            _ => self.stand_by_the_route(scratch, curve),
+            _ => {
+                self.anchored_on = None;
+                for kernel in curve.kernels.iter().take(front + 1).skip(rear) {
+                    self.stand_from_its_begin_on::<FUSED>(scratch, kernel);
+                }
+            }
         }
     }
 
@@ -148,39 +154,44 @@ impl Section {
     fn extrapolate<const FUSED: bool>(&mut self, step: Step) {
         for k in 0..HANDLES {
             let rate = self.rates[k];
-            let straight = multiply_add::<FUSED>(step.step_m, rate, self.places[k]);
-            self.places[k] = multiply_add::<FUSED>(step.bend_m, rate - self.last_rates[k], straight);
+            let straight = multiply_add::<FUSED>(step.step_m, rate, self.parameters[k]);
+            self.parameters[k] = multiply_add::<FUSED>(step.bend_m, rate - self.last_rates[k], straight);
             self.last_rates[k] = rate;
         }
     }
 
-    /// All handles on one stretch. Their sines and cosines are those of their anchors, turned by the angle from there.
+    /// All handles on one arc or spiral. Their sines and cosines are those of their anchors, turned by the angle from there.
     #[inline(always)]
-    fn stand_on<const FUSED: bool>(&mut self, scratch: &mut Scratch, number: usize, stretch: &PolarStretch) {
+    fn stand_on_polar<const FUSED: bool>(&mut self, scratch: &mut Scratch, number: usize, polar: &PolarKernel) {
         if self.anchored_on != Some(number) || self.farthest_from_anchor() > ANCHOR_RANGE {
-            self.anchor::<FUSED>(number, stretch);
+            self.anchor::<FUSED>(number, polar);
         }
         for k in 0..HANDLES {
-            let from_anchor = stretch.turn * (self.places[k] - self.anchors[k]);
+            let from_anchor = polar.turn * (self.parameters[k] - self.anchors[k]);
             let (small_sine, versine) = small_sine_and_versine::<FUSED>(from_anchor);
             let (sine, cosine) = (self.anchor_sines[k], self.anchor_cosines[k]);
             let sine_here = sine + multiply_add::<FUSED>(sine, versine, cosine * small_sine);
             let cosine_here = cosine + multiply_add::<FUSED>(cosine, versine, -(sine * small_sine));
-            let polar = multiply_add::<FUSED>(stretch.turn, self.places[k], stretch.angle);
-            scratch.set(k, point_at::<FUSED>(stretch, polar, sine_here, cosine_here));
+            scratch.set(k, polar.point::<FUSED>(polar.polar::<FUSED>(self.parameters[k]), sine_here, cosine_here));
         }
     }
 
-    /// Those handles that stand behind the beginning of a stretch as if the stretch went on for ever: those of which that
-    /// is not so are put right by the next one.
+    /// Those handles that stand behind the beginning of a segment as if the segment went on for ever: the next segment corrects
+    /// those that it does not hold.
     #[inline(always)]
-    fn stand_from_its_begin_on<const FUSED: bool>(&self, scratch: &mut Scratch, stretch: &PolarStretch) {
+    fn stand_from_its_begin_on<const FUSED: bool>(&self, scratch: &mut Scratch, kernel: &Kernel) {
         for k in 0..HANDLES {
-            let place = self.places[k];
-            let polar = multiply_add::<FUSED>(stretch.turn, place, stretch.angle);
-            let (sine, cosine) = sine_and_cosine::<FUSED>(polar);
-            let [here, before] = [point_at::<FUSED>(stretch, polar, sine, cosine), scratch.get(k)];
-            let is_here = place >= stretch.begin;
+            let parameter = self.parameters[k];
+            let here = match kernel {
+                Kernel::Line(line) => line.point::<FUSED>(parameter),
+                Kernel::Polar(polar) => {
+                    let angle = polar.polar::<FUSED>(parameter);
+                    let (sine, cosine) = polar.from_axis::<FUSED>(sine_and_cosine::<FUSED>(angle));
+                    polar.point::<FUSED>(angle, sine, cosine)
+                }
+            };
+            let before = scratch.get(k);
+            let is_here = parameter >= kernel.begin();
             scratch.set(k, std::array::from_fn(|i| if is_here { here[i] } else { before[i] }));
         }
     }
@@ -191,7 +202,7 @@ impl Section {
         for row in 0..ROWS {
             for (lane, farthest) in farthest.iter_mut().enumerate() {
                 let k = row * LANES + lane;
-                let distance = (self.places[k] - self.anchors[k]).abs();
+                let distance = (self.parameters[k] - self.anchors[k]).abs();
                 *farthest = if distance > *farthest { distance } else { *farthest };
             }
         }
@@ -199,20 +210,12 @@ impl Section {
     }
 
     #[inline(always)]
-    fn anchor<const FUSED: bool>(&mut self, number: usize, stretch: &PolarStretch) {
+    fn anchor<const FUSED: bool>(&mut self, number: usize, polar: &PolarKernel) {
         self.anchored_on = Some(number);
-        self.anchors = self.places;
+        self.anchors = self.parameters;
         for k in 0..HANDLES {
-            let polar = multiply_add::<FUSED>(stretch.turn, self.anchors[k], stretch.angle);
-            (self.anchor_sines[k], self.anchor_cosines[k]) = sine_and_cosine::<FUSED>(polar);
-        }
-    }
-
-    /// On a curve without stretches the route is asked for each handle.
-    fn stand_by_the_route(&mut self, scratch: &mut Scratch, curve: Curve<'_>) {
-        for k in 0..HANDLES {
-            let RoutePoint { position, tangent, pace_m } = curve.route.point(self.places[k]);
-            scratch.set(k, [position.x, position.y, tangent.x * pace_m, tangent.y * pace_m]);
+            let sine_and_cosine = sine_and_cosine::<FUSED>(polar.polar::<FUSED>(self.anchors[k]));
+            (self.anchor_sines[k], self.anchor_cosines[k]) = polar.from_axis::<FUSED>(sine_and_cosine);
         }
     }
 
@@ -231,7 +234,7 @@ impl Section {
             for lane in 0..LANES {
                 let (k, led) = (row * LANES + lane, (row + 1) * LANES + lane);
                 let correction = multiply_add::<FUSED>(ratios[led], lane_corrections[lane], corrections[led]);
-                self.places[k] += correction;
+                self.parameters[k] += correction;
                 self.rates[k] = ratios[led] * lane_rates[lane];
                 let (step_x_m, step_y_m) = (tangent_x_m[led] * correction, tangent_y_m[led] * correction);
                 x_m[led] += step_x_m;
@@ -241,18 +244,4 @@ impl Section {
         }
         moved_m2.into_iter().sum()
     }
-}
-
-/// Position and change of the position per unit of place, both in metres, at a polar angle of a stretch.
-#[inline(always)]
-fn point_at<const FUSED: bool>(stretch: &PolarStretch, polar: f64, sine: f64, cosine: f64) -> [f64; 4] {
-    let PolarStretch { centre, turn, radius_m, radius_per_radian_m: slope_m, .. } = *stretch;
-    let radius_here_m = multiply_add::<FUSED>(slope_m, polar, radius_m);
-    let (turned_slope_m, turned_radius_m) = (turn * slope_m, turn * radius_here_m);
-    [
-        multiply_add::<FUSED>(radius_here_m, cosine, centre.x),
-        multiply_add::<FUSED>(radius_here_m, sine, centre.y),
-        multiply_add::<FUSED>(turned_slope_m, cosine, -(turned_radius_m * sine)),
-        multiply_add::<FUSED>(turned_slope_m, sine, turned_radius_m * cosine),
-    ]
 }

@@ -35,7 +35,7 @@ use thiserror::Error;
 use crate::clearance::{Contact, first_within};
 use crate::dragon::{Dimensions, Dragon, DragonError, Meter, Spent};
 use crate::number::Number;
-use crate::route::{Route, RouteError, Spiral};
+use crate::route::{Route, RouteError};
 
 use overlap::Overlap;
 use stop::Stop;
@@ -149,7 +149,7 @@ pub fn smallest_pitch(
     clearance_m: f64,
     meter: &Meter,
 ) -> Result<SmallestPitch, PitchError> {
-    Spiral::new(MAX_PITCH_M, start_turns).map_err(PitchError::Route)?;
+    Route::spiral(MAX_PITCH_M, start_turns).map_err(PitchError::Route)?;
     let link_radius_m = LEAST_RADIUS_PER_LINK * dimensions.link_m(1);
     let smallest_m = LEAST_CIRCLE_PER_LINK * dimensions.link_m(0);
     // No handle but the first is nearer to the centre than half of the head's link.
@@ -194,20 +194,20 @@ struct Way<'a> {
 
 impl Way<'_> {
     /// The spiral of a pitch, if it is not over the greatest.
-    fn spiral(&self, pitch_m: f64) -> Option<Spiral> {
-        Spiral::new(pitch_m, self.start_turns).ok()
+    fn spiral(&self, pitch_m: f64) -> Option<Route> {
+        Route::spiral(pitch_m, self.start_turns).ok()
     }
 
     fn start_radius_m(&self, pitch_m: f64) -> f64 {
         self.start_turns * pitch_m
     }
 
-    fn place(pitch_m: f64, radius_m: f64) -> f64 {
+    fn parameter(pitch_m: f64, radius_m: f64) -> f64 {
         -TAU * radius_m / pitch_m
     }
 
-    fn radius_m(pitch_m: f64, place: f64) -> f64 {
-        -place * pitch_m / TAU
+    fn radius_m(pitch_m: f64, parameter: f64) -> f64 {
+        -parameter * pitch_m / TAU
     }
 
     /// The pitch above which the spiral starts outside the circle, and with the head's link spanning less than half a
@@ -255,7 +255,7 @@ impl Verdict {
     ///
     /// # Errors
     /// The meter is spent.
-    fn of(way: &Way<'_>, pitch_m: f64, spiral: Spiral) -> Result<Self, Spent> {
+    fn of(way: &Way<'_>, pitch_m: f64, spiral: Route) -> Result<Self, Spent> {
         let likely = Stop::tightest(way, pitch_m).map(Witness::Stop);
         let likely = likely.or_else(|| Overlap::near_circle(way, pitch_m).map(Witness::Overlap));
         if way.meter.is_spent() {
@@ -264,14 +264,14 @@ impl Verdict {
         if likely.is_some() {
             return Ok(Self::Infeasible(likely));
         }
-        let arrival_m = spiral.travel(Way::place(pitch_m, way.circle_radius_m));
+        let arrival_m = spiral.travel(Way::parameter(pitch_m, way.circle_radius_m));
         let dragon = match Dragon::with_meter(*way.dimensions, Arc::new(spiral), way.meter.clone()) {
             Ok(dragon) => dragon,
             Err(DragonError::TooMuchWork(spent)) => return Err(spent),
             Err(_) => return Ok(Self::Infeasible(None)),
         };
         if let Some(contact) = first_within(&dragon, way.clearance_m, 0.0, arrival_m)? {
-            let radius_m = Way::radius_m(pitch_m, spiral.place(contact.travel_m));
+            let radius_m = Way::radius_m(pitch_m, dragon.route().parameter(contact.travel_m));
             return Ok(Self::Infeasible(Some(Witness::Overlap(Overlap { benches: contact.benches, radius_m }))));
         }
         Ok(if dragon.end_travel_m() < arrival_m { Self::Infeasible(None) } else { Self::Feasible })

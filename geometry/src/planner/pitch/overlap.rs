@@ -12,7 +12,6 @@ use std::f64::consts::{PI, TAU};
 use super::{MAX_PITCH_M, Way};
 use crate::clearance::{ClearanceSearch, Contact};
 use crate::dragon::{Board, Chain, Handle};
-use crate::route::Route;
 
 /// A step aims at this part of what the depth seems to allow, so that most are proved at once.
 const STEP_SAFETY: f64 = 0.9;
@@ -81,7 +80,8 @@ impl Overlap {
 
     /// The contact, with the head at this radius.
     pub(super) fn contact(&self, way: &Way<'_>, pitch_m: f64) -> Contact {
-        let travel_m = way.spiral(pitch_m).expect("a pitch within range").travel(Way::place(pitch_m, self.radius_m));
+        let travel_m =
+            way.spiral(pitch_m).expect("a pitch within range").travel(Way::parameter(pitch_m, self.radius_m));
         let [first, second] = self.stand(way, pitch_m).expect("a pair that touches stands").boards;
         Contact { travel_m, benches: self.benches, point: first.approach(&second).point }
     }
@@ -127,15 +127,15 @@ impl Overlap {
     /// The pair at a pitch, if the chain reaches it and its first link could have walked there.
     fn stand(&self, way: &Way<'_>, pitch_m: f64) -> Option<Stand> {
         let spiral = way.spiral(pitch_m)?;
-        let place = Way::place(pitch_m, self.radius_m);
-        let mut chain = Chain::from_place(&spiral, way.dimensions, way.meter, place);
-        if place - chain.clone().nth(1)?.place >= PI {
+        let parameter = Way::parameter(pitch_m, self.radius_m);
+        let mut chain = Chain::from_parameter(&spiral, way.dimensions, way.meter, parameter);
+        if parameter - chain.clone().nth(1)?.parameter >= PI {
             return None;
         }
         let [first, second] = self.benches;
         let ahead = [chain.nth(first)?, chain.next()?];
         let behind = [chain.nth(second - first - 2)?, chain.next()?];
-        let polar = |handle: &Handle| (Way::radius_m(pitch_m, handle.place), ahead[0].place - handle.place);
+        let polar = |handle: &Handle| (Way::radius_m(pitch_m, handle.parameter), ahead[0].parameter - handle.parameter);
         let boards = [board(way, first, &ahead[0], &ahead[1]), board(way, second, &behind[0], &behind[1])];
         Some(Stand {
             handles: [ahead, behind].map(|handles| handles.each_ref().map(polar)),
@@ -154,9 +154,9 @@ fn depth_m([first, second]: &[Board; 2], clearance_m: f64) -> f64 {
 /// The boards of a few turns, with the head at a radius.
 fn nearest_turns(way: &Way<'_>, pitch_m: f64, radius_m: f64) -> Vec<Board> {
     let spiral = way.spiral(pitch_m).expect("a pitch within range");
-    let place = Way::place(pitch_m, radius_m);
-    let chain = Chain::from_place(&spiral, way.dimensions, way.meter, place);
-    let handles: Vec<Handle> = chain.take_while(|handle| place - handle.place < TURNS * TAU).collect();
+    let parameter = Way::parameter(pitch_m, radius_m);
+    let chain = Chain::from_parameter(&spiral, way.dimensions, way.meter, parameter);
+    let handles: Vec<Handle> = chain.take_while(|handle| parameter - handle.parameter < TURNS * TAU).collect();
     handles.windows(2).enumerate().map(|(bench, ends)| board(way, bench, &ends[0], &ends[1])).collect()
 }
 

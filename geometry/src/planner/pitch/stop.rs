@@ -59,15 +59,15 @@ impl Stop {
     /// walks at none of them.
     fn walk(self, way: &Way<'_>, pitch_m: f64, greater_m: f64) -> f64 {
         let Some(spiral) = way.spiral(greater_m) else { return f64::INFINITY };
-        let place = Way::place(greater_m, self.radius_m);
-        let Some(rear) = Chain::from_place(&spiral, way.dimensions, way.meter, place).nth(1) else {
+        let parameter = Way::parameter(greater_m, self.radius_m);
+        let Some(rear) = Chain::from_parameter(&spiral, way.dimensions, way.meter, parameter).nth(1) else {
             return f64::NEG_INFINITY;
         };
-        let angle = place - rear.place;
+        let angle = parameter - rear.parameter;
         if angle >= PI {
             return f64::NEG_INFINITY;
         }
-        let rear_radius_m = Way::radius_m(greater_m, rear.place);
+        let rear_radius_m = Way::radius_m(greater_m, rear.parameter);
         let (outward_m, across_m) = (rear_radius_m * angle.cos() - self.radius_m, rear_radius_m * angle.sin());
         let least_pitch_m = if outward_m < 0.0 { pitch_m } else { greater_m };
         least_pitch_m / TAU * outward_m + self.radius_m * across_m

@@ -1,10 +1,12 @@
 //! Sine and cosine as plain arithmetic without a branch, so that a loop over many angles becomes vector instructions.
 
+#![allow(clippy::inline_always, reason = "what is not inlined is compiled for fewer instructions than its caller")]
+
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
 /// a·b + c, in one rounding where `FUSED`.
 #[inline(always)]
-pub(super) fn multiply_add<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
+pub(crate) fn multiply_add<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
     if FUSED { a.mul_add(b, c) } else { a * b + c }
 }
 
@@ -13,7 +15,7 @@ pub(super) fn multiply_add<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
 /// The angle's nearest multiple of π/2 is subtracted in parts (Cody and Waite, Software Manual for the Elementary
 /// Functions, 1980), and what is left goes into the polynomials of fdlibm's `k_sin` and `k_cos` (Sun Microsystems, 1993).
 #[inline(always)]
-pub(super) fn sine_and_cosine<const FUSED: bool>(angle: f64) -> (f64, f64) {
+pub(crate) fn sine_and_cosine<const FUSED: bool>(angle: f64) -> (f64, f64) {
     // Added to a small number, 1.5·2^52 rounds it to a whole one, which its last bits then hold.
     const ROUNDER: f64 = 6_755_399_441_055_744.0;
     let quarters = multiply_add::<FUSED>(angle, FRAC_2_PI, ROUNDER);
@@ -29,7 +31,7 @@ pub(super) fn sine_and_cosine<const FUSED: bool>(angle: f64) -> (f64, f64) {
 
 /// sin x and cos x − 1 for |x| <= 1/64, to rounding: the next term of each series is under 10⁻¹⁶ of it.
 #[inline(always)]
-pub(super) fn small_sine_and_versine<const FUSED: bool>(x: f64) -> (f64, f64) {
+pub(crate) fn small_sine_and_versine<const FUSED: bool>(x: f64) -> (f64, f64) {
     let square = x * x;
     let sine = multiply_add::<FUSED>(square, multiply_add::<FUSED>(square, 1.0 / 120.0, -1.0 / 6.0), 1.0);
     let cosine = multiply_add::<FUSED>(square, multiply_add::<FUSED>(square, -1.0 / 720.0, 1.0 / 24.0), -0.5);

@@ -1,0 +1,164 @@
+//! A segment as plain arithmetic without a branch, so that a loop over many handles becomes vector instructions.
+//!
+//! A position and its change per unit of the parameter are four numbers: x, y, and their changes, all in metres.
+
+#![allow(clippy::inline_always, reason = "what is not inlined is compiled for fewer instructions than its caller")]
+
+use glam::DVec2;
+
+use crate::numerics::multiply_add;
+
+/// A segment as the stepper computes it, in the route's own parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Kernel {
+    Line(LineKernel),
+    Polar(PolarKernel),
+}
+
+impl Kernel {
+    /// The parameter at which it begins; it ends where the next one begins.
+    #[inline(always)]
+    pub(crate) fn begin(&self) -> f64 {
+        match self {
+            Self::Line(line) => line.begin,
+            Self::Polar(polar) => polar.begin,
+        }
+    }
+}
+
+/// A line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LineKernel {
+    pub(super) begin: f64,
+    /// Where the line would be at parameter 0, in metres.
+    pub(super) origin: DVec2,
+    /// Unit vector.
+    pub(super) direction: DVec2,
+}
+
+impl LineKernel {
+    #[inline(always)]
+    pub(crate) fn point<const FUSED: bool>(&self, parameter: f64) -> [f64; 4] {
+        let Self { origin, direction, .. } = *self;
+        [
+            multiply_add::<FUSED>(parameter, direction.x, origin.x),
+            multiply_add::<FUSED>(parameter, direction.y, origin.y),
+            direction.x,
+            direction.y,
+        ]
+    }
+}
+
+/// An arc or a spiral: the radius is linear in the polar angle about a fixed centre.
+///
+/// With φ = `angle` + `turn`·parameter, the point lies at `radius_m` + `radius_per_radian_m`·φ from the centre, in the
+/// direction of `axis` turned counter-clockwise by φ. An arc has `radius_per_radian_m` 0, a spiral `radius_m`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PolarKernel {
+    pub(super) begin: f64,
+    /// Metres.
+    pub(super) centre: DVec2,
+    /// Unit vector.
+    pub(super) axis: DVec2,
+    /// Radians at parameter 0.
+    pub(super) angle: f64,
+    /// 1 where φ grows with the parameter, −1 where it falls.
+    pub(crate) turn: f64,
+    /// Metres at φ = 0.
+    pub(super) radius_m: f64,
+    /// Metres.
+    pub(super) radius_per_radian_m: f64,
+}
+
+impl PolarKernel {
+    /// φ.
+    #[inline(always)]
+    pub(crate) fn polar<const FUSED: bool>(&self, parameter: f64) -> f64 {
+        multiply_add::<FUSED>(self.turn, parameter, self.angle)
+    }
+
+    /// Sine and cosine of the direction from the centre, from those of φ.
+    #[inline(always)]
+    pub(crate) fn from_axis<const FUSED: bool>(&self, (sine, cosine): (f64, f64)) -> (f64, f64) {
+        let axis = self.axis;
+        (multiply_add::<FUSED>(axis.x, sine, axis.y * cosine), multiply_add::<FUSED>(axis.x, cosine, -(axis.y * sine)))
+    }
+
+    /// The point at φ, with sine and cosine of its direction from the centre.
+    #[inline(always)]
+    pub(crate) fn point<const FUSED: bool>(&self, polar: f64, sine: f64, cosine: f64) -> [f64; 4] {
+        let Self { centre, turn, radius_m, radius_per_radian_m: slope_m, .. } = *self;
+        let radius_here_m = multiply_add::<FUSED>(slope_m, polar, radius_m);
+        let (turned_slope_m, turned_radius_m) = (turn * slope_m, turn * radius_here_m);
+        [
+            multiply_add::<FUSED>(radius_here_m, cosine, centre.x),
+            multiply_add::<FUSED>(radius_here_m, sine, centre.y),
+            multiply_add::<FUSED>(turned_slope_m, cosine, -(turned_radius_m * sine)),
+            multiply_add::<FUSED>(turned_slope_m, sine, turned_radius_m * cosine),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::numerics::sine_and_cosine;
+    use crate::route::{CircularArc, Line, Route, Segment, Spiral, Turn, Turnaround};
+
+    /// A point at a parameter of a segment.
+    fn point(kernel: &Kernel, parameter: f64) -> [f64; 4] {
+        match kernel {
+            Kernel::Line(line) => line.point::<false>(parameter),
+            Kernel::Polar(polar) => {
+                let angle = polar.polar::<false>(parameter);
+                let (sine, cosine) = polar.from_axis::<false>(sine_and_cosine::<false>(angle));
+                polar.point::<false>(angle, sine, cosine)
+            }
+        }
+    }
+
+    /// Where the parameter is near 0, that of a segment may be large, and is what is rounded.
+    fn assert_same(route: &Route) -> Result<(), TestCaseError> {
+        let kernels = route.kernels();
+        let (start_m, end_m) = (route.start_travel_m(), route.end_travel_m());
+        for step in 1..500 {
+            let parameter = route.parameter(start_m + f64::from(step) / 500.0 * (end_m - start_m));
+            let kernel = kernels.iter().rfind(|kernel| kernel.begin() < parameter).expect("the first has no beginning");
+            let expected = route.point(parameter);
+            let [x, y, change_x, change_y] = point(kernel, parameter);
+            let (position, change) = (DVec2::new(x, y), DVec2::new(change_x, change_y));
+            let scale = 1.0 + expected.position.length();
+            prop_assert!(position.distance(expected.position) < 1e-11 * scale, "{parameter}: {expected:?}");
+            let off_m = (change - expected.tangent * expected.speed_m_per_unit).length();
+            prop_assert!(off_m < 1e-11 * (1.0 + expected.speed_m_per_unit), "{change} is not that of {expected:?}");
+            let near = route.parameter_near(route.travel(parameter), parameter + 1e-3);
+            let exact = route.parameter(route.travel(parameter));
+            prop_assert!((near - exact).abs() < 1e-13 * (100.0 + parameter.abs()));
+        }
+        Ok(())
+    }
+
+    proptest! {
+        #[test]
+        fn a_kernel_has_the_points_of_its_route(pitch_m in 0.2..3.0_f64, size in 2.0..20.0_f64, ratio in 0.1..10.0_f64) {
+            assert_same(&Turnaround::new(pitch_m, size, ratio).expect("a valid turnaround").route())?;
+            assert_same(&Route::spiral(pitch_m, size).expect("a valid spiral"))?;
+        }
+
+        #[test]
+        fn a_spiral_anywhere_and_a_line_have_the_points_of_their_route(
+            pitch_m in 0.2..3.0_f64, centre in (-50.0..50.0_f64, -50.0..50.0_f64), axis in -3.0..3.0_f64, left in any::<bool>(),
+        ) {
+            let winding = if left { Turn::Clockwise } else { Turn::CounterClockwise };
+            let spiral = Spiral::inward(pitch_m, 10.0).about(centre.into(), DVec2::from_angle(axis), winding);
+            let spiral = Segment::Spiral(spiral);
+            let end = spiral.point(-10.0);
+            let line = Segment::Line(Line::from_begin(end.position, end.tangent, 5.0));
+            let arc = CircularArc::from_begin(line.point(5.0).position, end.tangent, 2.0, 3.0, winding);
+            let route = Route::new(vec![spiral, line, Segment::Arc(arc)], 100.0).expect("the segments are joined");
+            assert_same(&route.between(0.0, 111.0).expect("a valid span"))?;
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! A straight line.
+
+use glam::DVec2;
+
+use super::kernel::LineKernel;
+use super::{Kernel, RoutePoint};
+
+/// A straight line, with or without a beginning. Its parameter is in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// Where its parameter is 0.
+    origin: DVec2,
+    /// Unit vector.
+    direction: DVec2,
+    begin: f64,
+    end: f64,
+}
+
+impl Line {
+    /// The line of this length, above 0, from a point on. `direction` is a unit vector.
+    pub fn from_begin(position: DVec2, direction: DVec2, length_m: f64) -> Self {
+        Self { origin: position, direction, begin: 0.0, end: length_m }
+    }
+
+    /// The line without a beginning up to a point.
+    pub fn up_to(position: DVec2, direction: DVec2) -> Self {
+        Self { origin: position, direction, begin: f64::NEG_INFINITY, end: 0.0 }
+    }
+
+    pub(super) fn span(&self) -> (f64, f64) {
+        (self.begin, self.end)
+    }
+
+    pub(super) fn point(&self, at: f64) -> RoutePoint {
+        RoutePoint { position: self.origin + at * self.direction, tangent: self.direction, speed_m_per_unit: 1.0 }
+    }
+
+    pub(super) fn kernel(&self, begin: f64, offset: f64) -> Kernel {
+        Kernel::Line(LineKernel { begin, origin: self.origin + offset * self.direction, direction: self.direction })
+    }
+}

@@ -1,0 +1,167 @@
+//! A segment of a route, and where it lies on the route.
+
+use super::{CircularArc, Kernel, Line, RoutePoint, Spiral};
+
+/// A segment of a route. Its own parameter grows in walking direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Segment {
+    /// A straight line; its parameter is in metres.
+    Line(Line),
+    /// A circular arc; its parameter is the angle by which it has turned.
+    Arc(CircularArc),
+    /// A part of an Archimedean spiral; its parameter is θ on the way outward and −θ on the way inward.
+    Spiral(Spiral),
+}
+
+impl Segment {
+    /// Its own parameters at beginning and end. A beginning of −∞: it has none.
+    pub fn span(&self) -> (f64, f64) {
+        match self {
+            Self::Line(line) => line.span(),
+            Self::Arc(arc) => (0.0, arc.angle()),
+            Self::Spiral(spiral) => spiral.span(),
+        }
+    }
+
+    /// Position, walking direction and speed.
+    pub fn point(&self, at: f64) -> RoutePoint {
+        match self {
+            Self::Line(line) => line.point(at),
+            Self::Arc(arc) => arc.point(at),
+            Self::Spiral(spiral) => spiral.point(at),
+        }
+    }
+
+    /// Arc length in metres, counted from wherever suits the segment.
+    pub(super) fn arc_m(&self, at: f64) -> f64 {
+        match self {
+            Self::Line(_) => at,
+            Self::Arc(arc) => arc.radius_m() * at,
+            Self::Spiral(spiral) => spiral.arc_m(at),
+        }
+    }
+
+    /// The inverse of [`arc_m`](Self::arc_m).
+    fn at_arc(&self, arc_m: f64) -> f64 {
+        match self {
+            Self::Line(_) => arc_m,
+            Self::Arc(arc) => arc_m / arc.radius_m(),
+            Self::Spiral(spiral) => spiral.at_arc(arc_m),
+        }
+    }
+
+    /// The same, quicker where `guess` is near.
+    fn at_arc_near(&self, arc_m: f64, guess: f64) -> f64 {
+        match self {
+            Self::Spiral(spiral) => spiral.at_arc_near(arc_m, guess),
+            Self::Line(_) | Self::Arc(_) => self.at_arc(arc_m),
+        }
+    }
+
+    /// How far to step back to cover at most `arc_m` of arc, and at least a third of it.
+    pub(super) fn step_back(&self, at: f64, arc_m: f64) -> f64 {
+        match self {
+            Self::Line(_) => arc_m,
+            Self::Arc(arc) => arc_m / arc.radius_m(),
+            Self::Spiral(spiral) => spiral.step_back(at, arc_m),
+        }
+    }
+
+    /// Signed curvature in 1/m, above 0 where it turns left.
+    pub(super) fn curvature(&self, at: f64) -> f64 {
+        match self {
+            Self::Line(_) => 0.0,
+            Self::Arc(arc) => arc.curvature(),
+            Self::Spiral(spiral) => spiral.curvature(at),
+        }
+    }
+
+    /// The greatest |curvature| in 1/m between two of its parameters.
+    pub(super) fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
+        match self {
+            Self::Line(_) => 0.0,
+            Self::Arc(arc) => arc.curvature().abs(),
+            Self::Spiral(spiral) => spiral.curvature_bound(rear, front),
+        }
+    }
+}
+
+/// A segment on its route.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Piece {
+    pub(super) segment: Segment,
+    /// The route's parameter at its beginning; −∞ where it has none.
+    pub(super) begin: f64,
+    /// Travel there.
+    pub(super) begin_travel_m: f64,
+    /// A parameter of the route, and the segment's own one at the same point.
+    anchor: (f64, f64),
+    /// A travel, and the segment's own arc length at the same point.
+    anchor_m: (f64, f64),
+}
+
+impl Piece {
+    /// The first segment, which has no beginning and ends at this travel. Its own parameter is the route's.
+    pub(super) fn first(segment: Segment, end_travel_m: f64) -> Self {
+        let end_arc_m = segment.arc_m(segment.span().1);
+        Self {
+            segment,
+            begin: f64::NEG_INFINITY,
+            begin_travel_m: f64::NEG_INFINITY,
+            anchor: (0.0, 0.0),
+            anchor_m: (end_travel_m, end_arc_m),
+        }
+    }
+
+    /// The segment that begins where another piece ends.
+    pub(super) fn behind(before: &Self, segment: Segment) -> Self {
+        let (begin, begin_travel_m) = (before.end(), before.travel(before.end()));
+        let own = segment.span().0;
+        Self { segment, begin, begin_travel_m, anchor: (begin, own), anchor_m: (begin_travel_m, segment.arc_m(own)) }
+    }
+
+    /// The route's parameter at its end.
+    pub(super) fn end(&self) -> f64 {
+        self.anchor.0 + (self.segment.span().1 - self.anchor.1)
+    }
+
+    /// The segment's own parameter.
+    pub(super) fn local(&self, parameter: f64) -> f64 {
+        self.anchor.1 + (parameter - self.anchor.0)
+    }
+
+    pub(super) fn travel(&self, parameter: f64) -> f64 {
+        self.anchor_m.0 + (self.segment.arc_m(self.local(parameter)) - self.anchor_m.1)
+    }
+
+    /// The route's parameter at a travel.
+    pub(super) fn parameter(&self, travel_m: f64) -> f64 {
+        let local = self.segment.at_arc(self.anchor_m.1 + (travel_m - self.anchor_m.0));
+        self.anchor.0 + (local - self.anchor.1)
+    }
+
+    /// The same, quicker where `guess` is near.
+    pub(super) fn parameter_near(&self, travel_m: f64, guess: f64) -> f64 {
+        let arc_m = self.anchor_m.1 + (travel_m - self.anchor_m.0);
+        let local = self.segment.at_arc_near(arc_m, self.local(guess));
+        self.anchor.0 + (local - self.anchor.1)
+    }
+
+    pub(super) fn begin_point(&self) -> RoutePoint {
+        self.segment.point(self.segment.span().0)
+    }
+
+    pub(super) fn end_point(&self) -> RoutePoint {
+        self.segment.point(self.segment.span().1)
+    }
+
+    /// The segment as the stepper computes it.
+    pub(super) fn kernel(&self) -> Kernel {
+        let offset = self.anchor.1 - self.anchor.0;
+        match &self.segment {
+            Segment::Line(line) => line.kernel(self.begin, offset),
+            Segment::Arc(arc) => arc.kernel(self.begin, offset),
+            Segment::Spiral(spiral) => spiral.kernel(self.begin, offset),
+        }
+    }
+}
