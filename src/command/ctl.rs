@@ -11,7 +11,7 @@ use crate::cli::{CtlArgs, Format, Order};
 use crate::command::print::{complain, print_json, print_line};
 use crate::command_queue;
 use crate::display::observe::{Link, Observer, Scene};
-use crate::output::report::SceneReport;
+use crate::output::report::StatusReport;
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
 
@@ -80,7 +80,7 @@ fn status(domain: Domain, format: Format) -> anyhow::Result<ExitCode> {
         }
         newest = scene;
     });
-    let report = SceneReport::new(&newest, monotonic_ns(), &Zoned::now());
+    let report = StatusReport::new(&newest, monotonic_ns(), &Zoned::now());
     match format {
         Format::Json => print_json(&report)?,
         Format::Text => report.lines().into_iter().try_for_each(print_line)?,

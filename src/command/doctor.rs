@@ -13,7 +13,7 @@ use crate::command::load_config;
 use crate::command::print::{print_json, print_line};
 use crate::config::Overrides;
 use crate::output::terminal_text::Painted;
-use crate::system::doctor::{Examination, Examined, Patient, Verdict};
+use crate::system::doctor::{Examination, Examined, Target, Verdict};
 
 pub(crate) fn run(args: &DoctorArgs) -> anyhow::Result<ExitCode> {
     let config = load_config(&args.config, Overrides::default())?;
@@ -28,8 +28,8 @@ pub(crate) fn run(args: &DoctorArgs) -> anyhow::Result<ExitCode> {
         Err(BusError::Domain(_)) => (Vec::new(), None),
         Err(error) => (Vec::new(), Some(error)),
     };
-    let patient = Patient::new(args.bus.instance.clone(), config, PathBuf::from("."));
-    let examination = Examination::of(&patient, fixed);
+    let target = Target::new(args.bus.instance.clone(), config, PathBuf::from("."));
+    let examination = Examination::of(&target, fixed);
     match args.format.format {
         Format::Json => print_json(&examination)?,
         Format::Text => print_text(&examination)?,

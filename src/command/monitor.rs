@@ -18,7 +18,7 @@ use crate::command::follow::{CommandTrail, Descriptions, Following, Next, open_w
 use crate::command::guarding::{Guarding, News};
 use crate::command::print::{print_json, print_line};
 use crate::config::Config;
-use crate::output::number::Counted;
+use crate::output::Counted;
 use crate::output::report::{
     AlertLine, ClearanceReport, CommandCounts, CommandLine, ContactReport, GuardReport, MonitorLine, MonitorProgress,
     MonitorSummary, TimesReport, local_time,

@@ -10,7 +10,7 @@ use bench_dragon_ipc::{AlertSubscriber, BusError, Domain, Frame, FrameHeader, Fr
 use crate::cli::{BadInput, Format, RecordArgs};
 use crate::command::follow::{CommandTrail, Descriptions, Following, Next, open_when_there};
 use crate::command::print::{Progress, complain, print_json, print_line};
-use crate::output::number::Counted;
+use crate::output::Counted;
 use crate::output::report::{RecordLine, RecordSummary};
 use crate::output::terminal_text::Printable;
 use crate::recording::{

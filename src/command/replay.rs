@@ -10,7 +10,7 @@ use bench_dragon_ipc::Domain;
 use crate::cli::{BadInput, Format, ReplayArgs};
 use crate::command::exit_status::UNVERIFIABLE;
 use crate::command::print::{Progress, complain, complain_of_flaws, percentiles, print_json, print_line};
-use crate::output::number::Counted;
+use crate::output::Counted;
 use crate::output::report::{ReplayLine, VerificationSummary};
 use crate::output::terminal_text::Printable;
 use crate::source::replay::verify::{RunVerification, Verdict, Verification, verify};

@@ -13,7 +13,7 @@ use crate::command::load_config;
 use crate::command::print::{behind, complain, percentiles, print_json, print_line};
 use crate::command::timecode::{Awaited, Followed};
 use crate::config::{Config, Overrides};
-use crate::output::number::Counted;
+use crate::output::Counted;
 use crate::output::report::ServeLine;
 use crate::source::server::{Server, ServerSettings, ServerSummary};
 use crate::system::processors::Processors;

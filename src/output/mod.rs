@@ -1,219 +1,54 @@
-//! How everything that the program prints leaves it: through a bounded queue and a thread of its own for each file.
+//! Everything that the program prints or draws.
 //!
-//! A terminal that takes nothing (Ctrl-S, a hung ssh) blocks `write(2)` for as long as it likes. So no thread that works writes:
-//! it puts whole lines into a queue. Stdout and stderr share one queue where both lead to one file, so that lines keep their order.
-//!
-//! | | a terminal | a pipe or a file |
-//! |---|---|---|
-//! | lines that wait at most | 64 KiB | 8 MiB |
-//! | further ones | are dropped; one line reports how many, once output is taken again | the same |
-//! | a process that ends waits without progress for at most | 1 s | 5 s |
-//!
-//! A command whose only job is its output [waits for its reader](wait_for_reader) instead, and drops nothing.
-//!
-//! A reader that has ended, as `head` does, is no failure. Commands whose only job is output end with it, with status 0; those
-//! with duties go on without it. Another failure of stdout, such as a full disk, is one line and a status that is not 0.
+//! | module | what is in it |
+//! |---|---|
+//! | [`table`] | tables as text for people, as CSV, and as a workbook |
+//! | [`figure`] | figures for print, as SVG and PNG |
+//! | [`histogram`] | distributions of times: percentiles, bars, the text of `HdrHistogram`'s tools |
+//! | [`report`] | the lines of JSON that the processes print, and a few words for people |
+//! | `terminal_text` | colours, and control characters in what others have written |
+//! | `printing` | all that goes to stdout and stderr: lines, the live line, a whole screen |
+//! | `queue`, `writer`, `live_line` | the bounded queue of a file, the thread that writes to it, the line that is drawn anew |
 
-use std::backtrace::{Backtrace, BacktraceStatus};
-use std::io::{self, Write};
-use std::panic::{self, PanicHookInfo};
-use std::sync::{Arc, OnceLock};
-use std::thread;
-
-use rustix::fs::fstat;
-
-use crate::system::stop::StopFlag;
-
-mod bar;
 pub mod figure;
 pub mod histogram;
-pub mod number;
-mod printer;
+mod live_line;
+mod printing;
 mod queue;
 pub mod report;
 pub mod table;
 pub(crate) mod terminal_text;
+mod workbook;
+mod writer;
 
-pub(crate) use bar::bar;
-use printer::Printer;
-use queue::Stream;
+use std::fmt;
 
-/// The printers of the two streams, which may be one.
-#[derive(Debug)]
-struct Output {
-    stdout: Arc<Printer>,
-    stderr: Arc<Printer>,
-    /// Set where the process waits for its reader; then until this flag is set.
-    waiting: OnceLock<Option<StopFlag>>,
-}
+pub(crate) use live_line::bar;
+pub(crate) use printing::{
+    Screen, Stderr, Stdout, complain, finish_stderr, finish_stdout, hold_terminal, print, release_terminal,
+    set_live_line, start, wait_for_reader,
+};
 
-static OUTPUT: OnceLock<Output> = OnceLock::new();
-
-/// Starts the writers. Called first, so that their threads inherit no priority and no processor of a thread that works.
-pub(crate) fn start() {
-    output();
-    panic::set_hook(Box::new(report_panic));
-}
-
-/// Has the process wait for the reader of its stdout from now on: for a command whose only job is output. `stop` ends the wait;
-/// without one, signals end the process itself.
-pub(crate) fn wait_for_reader(stop: Option<&StopFlag>) {
-    // A second call changes nothing.
-    let _ = output().waiting.set(stop.cloned());
-}
-
-/// Prints whole lines to stdout.
+/// Shows how many there are of something: `1 frame`, `2 frames`.
 ///
-/// # Errors
-/// Where the process waits for its reader: an earlier line could not be written. The first error of a stream comes with the line
-/// after the one that met it, or with [`finish_stdout`].
-pub(crate) fn print(lines: Vec<u8>) -> io::Result<()> {
-    let Output { stdout, waiting, .. } = output();
-    let Some(stop) = waiting.get() else {
-        stdout.push(Stream::Stdout, lines);
-        return Ok(());
-    };
-    stdout.push_waiting(Stream::Stdout, lines, || stop.as_ref().is_some_and(StopFlag::is_set));
-    stdout.failure(Stream::Stdout).map_or(Ok(()), |failure| Err(failure.error()))
-}
-
-/// Prints one line to stderr. Where that is gone, nobody is left to read it.
-pub(crate) fn complain(line: &str) {
-    output().stderr.push(Stream::Stderr, format!("{line}\n").into_bytes());
-}
-
-/// Replaces the live line of the terminal that stderr leads to; `None` takes it away. Elsewhere nothing is drawn.
-pub(crate) fn set_live_line(text: Option<String>) {
-    let stderr = &output().stderr;
-    if stderr.is_terminal() {
-        stderr.set_live(text);
-    }
-}
-
-/// Holds back, from now on, the lines of a terminal that is drawn on. Lines that lead elsewhere do not wait.
-pub(crate) fn hold_terminal() {
-    output().terminals().for_each(|terminal| terminal.hold(true));
-}
-
-/// Writes the lines that were held back, for as long as there is progress or patience.
-pub(crate) fn release_terminal() {
-    for terminal in output().terminals() {
-        terminal.hold(false);
-        terminal.flush(|| true);
-    }
-}
-
-/// Writes to stdout in whole lines or pieces, as [`print`] does.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Stdout;
-
-impl Write for Stdout {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        print(bytes.to_vec())?;
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
-/// Writes to stderr: what is written in one call is whole lines.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Stderr;
-
-impl Write for Stderr {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        output().stderr.push(Stream::Stderr, bytes.to_vec());
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
-/// Draws on the whole terminal that stdout leads to, past all lines. Each flush is a frame, and waits until that is written. Once
-/// the process ends, it waits only as long as the terminal takes something, and its patience after that.
-pub(crate) struct Screen {
-    frame: Vec<u8>,
-    is_ending: Box<dyn Fn() -> bool>,
-}
-
-impl Screen {
-    /// A screen of a process that ends from the moment at which `is_ending`.
-    pub(crate) fn new(is_ending: impl Fn() -> bool + 'static) -> Self {
-        Self { frame: Vec::new(), is_ending: Box::new(is_ending) }
-    }
-}
-
-impl Write for Screen {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.frame.extend_from_slice(bytes);
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        let stdout = &output().stdout;
-        stdout.push_screen(&std::mem::take(&mut self.frame));
-        stdout.flush(&self.is_ending);
-        stdout.failure(Stream::Stdout).map_or(Ok(()), |failure| Err(failure.error()))
-    }
-}
-
-/// Writes what waits for stdout, for as long as there is progress or patience.
+/// ```
+/// use bench_dragon::output::Counted;
 ///
-/// # Errors
-/// Where stdout has failed, but for a reader that has ended.
-pub(crate) fn finish_stdout() -> io::Result<()> {
-    let Output { stdout, stderr, waiting } = output();
-    set_live_line(None);
-    let is_stopped = || waiting.get().is_none_or(|stop| stop.as_ref().is_some_and(StopFlag::is_set));
-    if !stdout.flush(is_stopped) && !Arc::ptr_eq(stdout, stderr) && !stdout.is_terminal() {
-        stderr.push(Stream::Stderr, stdout.report(stdout.unseen()));
+/// assert_eq!(Counted(1, "frame").to_string(), "1 frame");
+/// assert_eq!(Counted(0, "near miss").to_string(), "0 near misses");
+/// assert_eq!(Counted(2, "bench").to_string(), "2 benches");
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Counted(pub u64, pub &'static str);
+
+impl fmt::Display for Counted {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(count, noun) = *self;
+        let ending = match noun.as_bytes() {
+            _ if count == 1 => "",
+            [.., b's' | b'x'] | [.., b'c' | b's', b'h'] => "es",
+            _ => "s",
+        };
+        write!(formatter, "{count} {noun}{ending}")
     }
-    let failure = stdout.failure(Stream::Stdout).filter(|failure| !failure.is_end_of_reader);
-    failure.map_or(Ok(()), |failure| Err(failure.error()))
-}
-
-/// Writes what waits for stderr, for as long as there is progress or patience: the last that a process does.
-pub(crate) fn finish_stderr() {
-    output().stderr.flush(|| true);
-}
-
-/// A panic's message goes the way of all lines, and has time to leave: the process may end with the thread.
-fn report_panic(panic: &PanicHookInfo<'_>) {
-    let thread = thread::current();
-    let message = format!("thread '{}' {panic}", thread.name().unwrap_or("unnamed"));
-    let backtrace = Backtrace::capture();
-    match backtrace.status() {
-        BacktraceStatus::Captured => complain(&format!("{message}\n{backtrace}")),
-        _ => complain(&message),
-    }
-    finish_stderr();
-}
-
-fn output() -> &'static Output {
-    OUTPUT.get_or_init(|| {
-        if is_one_file() {
-            let both = Printer::start(Stream::Stdout, None);
-            return Output { stdout: Arc::clone(&both), stderr: both, waiting: OnceLock::new() };
-        }
-        let stderr = Printer::start(Stream::Stderr, None);
-        Output { stdout: Printer::start(Stream::Stdout, Some(Arc::clone(&stderr))), stderr, waiting: OnceLock::new() }
-    })
-}
-
-impl Output {
-    /// The printers that write to a terminal. They may be one.
-    fn terminals(&self) -> impl Iterator<Item = &Printer> {
-        [&*self.stdout, &*self.stderr].into_iter().filter(|printer| printer.is_terminal())
-    }
-}
-
-/// Whether both streams lead to one file.
-fn is_one_file() -> bool {
-    let file = |fd| fstat(fd).map(|stat| (stat.st_dev, stat.st_ino));
-    let [stdout, stderr] = [file(rustix::stdio::stdout()), file(rustix::stdio::stderr())];
-    stdout.is_ok() && stdout == stderr
 }

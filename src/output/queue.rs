@@ -7,6 +7,8 @@
 use std::collections::VecDeque;
 use std::mem;
 
+use super::live_line::LiveLine;
+
 /// A standard stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Stream {
@@ -32,23 +34,12 @@ pub(super) struct Queue {
     lines: VecDeque<(Stream, Vec<u8>)>,
     bytes: usize,
     dropped: u64,
-    live: Live,
+    live: LiveLine,
     /// A frame of a screen that is drawn on the whole terminal. It goes past all lines.
     screen: Vec<u8>,
     is_held: bool,
     is_writing: bool,
 }
-
-/// The line that is drawn anew in its place.
-#[derive(Debug, Default)]
-struct Live {
-    text: Option<String>,
-    /// What stands on the terminal.
-    drawn: Option<String>,
-}
-
-/// Goes to the beginning of the line and erases it (ECMA-48: CR, EL 0).
-const ERASE: &str = "\r\u{1b}[K";
 
 impl Queue {
     /// An empty queue for so many bytes.
@@ -58,7 +49,7 @@ impl Queue {
             lines: VecDeque::new(),
             bytes: 0,
             dropped: 0,
-            live: Live::default(),
+            live: LiveLine::default(),
             screen: Vec::new(),
             is_held: false,
             is_writing: false,
@@ -82,7 +73,7 @@ impl Queue {
 
     /// Replaces the live line, or takes it away.
     pub(super) fn set_live(&mut self, text: Option<String>) {
-        self.live.text = text;
+        self.live.set(text);
     }
 
     /// Takes a frame of a screen, behind one that has not been written yet.
@@ -142,26 +133,6 @@ impl Queue {
             return Some(Piece::Bytes(stream, lines));
         }
         self.live.draw().map(|drawing| Piece::Bytes(Stream::Stderr, drawing))
-    }
-}
-
-impl Live {
-    fn is_due(&self) -> bool {
-        self.text != self.drawn
-    }
-
-    fn erase(&mut self) -> Option<Vec<u8>> {
-        self.drawn.take().map(|_| ERASE.as_bytes().to_vec())
-    }
-
-    /// Makes what stands on the terminal the newest text.
-    fn draw(&mut self) -> Option<Vec<u8>> {
-        if !self.is_due() {
-            return None;
-        }
-        let text = self.text.clone();
-        self.drawn.clone_from(&text);
-        Some(format!("{ERASE}{}", text.unwrap_or_default()).into_bytes())
     }
 }
 

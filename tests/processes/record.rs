@@ -3,7 +3,7 @@
 use std::fs::{self, File};
 use std::path::Path;
 
-use bench_dragon::output::number::Counted;
+use bench_dragon::output::Counted;
 use bench_dragon::recording::FrameReader;
 use bench_dragon_ipc::{DescriptionReader, FrameHeader};
 use serde_json::{Value, json};

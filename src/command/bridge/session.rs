@@ -7,7 +7,7 @@ use super::feed::Release;
 use crate::bridge::{Freshness, Outage, OutageChange, Outlet, Packets};
 use crate::cli::Format;
 use crate::command::print::{complain, print_json, print_line};
-use crate::output::number::Counted;
+use crate::output::Counted;
 use crate::output::report::{BridgeLine, BridgeSummary};
 
 /// A bridge's life.

@@ -11,7 +11,7 @@ use crate::bridge::zenoh::{
 use crate::cli::{BadInput, BridgeArgs, Format, ZenohArgs};
 use crate::command::follow::open_when_there;
 use crate::command::print::{complain, percentiles, print_json, print_line};
-use crate::output::number::Counted;
+use crate::output::Counted;
 use crate::system::stop::StopFlag;
 
 pub(super) fn run(args: &BridgeArgs, zenoh: &ZenohArgs) -> anyhow::Result<ExitCode> {

@@ -12,7 +12,7 @@ use anyhow::Context as _;
 
 use crate::cli::BadInput;
 use crate::config::Config;
-use crate::output::number::Counted;
+use crate::output::Counted;
 use crate::output::report::ShowSummary;
 use crate::recording::space::DiskSpace;
 use crate::recording::{BackgroundRepair, Repair, RepairError};

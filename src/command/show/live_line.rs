@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::FrameHeader;
 
-use crate::output::number::Counted;
+use crate::output::Counted;
 use crate::output::report::{AlertLine, MonitorProgress};
 use crate::output::{bar, complain, set_live_line};
 

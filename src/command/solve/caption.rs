@@ -5,8 +5,8 @@ use bench_dragon_geometry::route::RouteSpec;
 
 use crate::cli::FigureArgs;
 use crate::config::Config;
+use crate::output::Counted;
 use crate::output::figure::Caption;
-use crate::output::number::Counted;
 
 /// The caption of a figure with this title, for the configured dragon.
 pub(super) fn caption(args: &FigureArgs, config: &Config, title: impl Into<String>) -> Caption {

@@ -15,7 +15,7 @@ use crate::cli::{BadInput, ContactArgs, Format};
 use crate::command::load_config;
 use crate::command::print::{Progress, print_json, print_line};
 use crate::config::{Config, Overrides};
-use crate::output::number::Counted;
+use crate::output::Counted;
 
 #[derive(Serialize)]
 struct Answer {

@@ -11,7 +11,7 @@ use crate::cli::{BadInput, PosesArgs, TableFormat, TimesArgs};
 use crate::command::print::{print_bytes, print_json, print_line};
 use crate::command::{load_config, whole_file};
 use crate::config::{Config, Overrides};
-use crate::output::number::Counted;
+use crate::output::Counted;
 use crate::output::table::{Cell, Column, Csv, Exporter as _, Table, Text, Xlsx};
 use crate::output::terminal_text::Printable;
 

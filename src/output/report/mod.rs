@@ -1,33 +1,26 @@
-//! What the processes say of themselves: the JSON lines that they print, and that `show` reads.
+//! Reports: the JSON lines that the processes print, and that `show` reads.
 //!
-//! Each line is one object whose `type` tells which. Times are seconds of show time, lengths metres.
+//! Each line is one object whose `type` names its kind. Times are seconds of show time, lengths metres.
+//!
+//! | file | lines of |
+//! |---|---|
+//! | `source` | `serve`, `timecode`, `replay`, `verify` |
+//! | `monitor` | `monitor` |
+//! | `reader` | `record`, `export`, `bridge`, `latency` |
+//! | `show` | `ctl status`, and `summary.json` of a show |
+//! | `command` | commands and their outcome, in several of these |
 
-mod bridge;
 mod command;
-mod command_line;
-mod export;
-mod latency;
 mod monitor;
-mod record;
-mod replay;
-mod scene;
-mod serve;
+mod reader;
 mod show;
-mod timecode;
-mod times;
+mod source;
 
-pub use bridge::{BridgeLine, BridgeSummary};
-pub use command::{CommandWords, request_words};
-pub use command_line::{CommandLine, local_time};
-pub use export::ExportReport;
-pub use latency::{LatencyReport, ReadMode};
+pub use command::{CommandLine, CommandWords, local_time, request_words};
 pub use monitor::{
-    AlertLine, ClearanceReport, CommandCounts, ContactReport, GuardReport, MonitorLine, MonitorProgress, MonitorSummary,
+    AlertLine, ClearanceReport, CommandCounts, ContactReport, GuardReport, MonitorLine, MonitorProgress,
+    MonitorSummary, TimesReport,
 };
-pub use record::{RecordLine, RecordSummary};
-pub use replay::{ReplayLine, VerificationSummary};
-pub use scene::{NearestReport, SceneReport};
-pub use serve::ServeLine;
-pub use show::{FrameCounts, RestartReport, Restarts, ShowSummary};
-pub use timecode::{TimecodeEvent, TimecodeLine};
-pub use times::TimesReport;
+pub use reader::{BridgeLine, BridgeSummary, ExportReport, LatencyReport, ReadMode, RecordLine, RecordSummary};
+pub use show::{FrameCounts, NearestReport, RestartReport, Restarts, ShowSummary, StatusReport};
+pub use source::{ReplayLine, ServeLine, TimecodeEvent, TimecodeLine, VerificationSummary};

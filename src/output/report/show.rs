@@ -1,12 +1,152 @@
-//! What a show says in the end.
+//! The state of a running show, and the summary of one that has ended.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use bench_dragon_ipc::{FrameHeader, ShowState};
+use jiff::Zoned;
 use serde::{Deserialize, Serialize};
 
-use super::{ContactReport, GuardReport};
+use super::{CommandWords, ContactReport, GuardReport};
+use crate::display::observe::{Arrival, Controls, GuardSituation, Lamp, LampLevel, Link, Outlook, Scene, lamps};
 use crate::output::histogram::Percentiles;
+
+/// The state of a show as one object of JSON, as `ctl status` prints it. An unknown value is null. Metres, seconds.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StatusReport {
+    /// Whether frames come and no lamp is red.
+    pub well: bool,
+    /// `live`, `waiting` (no frame yet, or no server), `silent`, `ended`, `gone` or `failed`.
+    pub link: &'static str,
+    /// What the show is doing: `running`, `stopping`, `paused`, `held`, `finished` or `ended`.
+    pub state: Option<&'static str>,
+    /// Time on the wall, RFC 3339 with the offset of this machine's time zone.
+    pub wall_time: String,
+    /// The run's number.
+    pub run_id: Option<u64>,
+    /// Last tick seen.
+    pub tick: Option<u64>,
+    /// Show time.
+    pub time_s: Option<f64>,
+    /// Show seconds a second on the wall.
+    pub time_scale: Option<f64>,
+    /// Speed of the head in metres a show second.
+    pub speed_mps: Option<f64>,
+    /// Travel of the head.
+    pub travel_m: Option<f64>,
+    /// The nearest pair of benches.
+    pub nearest: Option<NearestReport>,
+    /// What lies ahead.
+    pub ahead: Outlook,
+    /// How it stands with the guard.
+    pub guard: GuardSituation,
+    /// Each part of the show.
+    pub lamps: Vec<Lamp>,
+    /// Why each command would be refused; null where it would be accepted.
+    pub refusals: Controls,
+    /// The newest command.
+    pub last_command: Option<CommandWords>,
+}
+
+/// Two benches and their clearance.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct NearestReport {
+    /// Negative where they overlap.
+    pub clearance_m: f64,
+    /// The lower index first.
+    pub benches: [usize; 2],
+}
+
+impl StatusReport {
+    /// The report of a scene at an instant of `CLOCK_MONOTONIC`, in nanoseconds, and at this time on the wall.
+    pub fn new(scene: &Scene, now_ns: u64, wall_time: &Zoned) -> Self {
+        let (link, lamps) = (scene.link_at(now_ns), lamps(scene, now_ns));
+        let header = scene.frame.as_ref().map(|still| &still.header);
+        let nearest = scene.nearest;
+        Self {
+            well: link == Link::Live && lamps.iter().all(|lamp| lamp.level != LampLevel::Danger),
+            link: link.name(),
+            state: scene.state().map(ShowState::name),
+            wall_time: wall_time.strftime("%Y-%m-%dT%H:%M:%S%:z").to_string(),
+            run_id: header.map(|header| header.run_id),
+            tick: header.map(|header| header.tick),
+            time_s: header.map(FrameHeader::sim_time_s),
+            time_scale: header.map(|header| header.time_scale),
+            speed_mps: header.map(|header| header.head_speed_mps),
+            travel_m: header.map(|header| header.head_travel_m),
+            nearest: nearest.map(|pair| NearestReport { clearance_m: pair.clearance_m, benches: pair.benches }),
+            ahead: scene.outlook,
+            guard: scene.guard,
+            lamps,
+            refusals: Controls::of(scene),
+            last_command: scene.commands.latest().next_back().map(|command| CommandWords::from(&command.event)),
+        }
+    }
+
+    /// The same in lines for people: the show, the clearance, what lies ahead, the newest command, and a line for each lamp.
+    pub fn lines(&self) -> Vec<String> {
+        let mut lines = vec![self.show_line()];
+        if let Some(NearestReport { clearance_m, benches: [one, another] }) = self.nearest {
+            let clearance_mm = clearance_m * 1e3;
+            lines.push(format!("clearance {clearance_mm:.3} mm, benches {one} and {another}"));
+        }
+        lines.extend(self.ahead_words().map(|ahead| format!("ahead: {ahead}")));
+        lines.extend(self.last_command.as_ref().map(|words| format!("last command: {} {}", words.clock, words.text)));
+        let lamp = |lamp: &Lamp| format!("  {:<8} {:<9} {}", lamp.level.name(), lamp.name, lamp.text);
+        lines.extend(self.lamps.iter().map(lamp));
+        lines
+    }
+
+    fn show_line(&self) -> String {
+        let clock = self.wall_time.get(11..19).unwrap_or(&self.wall_time);
+        let (Some(time_s), Some(time_scale), Some(speed_mps)) = (self.time_s, self.time_scale, self.speed_mps) else {
+            return format!("no frames ({}), {clock} on the wall", self.link);
+        };
+        let state = self.state.unwrap_or("in an unknown state");
+        let link = if self.link == Link::Live.name() { "" } else { self.link };
+        let scale = if time_scale == 1.0 { String::new() } else { format!(" at {time_scale} times real time") };
+        let link = if link.is_empty() { String::new() } else { format!(" ({link})") };
+        format!("{state}{link}, show time {time_s:.3} s{scale}, head at {speed_mps:.3} m/s, {clock} on the wall")
+    }
+
+    fn ahead_words(&self) -> Option<String> {
+        match self.guard {
+            GuardSituation::AtEnd { for_good: true } => {
+                return Some("the guard has stopped the head for good: only a seek moves it on".to_owned());
+            }
+            GuardSituation::AtEnd { for_good: false } => return Some("the guard has stopped the head".to_owned()),
+            _ => {}
+        }
+        let when = |at: Arrival| self.when(at);
+        Some(match self.ahead {
+            Outlook::Unknown => return None,
+            Outlook::Free { to, is_end: true } => format!("no contact to the end, show time {:.3} s", to.time_s),
+            Outlook::Free { to, is_end: false } => {
+                format!("no contact to show time {:.3} s; the search goes on", to.time_s)
+            }
+            Outlook::Contact { at, benches: [one, another] } => {
+                format!("benches {one} and {another} touch {}", when(at))
+            }
+            Outlook::GuardStop { at, benches: Some([one, another]) } => {
+                format!("the guard stops the head {}, before benches {one} and {another}", when(at))
+            }
+            Outlook::GuardStop { at, benches: None } if at.wall_s == 0.0 => {
+                "no guard runs: the head stands until one does".to_owned()
+            }
+            Outlook::GuardStop { at, benches: None } => {
+                format!("no guard runs: the head stands at {:.3} m of travel {}", at.travel_m, when(at))
+            }
+            Outlook::Rest { at } => format!("the head stands at {:.3} m of travel {}", at.travel_m, when(at)),
+        })
+    }
+
+    /// By the clock on the wall, and in show time.
+    fn when(&self, at: Arrival) -> String {
+        let walks = [ShowState::Running.name(), ShowState::Stopping.name()];
+        let of_walk = if self.state.is_some_and(|state| walks.contains(&state)) { "" } else { " of walking" };
+        format!("in {:.1} s{of_walk} (show time {:.3} s)", at.wall_s, at.time_s)
+    }
+}
 
 /// `summary.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -85,4 +225,61 @@ pub struct Restarts {
     /// The commands of `[[show.also]]`, each under its own name.
     #[serde(flatten)]
     pub also: BTreeMap<String, u32>,
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use jiff::Timestamp;
+    use jiff::tz::TimeZone;
+
+    use super::*;
+    use crate::display::observe::Still;
+
+    fn report(scene: &Scene) -> StatusReport {
+        StatusReport::new(scene, scene.seen_ns, &Timestamp::UNIX_EPOCH.to_zoned(TimeZone::UTC))
+    }
+
+    fn scene(state: ShowState) -> Scene {
+        let header = FrameHeader {
+            sim_time_ns: 12_345_000_000,
+            head_speed_mps: 1.0,
+            time_scale: 5.0,
+            state: state.to_wire(),
+            ..FrameHeader::default()
+        };
+        let at = Arrival { travel_m: 412.5, time_s: 412.5, wall_s: 80.0 };
+        Scene {
+            link: Link::Live,
+            frame: Some(Arc::new(Still { header, handles: Vec::new() })),
+            outlook: Outlook::Contact { at, benches: [0, 8] },
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn a_show_is_reported_in_wall_time_with_show_time_beside_it() {
+        let running = report(&scene(ShowState::Running));
+        assert!(running.well);
+        let lines = running.lines();
+        let first = "running, show time 12.345 s at 5 times real time, head at 1.000 m/s, 00:00:00 on the wall";
+        assert_eq!(lines[..2], [first, "ahead: benches 0 and 8 touch in 80.0 s (show time 412.500 s)"]);
+        let paused = report(&scene(ShowState::Paused)).lines();
+        assert_eq!(paused[1], "ahead: benches 0 and 8 touch in 80.0 s of walking (show time 412.500 s)");
+    }
+
+    #[test]
+    fn without_a_server_nothing_is_well() {
+        let nobody = report(&Scene::default());
+        assert!(!nobody.well);
+        let lines = nobody.lines();
+        assert_eq!(lines[0], "no frames (waiting), 00:00:00 on the wall");
+        assert!(lines.contains(&"  danger   server    no server".to_owned()), "{lines:#?}");
+        let json = serde_json::to_value(&nobody).expect("JSON");
+        assert_eq!(
+            (&json["well"], &json["state"], &json["lamps"][0]["level"]),
+            (&false.into(), &().into(), &"danger".into())
+        );
+    }
 }

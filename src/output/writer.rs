@@ -33,10 +33,10 @@ const STACK_BYTES: usize = 128 << 10;
 ///
 /// The thread is never joined, for it may stand in a `write(2)` that never returns. It ends with the process.
 #[derive(Debug)]
-pub(super) struct Printer {
+pub(super) struct Writer {
     stream: Stream,
     is_terminal: bool,
-    /// The printer that reports the dropped lines of this one, if it is another.
+    /// The writer that reports the dropped lines of this one, if it is another.
     reports_to: Option<Arc<Self>>,
     queue: Mutex<Queue>,
     /// Wakes the writer.
@@ -69,14 +69,14 @@ impl Failure {
     }
 }
 
-impl Printer {
+impl Writer {
     /// Starts the thread that writes to the file of a stream. Where no thread can be started, each push writes by itself.
     pub(super) fn start(stream: Stream, reports_to: Option<Arc<Self>>) -> Arc<Self> {
         let is_terminal = match stream {
             Stream::Stdout => io::stdout().is_terminal(),
             Stream::Stderr => io::stderr().is_terminal(),
         };
-        let mut printer = Arc::new(Self {
+        let mut writer = Arc::new(Self {
             stream,
             is_terminal,
             reports_to,
@@ -88,12 +88,12 @@ impl Printer {
             failures: Default::default(),
             has_thread: true,
         });
-        let writer = Arc::clone(&printer);
+        let of_thread = Arc::clone(&writer);
         let thread = thread::Builder::new().name("output".to_owned()).stack_size(STACK_BYTES);
-        if thread.spawn(move || writer.write_on()).is_err() {
-            Arc::get_mut(&mut printer).expect("the thread that would share it does not run").has_thread = false;
+        if thread.spawn(move || of_thread.write_on()).is_err() {
+            Arc::get_mut(&mut writer).expect("the thread that would share it does not run").has_thread = false;
         }
-        printer
+        writer
     }
 
     /// Whether a terminal is written to.

@@ -1,8 +1,8 @@
-//! Tables as a workbook (Office Open XML), a sheet each.
+//! Tables as a workbook (Office Open XML), a sheet each: whole tables, or row by row.
 
-use rust_xlsxwriter::{DocProperties, ExcelDateTime, Format, FormatAlign, Workbook, Worksheet};
+use rust_xlsxwriter::{DocProperties, ExcelDateTime, Format, FormatAlign, Worksheet};
 
-use super::{Cell, Column, ExportError, Exporter, Kind, Table, rounded};
+use super::table::{Cell, Column, ExportError, Exporter, Kind, Table, rounded};
 
 /// A workbook with a sheet for each table, the row of titles and the first column frozen.
 ///
@@ -27,15 +27,54 @@ impl Exporter for Xlsx {
         let mut workbook = timeless_workbook()?;
         for table in tables {
             require_room(table)?;
-            write_sheet(workbook.add_worksheet(), table)?;
+            let shown = |(cell, column): (&Cell, &Column)| match cell {
+                Cell::Number(number) => Cell::Number(rounded(*number, column.decimals())),
+                other => other.clone(),
+            };
+            let rows = table.rows.iter().map(|row| row.iter().zip(&table.columns).map(shown).collect());
+            write_sheet(workbook.add_worksheet(), &table.name, &table.columns, rows)?;
         }
         Ok(workbook.save_to_buffer()?)
     }
 }
 
-/// A workbook tells when it was made. Without a clock it tells the day from which spreadsheets count.
-pub(super) fn timeless_workbook() -> Result<Workbook, ExportError> {
-    let mut workbook = Workbook::new();
+/// A workbook whose rows go to temporary files as they come. Its numbers are whole, and shown with their column's decimals.
+pub(crate) struct Book(rust_xlsxwriter::Workbook);
+
+impl Book {
+    /// A workbook without sheets.
+    ///
+    /// # Errors
+    /// The error of the workbook's writer.
+    pub(crate) fn new() -> Result<Self, ExportError> {
+        Ok(Self(timeless_workbook()?))
+    }
+
+    /// Adds a sheet. Its name, its columns and its rows must fit: [`Xlsx`] has how many there may be.
+    ///
+    /// # Errors
+    /// The error of the workbook's writer.
+    pub(crate) fn add_sheet(
+        &mut self,
+        name: &str,
+        columns: &[Column],
+        rows: impl Iterator<Item = Vec<Cell>>,
+    ) -> Result<(), ExportError> {
+        write_sheet(self.0.add_worksheet_with_constant_memory()?, name, columns, rows)
+    }
+
+    /// The bytes of the workbook.
+    ///
+    /// # Errors
+    /// The error of the workbook's writer.
+    pub(crate) fn finish(mut self) -> Result<Vec<u8>, ExportError> {
+        Ok(self.0.save_to_buffer()?)
+    }
+}
+
+/// A workbook has the time at which it was made. For equal bytes, it is the day from which spreadsheets count.
+fn timeless_workbook() -> Result<rust_xlsxwriter::Workbook, ExportError> {
+    let mut workbook = rust_xlsxwriter::Workbook::new();
     let created = ExcelDateTime::from_ymd(1900, 1, 1)?;
     workbook.set_properties(&DocProperties::new().set_creation_datetime(&created));
     Ok(workbook)
@@ -49,27 +88,13 @@ fn require_room(table: &Table) -> Result<(), ExportError> {
     }
 }
 
-fn write_sheet(sheet: &mut Worksheet, table: &Table) -> Result<(), ExportError> {
-    begin_sheet(sheet, &table.name, &table.columns)?;
-    let formats: Vec<Format> = table.columns.iter().map(number_format).collect();
-    for (row, row_index) in table.rows.iter().zip(1..) {
-        for ((cell, column), index) in row.iter().zip(&table.columns).zip(0..) {
-            let format = &formats[usize::from(index)];
-            match cell {
-                Cell::Blank => continue,
-                Cell::Text(words) => sheet.write_string(row_index, index, words)?,
-                Cell::Whole(whole) => sheet.write_number(row_index, index, *whole as f64)?,
-                Cell::Number(number) => {
-                    sheet.write_number_with_format(row_index, index, rounded(*number, column.decimals()), format)?
-                }
-            };
-        }
-    }
-    Ok(())
-}
-
-/// Writes the titles; they and the first column stay where they are.
-pub(super) fn begin_sheet(sheet: &mut Worksheet, name: &str, columns: &[Column]) -> Result<(), ExportError> {
+/// Writes the titles, which stay in sight with the first column, and the rows.
+fn write_sheet(
+    sheet: &mut Worksheet,
+    name: &str,
+    columns: &[Column],
+    rows: impl Iterator<Item = Vec<Cell>>,
+) -> Result<(), ExportError> {
     sheet.set_name(name)?;
     sheet.set_freeze_panes(1, 1)?;
     for (column, index) in columns.iter().zip(0..) {
@@ -77,11 +102,22 @@ pub(super) fn begin_sheet(sheet: &mut Worksheet, name: &str, columns: &[Column])
         let title = Format::new().set_bold().set_align(alignment(column));
         sheet.write_string_with_format(0, index, &column.title, &title)?;
     }
+    let formats: Vec<Format> = columns.iter().map(number_format).collect();
+    for (cells, row) in rows.zip(1..) {
+        for ((cell, format), index) in cells.iter().zip(&formats).zip(0..) {
+            match cell {
+                Cell::Blank => continue,
+                Cell::Text(words) => sheet.write_string(row, index, words)?,
+                Cell::Whole(whole) => sheet.write_number(row, index, *whole as f64)?,
+                Cell::Number(number) => sheet.write_number_with_format(row, index, *number, format)?,
+            };
+        }
+    }
     Ok(())
 }
 
 /// As many decimals as the column has.
-pub(super) fn number_format(column: &Column) -> Format {
+fn number_format(column: &Column) -> Format {
     let decimals = column.decimals();
     if decimals == 0 {
         return Format::new().set_num_format("0");

@@ -7,24 +7,16 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use super::{Check, Finding, Patient};
+use super::{Finding, Target};
 
 /// Folders with logind's configuration. A file in an earlier one takes the place of those of its name in later ones.
 const FOLDERS: [&str; 4] = ["etc/systemd", "run/systemd", "usr/local/lib/systemd", "usr/lib/systemd"];
 /// The first user id that is not a system user's.
 const FIRST_USER: u32 = 1000;
 
-/// logind's `RemoveIPC`.
-pub(super) struct RemoveIpc;
-
-impl Check for RemoveIpc {
-    fn name(&self) -> &'static str {
-        "logout"
-    }
-
-    fn examine(&self, _: &Patient) -> Finding {
-        examine_root(Path::new("/"), rustix::process::getuid().as_raw())
-    }
+/// Whether this user's shared memory stays at a logout.
+pub(super) fn shared_memory_at_logout(_: &Target) -> Finding {
+    examine_root(Path::new("/"), rustix::process::getuid().as_raw())
 }
 
 /// The same on the system below a folder, for a user.

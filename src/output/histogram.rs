@@ -1,0 +1,291 @@
+//! Distributions of latency and lateness, and what is reported of them: percentiles, bars for people, and the text that
+//! `HdrHistogram`'s tools exchange.
+
+use std::fmt;
+
+use bench_dragon_ipc::TimeHistogram;
+use hdrhistogram::Histogram;
+use serde::{Deserialize, Serialize};
+
+/// Longest time that is told apart, in nanoseconds: an hour.
+const MAX_NS: u64 = 3_600_000_000_000;
+
+/// Where the intervals of bars begin, times a power of ten: about a factor of 1.5 apart, and short to write.
+const MANTISSAS: [u64; 6] = [10, 15, 20, 30, 50, 70];
+/// Least beginning in nanoseconds; what is less is counted with it.
+const LEAST_NS: u64 = 100;
+/// Widest bar in characters.
+const BAR_WIDTH: usize = 40;
+/// A character filled from the left by 1 to 8 eighths.
+const EIGHTHS: [char; 8] =
+    ['\u{258f}', '\u{258e}', '\u{258d}', '\u{258c}', '\u{258b}', '\u{258a}', '\u{2589}', '\u{2588}'];
+/// Percentiles between any one and the point half way from it to 100 %: the number that the plotter's examples have.
+const TICKS_PER_HALF_DISTANCE: u32 = 5;
+const NS_PER_US: f64 = 1e3;
+
+/// A distribution of times in nanoseconds, to three digits.
+#[derive(Debug)]
+pub struct LatencyHistogram(Histogram<u64>);
+
+/// The percentiles that are reported, in microseconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Percentiles {
+    /// Median.
+    pub p50: f64,
+    /// 99th percentile.
+    pub p99: f64,
+    /// 99.9th percentile.
+    pub p999: f64,
+    /// Greatest value.
+    pub max: f64,
+}
+
+impl Percentiles {
+    /// The percentiles of a distribution, of which one reads quantiles and the greatest value in nanoseconds.
+    fn of(quantile_ns: impl Fn(f64) -> u64, max_ns: u64) -> Self {
+        let quantile_us = |quantile| micros(quantile_ns(quantile));
+        Self { p50: quantile_us(0.5), p99: quantile_us(0.99), p999: quantile_us(0.999), max: micros(max_ns) }
+    }
+}
+
+impl From<&TimeHistogram> for Percentiles {
+    fn from(histogram: &TimeHistogram) -> Self {
+        Self::of(|quantile| histogram.quantile_ns(quantile), histogram.max_ns)
+    }
+}
+
+impl LatencyHistogram {
+    /// An empty one. It never grows: a value over an hour counts as an hour.
+    pub fn new() -> Self {
+        Self(Histogram::new_with_bounds(1, MAX_NS, 3).expect("the bounds are in order"))
+    }
+
+    /// Counts one value.
+    pub fn record(&mut self, value_ns: u64) {
+        self.0.saturating_record(value_ns);
+    }
+
+    /// The value that this share of all values does not exceed, in nanoseconds; 0 where there is none.
+    pub fn quantile_ns(&self, quantile: f64) -> u64 {
+        if self.0.is_empty() { 0 } else { self.0.value_at_quantile(quantile) }
+    }
+
+    /// The greatest value in nanoseconds; 0 where there is none.
+    pub fn max_ns(&self) -> u64 {
+        self.0.max()
+    }
+
+    /// How many values have been counted.
+    pub fn count(&self) -> u64 {
+        self.0.len()
+    }
+
+    /// The percentiles that are reported.
+    pub fn percentiles(&self) -> Percentiles {
+        Percentiles::of(|quantile| self.quantile_ns(quantile), self.max_ns())
+    }
+}
+
+impl Default for LatencyHistogram {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Shows a distribution as lines of microseconds, bar and count, from the interval of the least value to that of the
+/// greatest. No line is wider than 80 characters, and none is shown where nothing was counted.
+///
+/// An interval is as exact as the histogram, to three digits.
+#[derive(Clone, Copy, Debug)]
+pub struct Bars<'a>(pub &'a LatencyHistogram);
+
+impl fmt::Display for Bars<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let counts = self.counts();
+        let most = counts.iter().map(|&(_, count)| count).max().unwrap_or(0);
+        for ((from_ns, count), to_ns) in counts.iter().zip(beginnings().skip_while(|&ns| ns <= counts[0].0)) {
+            let (from, to) = (micros(*from_ns), micros(to_ns));
+            let line = format!("{from:>7} \u{2013} {to:<7} {:<BAR_WIDTH$}  {count}", bar(*count, most));
+            writeln!(formatter, "{}", line.trim_end())?;
+        }
+        Ok(())
+    }
+}
+
+impl Bars<'_> {
+    /// The intervals by their beginnings in nanoseconds, with what each has counted; none where nothing was.
+    fn counts(self) -> Vec<(u64, u64)> {
+        let histogram = &self.0.0;
+        if histogram.is_empty() {
+            return Vec::new();
+        }
+        let mut counts: Vec<(u64, u64)> = Vec::new();
+        let mut beginnings = beginnings().peekable();
+        let mut interval_ns = LEAST_NS;
+        for recorded in histogram.iter_recorded() {
+            let value_ns = histogram.median_equivalent(recorded.value_iterated_to());
+            while let Some(next_ns) = beginnings.next_if(|&ns| ns <= value_ns) {
+                interval_ns = next_ns;
+                if !counts.is_empty() {
+                    counts.push((interval_ns, 0));
+                }
+            }
+            if counts.is_empty() {
+                counts.push((interval_ns, 0));
+            }
+            let last = counts.last_mut().expect("one has just been made where there was none");
+            last.1 += recorded.count_at_value();
+        }
+        counts
+    }
+}
+
+/// Where the intervals begin, in nanoseconds, without end.
+fn beginnings() -> impl Iterator<Item = u64> {
+    let powers = std::iter::successors(Some(LEAST_NS / MANTISSAS[0]), |power| power.checked_mul(10));
+    powers.flat_map(|power| MANTISSAS.map(|mantissa| power.saturating_mul(mantissa)))
+}
+
+fn micros(nanos: u64) -> f64 {
+    nanos as f64 / NS_PER_US
+}
+
+/// A bar of this share of the greatest width. What was counted at all is seen.
+fn bar(count: u64, most: u64) -> String {
+    if count == 0 {
+        return String::new();
+    }
+    let eighths = (count as f64 / most as f64 * (8 * BAR_WIDTH) as f64).round().max(1.0) as usize;
+    let whole = EIGHTHS[7].to_string().repeat(eighths / 8);
+    match eighths % 8 {
+        0 => whole,
+        rest => format!("{whole}{}", EIGHTHS[rest - 1]),
+    }
+}
+
+/// Shows a distribution as `.hgrm` text, its values in microseconds: percentiles that come the closer together the nearer
+/// they are to 100 %.
+///
+/// Source: `outputPercentileDistribution` of the Java library's `AbstractHistogram`, whose columns and footer these are.
+/// <https://hdrhistogram.github.io/HdrHistogram/plotFiles.html> plots such files.
+///
+/// ```
+/// use bench_dragon::output::histogram::{LatencyHistogram, PercentileText};
+///
+/// let mut histogram = LatencyHistogram::new();
+/// histogram.record(1_500);
+/// let text = PercentileText(&histogram).to_string();
+/// assert!(text.contains("       1.500 1.000000000000          1\n"));
+/// assert!(text.contains("#[Max     =        1.500, Total count    =            1]\n"));
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct PercentileText<'a>(pub &'a LatencyHistogram);
+
+impl fmt::Display for PercentileText<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let histogram = &self.0.0;
+        let titles = ["Value", "Percentile", "TotalCount", "1/(1-Percentile)"];
+        writeln!(formatter, "{:>12} {:>14} {:>10} {:>14}\n", titles[0], titles[1], titles[2], titles[3])?;
+        let mut count = 0;
+        for step in histogram.iter_quantiles(TICKS_PER_HALF_DISTANCE) {
+            count += step.count_since_last_iteration();
+            let (value_us, share) = (step.value_iterated_to() as f64 / NS_PER_US, step.quantile_iterated_to());
+            write!(formatter, "{value_us:>12.3} {share:.12} {count:>10}")?;
+            match 1.0 - share {
+                0.0 => writeln!(formatter)?,
+                rest => writeln!(formatter, " {:>14.2}", 1.0 / rest)?,
+            }
+        }
+        let (mean_us, deviation_us) = (histogram.mean() / NS_PER_US, histogram.stdev() / NS_PER_US);
+        let max_us = histogram.max() as f64 / NS_PER_US;
+        writeln!(formatter, "#[Mean    = {mean_us:>12.3}, StdDeviation   = {deviation_us:>12.3}]")?;
+        writeln!(formatter, "#[Max     = {max_us:>12.3}, Total count    = {:>12}]", histogram.len())?;
+        // The first bucket has all of its sub-buckets, each further one the upper half of them.
+        let buckets = usize::from(histogram.buckets());
+        let sub_buckets = 2 * histogram.distinct_values() / (buckets + 1);
+        writeln!(formatter, "#[Buckets = {buckets:>12}, SubBuckets     = {sub_buckets:>12}]")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn histogram(values_ns: impl IntoIterator<Item = u64>) -> LatencyHistogram {
+        let mut histogram = LatencyHistogram::new();
+        values_ns.into_iter().for_each(|value_ns| histogram.record(value_ns));
+        histogram
+    }
+
+    fn bars(values_ns: &[(u64, u64)]) -> String {
+        let values = values_ns.iter().flat_map(|&(value_ns, count)| (0..count).map(move |_| value_ns));
+        Bars(&histogram(values)).to_string()
+    }
+
+    #[test]
+    fn each_interval_has_a_bar_as_long_as_its_share_of_the_greatest() {
+        let full = "\u{2588}".repeat(40);
+        let half = format!("{:<40}", "\u{2588}".repeat(20));
+        let least = format!("{:<40}", "\u{258f}");
+        let expected = format!(
+            "     50 \u{2013} 70      {half}  500\n\
+             \x20    70 \u{2013} 100     {full}  1000\n\
+             \x20   100 \u{2013} 150     {:<40}  0\n\
+             \x20   150 \u{2013} 200     {least}  1\n",
+            ""
+        );
+        assert_eq!(bars(&[(60_000, 500), (80_000, 1000), (160_000, 1)]), expected);
+    }
+
+    #[test]
+    fn any_distribution_is_shown_whole_and_in_lines_that_a_terminal_holds() {
+        let an_hour_ns = 3_600_000_000_000;
+        let text = bars(&[(0, 1), (1, 1), (99, 1), (1_499, 3), (an_hour_ns, 1_000)]);
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        let counted = text.lines().filter_map(|line| line.split_whitespace().last()?.parse::<u64>().ok()).sum::<u64>();
+        assert_eq!(counted, 1_006, "{text}");
+        assert!(text.lines().count() < 70, "{text}");
+    }
+
+    #[test]
+    fn nothing_counted_has_no_bars() {
+        assert_eq!(bars(&[]), "");
+    }
+
+    #[test]
+    fn text_has_the_columns_and_the_footer_of_the_java_library() {
+        let text = PercentileText(&histogram([1_000, 2_000, 3_000, 4_000])).to_string();
+        let expected = "       Value     Percentile TotalCount 1/(1-Percentile)\n\n       \
+            1.000 0.000000000000          1           1.00\n       \
+            1.000 0.100000000000          1           1.11\n";
+        assert!(text.starts_with(expected), "{text}");
+        let footer = "       4.001 1.000000000000          4\n\
+            #[Mean    =        2.501, StdDeviation   =        1.118]\n\
+            #[Max     =        4.001, Total count    =            4]\n\
+            #[Buckets =           32, SubBuckets     =         2048]\n";
+        assert!(text.ends_with(footer), "{text}");
+    }
+
+    #[test]
+    fn rows_rise_to_all_that_was_counted() {
+        let text = PercentileText(&histogram((0..10_000).map(|i| 1_000 + i * i))).to_string();
+        let rows: Vec<Vec<f64>> = text
+            .lines()
+            .skip(2)
+            .take_while(|line| !line.starts_with('#'))
+            .map(|line| line.split_whitespace().map(|cell| cell.parse().expect("a number")).collect())
+            .collect();
+        assert!(rows.len() > 50, "{text}");
+        for column in 0..3 {
+            assert!(rows.is_sorted_by(|before, after| before[column] <= after[column]), "column {column} of {text}");
+        }
+        assert_eq!(rows.last().map(|row| (row[1], row[2])), Some((1.0, 10_000.0)));
+    }
+
+    #[test]
+    fn nothing_counted_is_a_table_without_rows() {
+        let text = PercentileText(&LatencyHistogram::new()).to_string();
+        assert_eq!(text.lines().count(), 5, "{text}");
+        assert!(text.contains("Total count    =            0]"), "{text}");
+    }
+}

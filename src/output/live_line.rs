@@ -1,0 +1,64 @@
+//! The live line of a terminal, which is drawn anew in its place, and the progress bar in it.
+
+/// The line that is drawn anew in its place.
+#[derive(Debug, Default)]
+pub(super) struct LiveLine {
+    text: Option<String>,
+    /// The text on the terminal.
+    drawn: Option<String>,
+}
+
+/// Goes to the beginning of the line and erases it (ECMA-48: CR, EL 0).
+const ERASE: &str = "\r\u{1b}[K";
+
+impl LiveLine {
+    /// Replaces the text, or takes it away.
+    pub(super) fn set(&mut self, text: Option<String>) {
+        self.text = text;
+    }
+
+    /// Whether the terminal does not show the newest text.
+    pub(super) fn is_due(&self) -> bool {
+        self.text != self.drawn
+    }
+
+    /// The bytes that erase the line, where there is one.
+    pub(super) fn erase(&mut self) -> Option<Vec<u8>> {
+        self.drawn.take().map(|_| ERASE.as_bytes().to_vec())
+    }
+
+    /// The bytes that show the newest text, where the terminal does not.
+    pub(super) fn draw(&mut self) -> Option<Vec<u8>> {
+        if !self.is_due() {
+            return None;
+        }
+        let text = self.text.clone();
+        self.drawn.clone_from(&text);
+        Some(format!("{ERASE}{}", text.unwrap_or_default()).into_bytes())
+    }
+}
+
+/// Characters of a bar.
+const LENGTH: usize = 24;
+
+/// A bar of which this fraction is full.
+pub(crate) fn bar(fraction: f64) -> String {
+    // A fraction of nothing is not a number, and counts as none.
+    let full = (fraction.clamp(0.0, 1.0) * LENGTH as f64) as usize;
+    "\u{2588}".repeat(full) + &"\u{2591}".repeat(LENGTH - full)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bar_is_as_full_as_its_fraction_and_always_of_one_length() {
+        let full = |fraction: f64| {
+            let bar = bar(fraction);
+            assert_eq!(bar.chars().count(), LENGTH, "{fraction}");
+            bar.chars().filter(|character| *character == '\u{2588}').count()
+        };
+        assert_eq!([-1.0, 0.0, 0.5, 1.0, 7.0, f64::NAN].map(full), [0, 0, 12, 24, 24, 0]);
+    }
+}

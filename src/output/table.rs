@@ -1,0 +1,306 @@
+//! Tables: answers in rows and columns, for people and for the programs that they go on working with.
+//!
+//! A [`Table`] knows nothing of files. An [`Exporter`] turns tables into the bytes of one, the same bytes each time:
+//! [`Text`] for people, [`Csv`] for programs, [`Xlsx`] for spreadsheets. [`CsvWriter`] takes row after row, for a table
+//! that does not fit into memory; so does a `Book`.
+
+use std::io::{self, Write};
+
+pub(crate) use super::workbook::Book;
+pub use super::workbook::Xlsx;
+
+/// Rows under titled columns.
+///
+/// ```
+/// use bench_dragon::output::table::{Cell, Column, Csv, Exporter, Table};
+///
+/// let columns = vec![Column::text("handle"), Column::number("speed_mps", 6)];
+/// let mut table = Table::new("speeds", columns);
+/// table.push(vec![Cell::from("head"), Cell::from(1.0)]);
+/// assert_eq!(Csv.export(&[table])?, b"handle,speed_mps\nhead,1.0\n");
+/// # Ok::<(), bench_dragon::output::table::ExportError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    pub(super) name: String,
+    pub(super) columns: Vec<Column>,
+    pub(super) rows: Vec<Vec<Cell>>,
+}
+
+/// A column's title, and how its numbers are shown.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    pub(super) title: String,
+    pub(super) kind: Kind,
+}
+
+/// What a column holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Text,
+    Whole,
+    Number { decimals: usize },
+}
+
+/// What stands in a row under one column.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cell {
+    /// Nothing: there is no answer.
+    Blank,
+    /// Words.
+    Text(String),
+    /// A count or an index.
+    Whole(u64),
+    /// A number, whole. Exporters for people round it to the column's decimals.
+    Number(f64),
+}
+
+/// Turns tables into the bytes of a file. Equal tables give equal bytes.
+pub trait Exporter {
+    /// The tables, one behind the other.
+    ///
+    /// # Errors
+    /// The tables must fit into the format.
+    fn export(&self, tables: &[Table]) -> Result<Vec<u8>, ExportError>;
+}
+
+/// Why tables cannot be exported.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// The format has no room for it.
+    #[error("the table \"{table}\" has {count} {what}, a sheet has at most {most}")]
+    TooLarge {
+        /// The table's name.
+        table: String,
+        /// Rows or columns.
+        what: &'static str,
+        /// How many.
+        count: usize,
+        /// How many there may be.
+        most: usize,
+    },
+    /// The workbook's writer refused.
+    #[error(transparent)]
+    Workbook(#[from] rust_xlsxwriter::XlsxError),
+}
+
+impl Table {
+    /// A table without rows. Its name is short: a spreadsheet shows the first 31 letters.
+    pub fn new(name: impl Into<String>, columns: Vec<Column>) -> Self {
+        Self { name: name.into(), columns, rows: Vec::new() }
+    }
+
+    /// Adds a row.
+    ///
+    /// # Panics
+    /// It must have a cell under each column.
+    pub fn push(&mut self, row: Vec<Cell>) {
+        assert_eq!(row.len(), self.columns.len(), "a row of \"{}\" has a cell under each column", self.name);
+        self.rows.push(row);
+    }
+}
+
+impl Column {
+    /// A column of words.
+    pub fn text(title: impl Into<String>) -> Self {
+        Self { title: title.into(), kind: Kind::Text }
+    }
+
+    /// A column of counts or indices.
+    pub fn whole(title: impl Into<String>) -> Self {
+        Self { title: title.into(), kind: Kind::Whole }
+    }
+
+    /// A column of numbers, of which people see this many decimals.
+    pub fn number(title: impl Into<String>, decimals: usize) -> Self {
+        Self { title: title.into(), kind: Kind::Number { decimals } }
+    }
+
+    /// Decimals that people see.
+    pub(super) fn decimals(&self) -> usize {
+        if let Kind::Number { decimals } = self.kind { decimals } else { 0 }
+    }
+}
+
+impl From<&str> for Cell {
+    fn from(text: &str) -> Self {
+        Self::Text(text.to_owned())
+    }
+}
+
+impl From<String> for Cell {
+    fn from(text: String) -> Self {
+        Self::Text(text)
+    }
+}
+
+impl From<usize> for Cell {
+    fn from(whole: usize) -> Self {
+        Self::Whole(whole as u64)
+    }
+}
+
+impl From<f64> for Cell {
+    fn from(number: f64) -> Self {
+        Self::Number(number)
+    }
+}
+
+impl From<Option<f64>> for Cell {
+    fn from(number: Option<f64>) -> Self {
+        number.map_or(Self::Blank, Self::Number)
+    }
+}
+
+/// Aligned columns under the table's name, words to the left and numbers to the right. An empty line parts two tables.
+#[derive(Clone, Copy, Debug)]
+pub struct Text;
+
+/// Blanks between two columns.
+const GAP: &str = "  ";
+
+impl Exporter for Text {
+    fn export(&self, tables: &[Table]) -> Result<Vec<u8>, ExportError> {
+        let tables: Vec<String> = tables.iter().map(text_lines).collect();
+        Ok(tables.join("\n").into_bytes())
+    }
+}
+
+fn text_lines(table: &Table) -> String {
+    let titles = table.columns.iter().map(|column| column.title.clone()).collect();
+    let shown_row =
+        |row: &Vec<Cell>| row.iter().zip(&table.columns).map(|(cell, column)| shown(cell, column)).collect();
+    let rows: Vec<Vec<String>> = std::iter::once(titles).chain(table.rows.iter().map(shown_row)).collect();
+    let width = |index: usize| rows.iter().map(|row| row[index].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..table.columns.len()).map(width).collect();
+    let mut text = format!("{}\n", table.name);
+    for row in &rows {
+        let cells = row.iter().zip(&table.columns).zip(&widths).map(|((cell, column), width)| match column.kind {
+            Kind::Text => format!("{cell:<width$}"),
+            Kind::Whole | Kind::Number { .. } => format!("{cell:>width$}"),
+        });
+        let line = cells.collect::<Vec<_>>().join(GAP);
+        text.push_str(line.trim_end());
+        text.push('\n');
+    }
+    text
+}
+
+fn shown(cell: &Cell, column: &Column) -> String {
+    match cell {
+        Cell::Blank => "–".to_owned(),
+        Cell::Text(words) => words.clone(),
+        Cell::Whole(whole) => whole.to_string(),
+        Cell::Number(number) => {
+            let decimals = column.decimals();
+            format!("{:.decimals$}", rounded(*number, decimals))
+        }
+    }
+}
+
+/// Comma-separated values (RFC 4180, with line feeds): a line of titles, then a line for each row. Numbers stand whole, in the shortest form that
+/// reads back the same; a blank cell is empty. An empty line parts two tables.
+#[derive(Clone, Copy, Debug)]
+pub struct Csv;
+
+impl Exporter for Csv {
+    fn export(&self, tables: &[Table]) -> Result<Vec<u8>, ExportError> {
+        let tables: Vec<Vec<u8>> = tables.iter().map(csv_lines).collect();
+        Ok(tables.join(&b'\n'))
+    }
+}
+
+fn csv_lines(table: &Table) -> Vec<u8> {
+    let mut lines = Vec::new();
+    let write = |lines: &mut Vec<u8>| {
+        let mut writer = CsvWriter::begin(lines, &table.columns)?;
+        table.rows.iter().try_for_each(|row| writer.write(row))
+    };
+    write(&mut lines).expect("a Vec takes every byte");
+    lines
+}
+
+/// The lines of one table, each written as it comes: for a table that is not to be in memory as a whole.
+#[derive(Debug)]
+pub struct CsvWriter<W> {
+    sink: W,
+}
+
+impl<W: Write> CsvWriter<W> {
+    /// Writes the line of titles.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn begin(mut sink: W, columns: &[Column]) -> io::Result<Self> {
+        let titles: Vec<String> = columns.iter().map(|column| quoted(&column.title)).collect();
+        writeln!(sink, "{}", titles.join(","))?;
+        Ok(Self { sink })
+    }
+
+    /// Writes a row.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn write(&mut self, row: &[Cell]) -> io::Result<()> {
+        for (index, cell) in row.iter().enumerate() {
+            let comma = if index == 0 { "" } else { "," };
+            match cell {
+                Cell::Blank => write!(self.sink, "{comma}")?,
+                Cell::Text(words) => write!(self.sink, "{comma}{}", quoted(words))?,
+                Cell::Whole(whole) => write!(self.sink, "{comma}{whole}")?,
+                Cell::Number(number) => write!(self.sink, "{comma}{number:?}")?,
+            }
+        }
+        writeln!(self.sink)
+    }
+
+    /// Hands what has been written on to its end.
+    ///
+    /// # Errors
+    /// Those of the sink.
+    pub fn finish(mut self) -> io::Result<()> {
+        self.sink.flush()
+    }
+}
+
+/// Words as they are, or between quotes where they hold what parts cells.
+fn quoted(words: &str) -> String {
+    if words.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", words.replace('"', "\"\""))
+    } else {
+        words.to_owned()
+    }
+}
+
+/// A number rounded to decimals as it prints, without the sign of a zero that has nothing but zeros.
+pub(super) fn rounded(number: f64, decimals: usize) -> f64 {
+    let text = format!("{number:.decimals$}");
+    text.parse::<f64>().expect("a printed number reads back") + 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_are_as_wide_as_their_widest_cell() {
+        let mut table = Table::new("at 0 s", vec![Column::text("handle"), Column::number("x m", 3)]);
+        table.push(vec![Cell::from("head"), Cell::from(8.8)]);
+        table.push(vec![Cell::from("tail rear"), Cell::from(-0.000_4)]);
+        table.push(vec![Cell::from("nobody"), Cell::Blank]);
+        let text = String::from_utf8(Text.export(&[table]).expect("a table of any size fits")).expect("it is text");
+        assert_eq!(text, "at 0 s\nhandle       x m\nhead       8.800\ntail rear  0.000\nnobody         –\n");
+    }
+
+    #[test]
+    fn words_that_hold_commas_or_quotes_stand_between_quotes() {
+        let mut table = Table::new("t", vec![Column::text("who, what"), Column::number("x", 1)]);
+        table.push(vec![Cell::from("the \"tail\""), Cell::Blank]);
+        table.push(vec![Cell::from("head"), Cell::from(0.1 + 0.2)]);
+        let text = Csv.export(&[table]).expect("a table of any size fits");
+        assert_eq!(
+            String::from_utf8(text).expect("it is text"),
+            "\"who, what\",x\n\"the \"\"tail\"\"\",\nhead,0.30000000000000004\n"
+        );
+    }
+}
