@@ -25,12 +25,12 @@ pub use super::osc_address::{AddressError, AddressPattern, ShowAddress};
 pub use super::slip_sender::SlipSender;
 
 /// How headings are told.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum AngleUnit {
-    /// −180 to 180.
+    /// -180 to 180.
     #[default]
     Degrees,
-    /// −π to π.
+    /// -pi to pi.
     Radians,
 }
 

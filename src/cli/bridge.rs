@@ -2,16 +2,16 @@
 
 use std::net::{Ipv4Addr, SocketAddrV4};
 
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{Args, Subcommand};
 
-use super::value::within;
+use super::flags::{BusArgs, FormatArgs, within};
+use crate::bridge::osc::{AddressPattern, AngleUnit, ShowAddress};
+use crate::bridge::psn::{self, SystemName};
 #[cfg(feature = "zenoh")]
-use super::zenoh::ZenohArgs;
-use super::{BusArgs, FormatArgs};
-use crate::bridge::osc::{AddressError, AddressPattern, ShowAddress};
-use crate::bridge::psn::{self, SystemName, SystemNameError};
+use crate::bridge::zenoh::{KeyPrefix, SessionMode, check_endpoint, wire::MAX_EVERY};
+#[cfg(feature = "zenoh")]
+use crate::config::RATE_HZ;
 
-/// Arguments of `bridge`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct BridgeArgs {
     /// To whom.
@@ -69,7 +69,6 @@ pub(crate) struct AnyArgs {
     _any: Vec<String>,
 }
 
-/// Arguments of `bridge psn`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct PsnArgs {
     /// The receiver: a multicast group, or one machine.
@@ -78,14 +77,13 @@ pub(crate) struct PsnArgs {
     #[command(flatten)]
     pub(crate) network: NetworkArgs,
     /// DATA frames a second, 1 to 250.
-    #[arg(long, value_name = "HZ", default_value_t = 60, allow_negative_numbers = true, value_parser = bridge_rate)]
+    #[arg(long, value_name = "HZ", default_value_t = 60, allow_negative_numbers = true, value_parser = within(1..=250_u32))]
     pub(crate) rate: u32,
     /// The name under which desks list this sender [default: bench-dragon and the instance].
-    #[arg(long, value_name = "NAME", value_parser = system_name)]
+    #[arg(long, value_name = "NAME")]
     pub(crate) name: Option<SystemName>,
 }
 
-/// Arguments of `bridge osc`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct OscArgs {
     /// The receiver.
@@ -97,30 +95,20 @@ pub(crate) struct OscArgs {
     #[command(flatten)]
     pub(crate) network: NetworkArgs,
     /// Frames a second, 1 to 250.
-    #[arg(long, value_name = "HZ", default_value_t = 30, allow_negative_numbers = true, value_parser = bridge_rate)]
+    #[arg(long, value_name = "HZ", default_value_t = 30, allow_negative_numbers = true, value_parser = within(1..=250_u32))]
     pub(crate) rate: u32,
     /// The address of a bench's message; {index} is the bench's number.
-    #[arg(long, value_name = "PATTERN", default_value = "/dragon/bench/{index}", value_parser = address_pattern)]
+    #[arg(long, value_name = "PATTERN", default_value = "/dragon/bench/{index}")]
     pub(crate) address: AddressPattern,
     /// The address of the show's message.
-    #[arg(long, value_name = "ADDRESS", default_value = "/dragon/show", value_parser = show_address)]
+    #[arg(long, value_name = "ADDRESS", default_value = "/dragon/show")]
     pub(crate) show_address: ShowAddress,
     /// How headings are told.
     #[arg(long, value_enum, value_name = "UNIT", default_value_t)]
-    pub(crate) angle: Angle,
+    pub(crate) angle: AngleUnit,
     /// Put the messages of a frame into bundles, each as large as a datagram holds.
     #[arg(long)]
     pub(crate) bundle: bool,
-}
-
-/// How headings are told.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Angle {
-    /// -180 to 180.
-    #[default]
-    Degrees,
-    /// -pi to pi.
-    Radians,
 }
 
 /// How datagrams leave this machine.
@@ -130,8 +118,40 @@ pub(crate) struct NetworkArgs {
     #[arg(long, value_name = "ADDRESS", value_parser = interface)]
     pub(crate) interface: Option<Ipv4Addr>,
     /// Networks that a multicast datagram may pass through, 1 to 255.
-    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = ttl)]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = within(1..=255_u32))]
     pub(crate) ttl: u32,
+}
+
+#[cfg(feature = "zenoh")]
+#[derive(Clone, Debug, Args)]
+pub(crate) struct ZenohArgs {
+    /// Put what comes from another host onto this instance's bus, instead of sending what is there.
+    #[arg(long)]
+    pub(crate) receive: bool,
+    /// zenoh's own configuration, JSON5: TLS, passwords, timeouts. What it does not name stays off.
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    pub(crate) config: Option<std::path::PathBuf>,
+    /// Connect to this endpoint; again for more.
+    #[arg(long, value_name = "ENDPOINT", value_parser = check_endpoint)]
+    pub(crate) connect: Vec<String>,
+    /// Listen on this endpoint; again for more. Loopback is heard on this machine alone.
+    #[arg(long, value_name = "ENDPOINT", value_parser = check_endpoint)]
+    pub(crate) listen: Vec<String>,
+    /// What to be among zenoh's: a peer unless the configuration says otherwise.
+    #[arg(long, value_enum)]
+    pub(crate) mode: Option<SessionMode>,
+    /// What all keys begin with [default: bench-dragon/ and the instance].
+    #[arg(long, value_name = "PREFIX")]
+    pub(crate) key: Option<KeyPrefix>,
+    /// Send one frame of so many.
+    #[arg(long, value_name = "N", conflicts_with_all = ["rate", "receive"], allow_negative_numbers = true, value_parser = within(1..=MAX_EVERY))]
+    pub(crate) every: Option<u64>,
+    /// Send at most so many frames a second.
+    #[arg(long, value_name = "HZ", conflicts_with = "receive", allow_negative_numbers = true, value_parser = within(RATE_HZ))]
+    pub(crate) rate: Option<u32>,
+    /// Let whoever reaches this bridge command the server: pause, seek, stop and all else.
+    #[arg(long, conflicts_with = "receive")]
+    pub(crate) allow_commands: bool,
 }
 
 fn target(text: &str) -> Result<SocketAddrV4, String> {
@@ -142,24 +162,4 @@ fn target(text: &str) -> Result<SocketAddrV4, String> {
 fn interface(text: &str) -> Result<Ipv4Addr, String> {
     let address = text.parse().ok().filter(|address: &Ipv4Addr| !address.is_multicast() && !address.is_broadcast());
     address.ok_or_else(|| "must be an IPv4 address of this machine, as 10.0.0.5".to_owned())
-}
-
-fn bridge_rate(text: &str) -> Result<u32, String> {
-    within(text, &(1..=250))
-}
-
-fn ttl(text: &str) -> Result<u32, String> {
-    within(text, &(1..=255))
-}
-
-fn system_name(text: &str) -> Result<SystemName, SystemNameError> {
-    text.parse()
-}
-
-fn address_pattern(text: &str) -> Result<AddressPattern, AddressError> {
-    text.parse()
-}
-
-fn show_address(text: &str) -> Result<ShowAddress, AddressError> {
-    text.parse()
 }

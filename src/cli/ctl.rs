@@ -1,11 +1,10 @@
 //! `ctl`.
 
+use bench_dragon_ipc::Request;
 use clap::{Args, Subcommand};
 
-use super::value::{finite, speed};
-use super::{BusArgs, FormatArgs};
+use super::flags::{BusArgs, FormatArgs, finite, within};
 
-/// Arguments of `ctl`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct CtlArgs {
     /// The command, or `status`.
@@ -38,7 +37,7 @@ It is refused while the dragon is held: only ctl release lifts a hold.")]
   bench-dragon ctl speed 1 --instance rehearsal")]
     Speed {
         /// Metres per show second, 0 to 10.
-        #[arg(value_name = "MPS", allow_negative_numbers = true, value_parser = speed)]
+        #[arg(value_name = "MPS", allow_negative_numbers = true, value_parser = within(0.0..=Request::MAX_SPEED_MPS))]
         speed_mps: f64,
     },
     /// Go to a show time.

@@ -1,42 +1,27 @@
 //! The command line's types. What the commands do is in [`crate::command`].
 
 mod bridge;
-mod common;
+mod bus_readers;
 mod ctl;
-mod doctor;
 mod epilogue;
-mod live;
-mod measure;
-mod monitor;
+mod flags;
 mod recording;
 mod serve;
-mod shell;
 mod solve;
-mod timecode;
-mod value;
-#[cfg(feature = "zenoh")]
-mod zenoh;
 
-use clap::{Parser, Subcommand};
+use std::path::PathBuf;
 
-pub(crate) use bridge::{Angle, Bridge, BridgeArgs, NetworkArgs, OscArgs, PsnArgs};
-pub(crate) use common::{BadInput, BusArgs, ChildArgs, ConfigArgs, Format, FormatArgs};
+use clap::{Args, Parser, Subcommand, ValueHint};
+use clap_complete::Shell;
+
+pub(crate) use bridge::*;
+pub(crate) use bus_readers::*;
 pub(crate) use ctl::{CtlArgs, Order};
-pub(crate) use doctor::DoctorArgs;
 pub(crate) use epilogue::Epilogue;
-pub(crate) use live::{GlyphSet, MetricsArgs, SiteArgs, ViewArgs, WatchArgs};
-pub(crate) use measure::{EchoArgs, HzArgs, LatencyArgs};
-pub(crate) use monitor::MonitorArgs;
-pub(crate) use recording::{ExportArgs, RecordArgs, ReplayArgs, TableFile};
-pub(crate) use serve::{PaceArgs, RealTimeArgs, ServeArgs, ShowArgs};
-pub(crate) use shell::{CompletionsArgs, ManArgs};
-pub(crate) use solve::{
-    ContactArgs, FigureArgs, PitchArgs, PosesArgs, Question, SaveConfigArgs, SensitivityArgs, SolveArgs,
-    SpeedLimitArgs, TableFormat, TimesArgs, TurnArgs, TurnPlanArgs,
-};
-pub(crate) use timecode::TimecodeArgs;
-#[cfg(feature = "zenoh")]
-pub(crate) use zenoh::ZenohArgs;
+pub(crate) use flags::{BadInput, BusArgs, ChildArgs, ConfigArgs, Format, FormatArgs};
+pub(crate) use recording::*;
+pub(crate) use serve::*;
+pub(crate) use solve::*;
 
 /// Real-time motion server for the bench dragon.
 #[derive(Debug, Parser)]
@@ -221,4 +206,34 @@ printed from its $PROFILE.")]
 
 After the last one, man bench-dragon and man bench-dragon-solve-contact find their pages.")]
     Man(ManArgs),
+}
+
+#[derive(Clone, Debug, Args)]
+pub(crate) struct DoctorArgs {
+    /// First clean up what no living process of the instance owns.
+    #[arg(long)]
+    pub(crate) fix: bool,
+    #[command(flatten)]
+    pub(crate) config: ConfigArgs,
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct CompletionsArgs {
+    /// The shell.
+    #[arg(value_enum, value_name = "SHELL")]
+    pub(crate) shell: Shell,
+}
+
+#[derive(Clone, Debug, Args)]
+pub(crate) struct ManArgs {
+    /// The command whose page it is, as in `solve contact`; the program's own without one.
+    #[arg(value_name = "COMMAND", conflicts_with = "out")]
+    pub(crate) command: Vec<String>,
+    /// Write all pages, one a command, into this folder, which is made where it is missing.
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: Option<PathBuf>,
 }

@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use bench_dragon_geometry::number::Number;
+use bench_dragon_ipc::service::MAX_READERS;
 use clap::{ArgGroup, Args, ValueHint};
 
-use super::value::{MAX_STEPPED_S, count, file_megabytes, nanoseconds, play_rate, readers, total_megabytes};
-use super::{BadInput, BusArgs, FormatArgs};
+use super::flags::{BadInput, BusArgs, FormatArgs, count, nanoseconds, step, within};
 use crate::recording::ShowInterval;
 use crate::recording::export::Subject;
+use crate::source::replay::RATE;
 
-/// Arguments of `record`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct RecordArgs {
     /// The recording to write, or with --repair to finish.
@@ -23,10 +23,10 @@ pub(crate) struct RecordArgs {
     #[arg(long, requires = "repair")]
     pub(crate) check: bool,
     /// Begin a new file after this many megabytes.
-    #[arg(long, value_name = "MB", allow_negative_numbers = true, value_parser = file_megabytes)]
+    #[arg(long, value_name = "MB", allow_negative_numbers = true, value_parser = within(1..=1_000_000_u64))]
     pub(crate) rotate_mb: Option<u64>,
     /// Remove the oldest files of this recording over this many megabytes in all.
-    #[arg(long, value_name = "MB", allow_negative_numbers = true, value_parser = total_megabytes)]
+    #[arg(long, value_name = "MB", allow_negative_numbers = true, value_parser = within(4..=1_000_000_000_u64))]
     pub(crate) max_total_mb: Option<u64>,
     /// Leave what killed recorders left in the folder as it is: `show` finishes it.
     #[arg(long, hide = true)]
@@ -37,7 +37,6 @@ pub(crate) struct RecordArgs {
     pub(crate) format: FormatArgs,
 }
 
-/// Arguments of `replay`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct ReplayArgs {
     /// The recording; with --verify all of its files, oldest first.
@@ -50,20 +49,14 @@ pub(crate) struct ReplayArgs {
     #[command(flatten)]
     pub(crate) interval: IntervalArgs,
     /// Recorded seconds to play per second, 0.01 to 100.
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true, value_parser = play_rate)]
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true, value_parser = within(RATE))]
     pub(crate) rate: f64,
     /// Play it so many times; without a number, until Ctrl-C.
-    #[arg(
-        long = "loop",
-        value_name = "TIMES",
-        num_args = 0..=1,
-        allow_negative_numbers = true,
-        value_parser = count
-    )]
+    #[arg(long = "loop", value_name = "TIMES", num_args = 0..=1, allow_negative_numbers = true, value_parser = count())]
     #[allow(clippy::option_option, reason = "not given, given without a number, given with one")]
     pub(crate) repeat: Option<Option<u64>>,
     /// Begin once this many readers are connected, after ten seconds at the latest.
-    #[arg(long, value_name = "COUNT", default_value_t = 0, allow_negative_numbers = true, value_parser = readers)]
+    #[arg(long, value_name = "COUNT", default_value_t = 0, allow_negative_numbers = true, value_parser = within(0..=MAX_READERS))]
     pub(crate) readers: usize,
     #[command(flatten)]
     pub(crate) bus: BusArgs,
@@ -71,7 +64,6 @@ pub(crate) struct ReplayArgs {
     pub(crate) format: FormatArgs,
 }
 
-/// Arguments of `export`.
 #[derive(Clone, Debug, Args)]
 #[command(group(ArgGroup::new("subject").args(["handles", "benches", "frames", "alerts", "commands"])))]
 #[allow(clippy::struct_excessive_bools, reason = "flags of which one may be given")]
@@ -98,7 +90,7 @@ pub(crate) struct ExportArgs {
     #[arg(long)]
     commands: bool,
     /// Seconds of show time from one row, or column, to the next; 0 for every frame.
-    #[arg(long, value_name = "SECONDS", default_value = "1", allow_negative_numbers = true, value_parser = every)]
+    #[arg(long, value_name = "SECONDS", default_value = "1", allow_negative_numbers = true, value_parser = |text: &str| step(text, 0, "from 0 to"))]
     pub(crate) every: i64,
     #[command(flatten)]
     pub(crate) interval: IntervalArgs,
@@ -138,11 +130,6 @@ fn table_file(text: &str) -> Result<TableFile, String> {
         Some("xlsx") => Ok(TableFile::Xlsx(path)),
         _ => Err("must end in .csv or .xlsx, or be -".to_owned()),
     }
-}
-
-fn every(text: &str) -> Result<i64, String> {
-    let every_ns = nanoseconds(text).ok().filter(|every_ns| *every_ns >= 0);
-    every_ns.ok_or_else(|| format!("must be from 0 to {MAX_STEPPED_S}, with at most nine decimals"))
 }
 
 /// Which frames of a recording.

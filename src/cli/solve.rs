@@ -2,18 +2,15 @@
 
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
-use std::str::FromStr as _;
 
 use bench_dragon_geometry::dragon::Meter;
 use bench_dragon_geometry::planner::Parameter;
 use clap::{ArgGroup, Args, Subcommand, ValueEnum, ValueHint};
 
-use super::value::{MAX_STEPPED_S, finite, nanoseconds, within};
-use super::{ConfigArgs, FormatArgs};
+use super::flags::{ConfigArgs, FormatArgs, finite, nanoseconds, step, within};
 use crate::config::NEAR_M;
 use crate::output::figure::{FigureFormat, Paper, missing_letter};
 
-/// Arguments of `solve`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct SolveArgs {
     /// The question.
@@ -65,25 +62,18 @@ pub(crate) enum Question {
     Sensitivity(SensitivityArgs),
 }
 
-/// Arguments of `solve pitch`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct PitchArgs {
     /// Diameter in metres of the circle that the head is to come to [default: the configured turnaround's, else 9].
     #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) turn_diameter: Option<f64>,
     /// Metres that are to remain between any two boards [default: 0, they may all but touch].
-    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = clearance)]
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = within(CLEARANCE_M))]
     pub(crate) clearance: Option<f64>,
     #[command(flatten)]
     pub(crate) config: ConfigArgs,
     #[command(flatten)]
-    pub(crate) save: SaveConfigArgs,
-    #[command(flatten)]
-    pub(crate) figure: FigureArgs,
-    #[command(flatten)]
-    pub(crate) work: WorkArgs,
-    #[command(flatten)]
-    pub(crate) format: FormatArgs,
+    pub(crate) answer: AnswerArgs,
 }
 
 /// Which turn.
@@ -104,12 +94,26 @@ pub(crate) struct TurnPlanArgs {
     pub(crate) config: Option<PathBuf>,
 }
 
+/// What becomes of an answer that may be a configuration, and how much work it may take.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct AnswerArgs {
+    /// Write the answer as a whole configuration, which `show --config` plays; a file of that name is replaced.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) save_config: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) figure: FigureArgs,
+    #[command(flatten)]
+    pub(crate) work: WorkArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
 /// How much work an answer may take.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct WorkArgs {
     /// Most work for the answer, in millions of steps of some 50 ns; where it is not enough, the answer says how far it
     /// came [default: 100, for sensitivity and --shortest 300].
-    #[arg(long, value_name = "MILLIONS", allow_negative_numbers = true, value_parser = work)]
+    #[arg(long, value_name = "MILLIONS", allow_negative_numbers = true, value_parser = within(1..=1_000_000_000_u64))]
     pub(crate) work: Option<u64>,
 }
 
@@ -138,15 +142,6 @@ const CLEARANCE_M: RangeInclusive<f64> = 0.0..=10.0;
 /// faster than the greatest jumps.
 const SPEED_RATIO: RangeInclusive<f64> = 1.0..=1000.0;
 
-/// Where an answer goes as a configuration.
-#[derive(Clone, Debug, Args)]
-pub(crate) struct SaveConfigArgs {
-    /// Write the answer as a whole configuration, which `show --config` plays; a file of that name is replaced.
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
-    pub(crate) save_config: Option<PathBuf>,
-}
-
-/// Arguments of `solve turn`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct TurnArgs {
     /// Look for the shortest S inside the turning circle, over where it begins and the ratio of its radii.
@@ -154,49 +149,35 @@ pub(crate) struct TurnArgs {
     pub(crate) shortest: bool,
     /// Metres that are to remain between any two boards [default: 0; with --shortest 0.05, or the configured margin if
     /// that is more].
-    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = clearance)]
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = within(CLEARANCE_M))]
     pub(crate) clearance: Option<f64>,
     /// Largest speed of any handle ÷ the head's that is allowed, from 1 to 1000 [default: any; with --shortest 2].
-    #[arg(long, value_name = "RATIO", allow_negative_numbers = true, value_parser = speed_ratio)]
+    #[arg(long, value_name = "RATIO", allow_negative_numbers = true, value_parser = within(SPEED_RATIO))]
     pub(crate) max_ratio: Option<f64>,
     #[command(flatten)]
     pub(crate) plan: TurnPlanArgs,
     #[command(flatten)]
-    pub(crate) save: SaveConfigArgs,
-    #[command(flatten)]
-    pub(crate) figure: FigureArgs,
-    #[command(flatten)]
-    pub(crate) work: WorkArgs,
-    #[command(flatten)]
-    pub(crate) format: FormatArgs,
+    pub(crate) answer: AnswerArgs,
 }
 
-/// Arguments of `solve speed-limit`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct SpeedLimitArgs {
     /// Speed in m/s that no handle may exceed.
-    #[arg(long, value_name = "MPS", allow_negative_numbers = true, value_parser = speed_limit)]
+    #[arg(long, value_name = "MPS", allow_negative_numbers = true, value_parser = within(0.001..=1000.0))]
     pub(crate) limit: f64,
     #[command(flatten)]
     pub(crate) plan: TurnPlanArgs,
     #[command(flatten)]
-    pub(crate) save: SaveConfigArgs,
-    #[command(flatten)]
-    pub(crate) figure: FigureArgs,
-    #[command(flatten)]
-    pub(crate) work: WorkArgs,
-    #[command(flatten)]
-    pub(crate) format: FormatArgs,
+    pub(crate) answer: AnswerArgs,
 }
 
-/// Arguments of `solve sensitivity`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct SensitivityArgs {
     /// By how much each value is varied to either side, in percent.
     #[arg(long, value_name = "PERCENT", default_value = "5", allow_negative_numbers = true, value_parser = range_percent)]
     pub(crate) range: f64,
     /// Values to either side of the planned one.
-    #[arg(long, value_name = "COUNT", default_value_t = 2, allow_negative_numbers = true, value_parser = range_steps)]
+    #[arg(long, value_name = "COUNT", default_value_t = 2, allow_negative_numbers = true, value_parser = within(1..=100_u32))]
     pub(crate) steps: u32,
     /// What to vary, with commas in between: pitch, head-length, body-length, width, hole-offset, speed [default: all].
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parameter)]
@@ -217,7 +198,6 @@ pub(crate) struct SensitivityArgs {
     pub(crate) format: FormatArgs,
 }
 
-/// Arguments of `solve poses`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct PosesArgs {
     #[command(flatten)]
@@ -234,7 +214,6 @@ pub(crate) struct PosesArgs {
     pub(crate) format: TableFormat,
 }
 
-/// Arguments of `solve contact`.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct ContactArgs {
     /// Also tell the clearance over time and its near misses, up to the contact or the run's end; with --figure, draw
@@ -242,13 +221,13 @@ pub(crate) struct ContactArgs {
     #[arg(long)]
     pub(crate) profile: bool,
     /// When some pair first comes within this clearance, in metres, instead of touching.
-    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = clearance)]
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = within(CLEARANCE_M))]
     pub(crate) clearance: Option<f64>,
     /// Seconds from one time of the profile to the next.
-    #[arg(long, value_name = "SECONDS", requires = "profile", default_value = "1", allow_negative_numbers = true, value_parser = step)]
+    #[arg(long, value_name = "SECONDS", requires = "profile", default_value = "1", allow_negative_numbers = true, value_parser = |text: &str| step(text, 1, "above 0 and at most"))]
     pub(crate) step: i64,
     /// Clearance in metres under which a local minimum is a near miss [default: the configured one].
-    #[arg(long, value_name = "METRES", requires = "profile", allow_negative_numbers = true, value_parser = near)]
+    #[arg(long, value_name = "METRES", requires = "profile", allow_negative_numbers = true, value_parser = within(NEAR_M))]
     pub(crate) near: Option<f64>,
     #[command(flatten)]
     pub(crate) config: ConfigArgs,
@@ -271,7 +250,7 @@ pub(crate) struct FigureArgs {
     pub(crate) title: Option<String>,
     /// Fill a sheet of this size, upright or across, whichever shows more: a0 to a4, letter, tabloid [default: 160 mm
     /// wide, to go into a document].
-    #[arg(long, value_name = "SIZE", requires = "figure", value_parser = Paper::from_str)]
+    #[arg(long, value_name = "SIZE", requires = "figure")]
     pub(crate) paper: Option<Paper>,
 }
 
@@ -296,7 +275,7 @@ pub(crate) struct TimesArgs {
     #[arg(long, value_name = "SECONDS", requires = "from", conflicts_with = "at", allow_negative_numbers = true, value_parser = nanoseconds)]
     pub(crate) to: Option<i64>,
     /// Seconds from one time to the next.
-    #[arg(long, value_name = "SECONDS", requires = "from", conflicts_with = "at", default_value = "1", allow_negative_numbers = true, value_parser = step)]
+    #[arg(long, value_name = "SECONDS", requires = "from", conflicts_with = "at", default_value = "1", allow_negative_numbers = true, value_parser = |text: &str| step(text, 1, "above 0 and at most"))]
     pub(crate) step: i64,
 }
 
@@ -312,18 +291,9 @@ pub(crate) enum TableFormat {
     Csv,
 }
 
-fn step(text: &str) -> Result<i64, String> {
-    let step_ns = nanoseconds(text).ok().filter(|step_ns| *step_ns > 0);
-    step_ns.ok_or_else(|| format!("must be above 0 and at most {MAX_STEPPED_S}, with at most nine decimals"))
-}
-
 fn range_percent(text: &str) -> Result<f64, String> {
     let value: Option<f64> = text.parse().ok().filter(|value| *value > 0.0 && *value < 100.0);
     value.ok_or_else(|| "must be above 0 and under 100".to_owned())
-}
-
-fn range_steps(text: &str) -> Result<u32, String> {
-    within(text, &(1..=100))
 }
 
 fn diameter(text: &str) -> Result<f64, String> {
@@ -360,24 +330,4 @@ fn title(text: &str) -> Result<String, String> {
         Some(letter) => Err(format!("{letter:?} cannot be drawn: use letters, digits and signs of ASCII")),
         None => Ok(text.trim().to_owned()),
     }
-}
-
-fn work(text: &str) -> Result<u64, String> {
-    within(text, &(1..=1_000_000_000))
-}
-
-fn near(text: &str) -> Result<f64, String> {
-    within(text, &NEAR_M)
-}
-
-fn clearance(text: &str) -> Result<f64, String> {
-    within(text, &CLEARANCE_M)
-}
-
-fn speed_ratio(text: &str) -> Result<f64, String> {
-    within(text, &SPEED_RATIO)
-}
-
-fn speed_limit(text: &str) -> Result<f64, String> {
-    within(text, &(0.001..=1000.0))
 }

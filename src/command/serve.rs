@@ -21,10 +21,10 @@ use crate::system::stop::StopFlag;
 
 pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
     let settings = settings(args)?;
-    let domain = Domain::new(args.bus.instance.clone())?;
+    let domain = Domain::new(args.run.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
     warn_of_early_end(&settings.config);
-    let timecode = Awaited::start(&args.timecode, &settings.config, settings.until_s, args.format.format)?;
+    let timecode = Awaited::start(&args.run.timecode, &settings.config, settings.until_s, args.format.format)?;
     let mut server = Server::create(&domain, settings)?;
     announce(args, &server)?;
     let timecode = timecode.map(|timecode| timecode.lead(&mut server)).transpose()?;
@@ -72,25 +72,25 @@ fn start_s(config: &Config, pace: &PaceArgs) -> f64 {
 }
 
 fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
-    let config = configure(&args.config, &args.pace, args.guarded)?;
+    let config = configure(&args.run.config, &args.run.pace, args.guarded)?;
     match args.start_travel {
         // The speed was changed on the way, so show time says nothing of the travel.
         Some(travel_m) => {
             let dragon = config.dragon();
             require("--start-travel", travel_m, dragon.start_travel_m(), dragon.end_travel_m())?;
-            args.pace.until.map_or(Ok(()), |until_s| require_from("--until", until_s, config.start_s()))?;
+            args.run.pace.until.map_or(Ok(()), |until_s| require_from("--until", until_s, config.start_s()))?;
         }
-        None => check_pace(&config, &args.pace)?,
+        None => check_pace(&config, &args.run.pace)?,
     }
     if let Some(speed_mps) = args.start_speed {
         require("--start-speed", speed_mps, 0.0, Request::MAX_SPEED_MPS)?;
     }
     Ok(ServerSettings {
-        start_s: start_s(&config, &args.pace),
+        start_s: start_s(&config, &args.run.pace),
         config,
         start_travel_m: args.start_travel,
         start_speed_mps: args.start_speed,
-        until_s: args.pace.until,
+        until_s: args.run.pace.until,
         held: args.held,
         paused: args.paused,
         readers: args.readers,
@@ -124,7 +124,7 @@ fn announce(args: &ServeArgs, server: &Server) -> anyhow::Result<()> {
     match args.format.format {
         Format::Json => print_json(&ServeLine::Started { run_id: server.run_id() }),
         Format::Text => {
-            complain(&format!("serving instance {}, run {}; Ctrl-C ends it", args.bus.instance, server.run_id()));
+            complain(&format!("serving instance {}, run {}; Ctrl-C ends it", args.run.bus.instance, server.run_id()));
             if server.is_guarded() {
                 complain("guarded: the head walks where `bench-dragon monitor --guard` has proved the way free");
             }

@@ -20,7 +20,7 @@ pub const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
 const MAX_CONFIG_BYTES: u64 = 1 << 20;
 
 /// The part that a session plays among zenoh's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum SessionMode {
     /// Talks to others directly.
     Peer,

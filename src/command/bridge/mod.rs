@@ -6,10 +6,10 @@ use std::process::ExitCode;
 use anyhow::Context as _;
 use bench_dragon_ipc::{Domain, Instance};
 
-use crate::bridge::osc::{AngleUnit, OscEncoder, OscSettings, SlipSender};
+use crate::bridge::osc::{OscEncoder, OscSettings, SlipSender};
 use crate::bridge::psn::{PsnEncoder, SystemName};
 use crate::bridge::{Outlet, Packets, UdpSender, UdpTarget};
-use crate::cli::{Angle, BadInput, Bridge, BridgeArgs, NetworkArgs, OscArgs, PsnArgs};
+use crate::cli::{BadInput, Bridge, BridgeArgs, NetworkArgs, OscArgs, PsnArgs};
 use crate::source::server::schedule::Schedule;
 use crate::system::clock::{monotonic_ns, unix_minus_monotonic_ns};
 use crate::system::stop::StopFlag;
@@ -116,10 +116,7 @@ fn settings(osc: &OscArgs) -> OscSettings {
     OscSettings {
         bench_address: osc.address.clone(),
         show_address: osc.show_address.clone(),
-        angle: match osc.angle {
-            Angle::Degrees => AngleUnit::Degrees,
-            Angle::Radians => AngleUnit::Radians,
-        },
+        angle: osc.angle,
         bundle: osc.bundle,
     }
 }

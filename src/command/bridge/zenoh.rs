@@ -37,7 +37,7 @@ pub(super) fn run(args: &BridgeArgs, zenoh: &ZenohArgs) -> anyhow::Result<ExitCo
 fn open(zenoh: &ZenohArgs, side: Side, stop: &StopFlag) -> anyhow::Result<Option<BridgeSession>> {
     let settings = SessionSettings {
         config: zenoh.config.clone(),
-        mode: zenoh.mode.map(Into::into),
+        mode: zenoh.mode,
         connect: zenoh.connect.clone(),
         listen: zenoh.listen.clone(),
     };

@@ -45,11 +45,11 @@ use summary::print_report;
 const LOOK_PERIOD: Duration = Duration::from_millis(50);
 
 pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
-    let config = configure(&args.config, &args.pace, args.guard)?;
-    check_pace(&config, &args.pace)?;
-    timecode::check(&args.timecode, &config)?;
-    let also = AlsoCommand::read_all(&config.also(), &args.bus.instance)?;
-    let domain = Domain::new(args.bus.instance.clone())?;
+    let config = configure(&args.run.config, &args.run.pace, args.guard)?;
+    check_pace(&config, &args.run.pace)?;
+    timecode::check(&args.run.timecode, &config)?;
+    let also = AlsoCommand::read_all(&config.also(), &args.run.bus.instance)?;
+    let domain = Domain::new(args.run.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
     let page = args.view.map(Page::new).transpose()?;
     let folder = Folder::claim(args.out.as_deref(), &config)?;
@@ -101,8 +101,8 @@ impl<'a> Show<'a> {
         page: Option<Page>,
         also: Vec<AlsoCommand>,
     ) -> Self {
-        let start_s = args.pace.start_at.unwrap_or_else(|| config.start_s());
-        let end_s = args.pace.until.unwrap_or_else(|| end_s(config, start_s));
+        let start_s = args.run.pace.start_at.unwrap_or_else(|| config.start_s());
+        let end_s = args.run.pace.until.unwrap_or_else(|| end_s(config, start_s));
         let mut children = Children::new();
         for (role, name) in [(Role::Serve, "serve"), (Role::Monitor, "monitor"), (Role::Record, "record")] {
             children.register(role, name);
@@ -151,7 +151,7 @@ impl<'a> Show<'a> {
     fn is_over(&self) -> bool {
         let tally = &self.account.tally;
         let is_at_its_end = tally.contact.is_some() || tally.guard.is_some() || self.seen.is_finished();
-        self.is_stopped || is_at_its_end && self.args.timecode.source.is_none()
+        self.is_stopped || is_at_its_end && self.args.run.timecode.source.is_none()
     }
 
     /// Ends the children in order and writes the summary, also where `outcome` says that the show went wrong.

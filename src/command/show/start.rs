@@ -41,14 +41,14 @@ impl Show<'_> {
         args.extend(["--config".to_owned(), self.folder.config().display().to_string()]);
         // The show reads, too.
         args.extend(["--readers".to_owned(), (self.children.readers() + 1).to_string()]);
-        args.extend(self.args.pace.until.map(|until_s| format!("--until={until_s}")));
+        args.extend(self.args.run.pace.until.map(|until_s| format!("--until={until_s}")));
         args.extend(if self.seen.header().is_some() { self.resumption() } else { self.beginning() });
         self.launch("serve", args)
     }
 
     /// Where the first server begins.
     fn beginning(&self) -> Vec<String> {
-        self.args.pace.start_at.map(|start_s| format!("--start-at={start_s}")).into_iter().collect()
+        self.args.run.pace.start_at.map(|start_s| format!("--start-at={start_s}")).into_iter().collect()
     }
 
     /// Where a server that is started again goes on.
@@ -57,7 +57,7 @@ impl Show<'_> {
         let mut args =
             vec![format!("--start-at={}", header.sim_time_s()), format!("--start-travel={}", header.head_travel_m)];
         args.extend(self.seen.walking_speed_mps().map(|speed_mps| format!("--start-speed={speed_mps}")));
-        let follows = self.args.timecode.source.is_some();
+        let follows = self.args.run.timecode.source.is_some();
         // A show that has stood with its timecode follows on; whoever paused one that ran is asked once more.
         let was_paused = self.seen.is_paused() && follows && !self.account.has_timecode_stood;
         if self.seen.is_paused() && !follows {
@@ -93,7 +93,7 @@ impl Show<'_> {
     }
 
     fn timecode_args(&self) -> Vec<String> {
-        let TimecodeArgs { source, offset_s, timeout_s, frame_rate } = &self.args.timecode;
+        let TimecodeArgs { source, offset_s, timeout_s, frame_rate } = &self.args.run.timecode;
         let frames_per_second = frame_rate.map(FrameRate::frames_per_second);
         // The desk goes on sending to where the first server listened.
         let source = source.clone().map(|source| match self.account.timecode_listen {

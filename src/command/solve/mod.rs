@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use anyhow::bail;
 
-use crate::cli::{Question, SaveConfigArgs};
+use crate::cli::{AnswerArgs, Question};
 use crate::command::whole_file;
 use crate::config::Config;
 
@@ -30,7 +30,7 @@ pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
 }
 
 /// Writes the configuration that is the answer, if the arguments ask for it; fails with the reason where there is none.
-pub(super) fn save_config(args: &SaveConfigArgs, answer: Result<&Config, &str>) -> anyhow::Result<()> {
+pub(super) fn save_config(args: &AnswerArgs, answer: Result<&Config, &str>) -> anyhow::Result<()> {
     let Some(path) = &args.save_config else { return Ok(()) };
     match answer {
         Ok(config) => whole_file::write(path, config.to_toml().as_bytes()),

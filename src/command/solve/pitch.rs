@@ -39,18 +39,18 @@ pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
     };
     let turn_diameter_m = args.turn_diameter.unwrap_or(planned_diameter_m);
     let (dimensions, clearance_m) = (config.dragon().dimensions(), args.clearance.unwrap_or(0.0));
-    let found = smallest_pitch(dimensions, start_turns, turn_diameter_m, clearance_m, &args.work.meter());
+    let found = smallest_pitch(dimensions, start_turns, turn_diameter_m, clearance_m, &args.answer.work.meter());
     let found = match found {
         Err(error @ (PitchError::Route(_) | PitchError::TurnDiameter { .. })) => {
             return Err(BadInput(error.to_string()).into());
         }
         found => found.map_err(|error| error.to_string()),
     };
-    match args.format.format {
+    match args.answer.format.format {
         Format::Json => print_json(&Answer::of(&found, args.clearance))?,
         Format::Text => print_line(text(&found, turn_diameter_m, &config, clearance_m))?,
     }
-    if args.save.save_config.is_none() && args.figure.figure.is_none() {
+    if args.answer.save_config.is_none() && args.answer.figure.figure.is_none() {
         return Ok(());
     }
     match &found {
@@ -59,11 +59,11 @@ pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
             let tightest = config.with_route(RouteSpec::Spiral(plan))?;
             let end_m = Route::spiral(plan.pitch_m, plan.start_turns)?.to_circle(turn_diameter_m)?.end_travel_m();
             draw(args, &tightest, turn_diameter_m, end_m, smallest)?;
-            save_config(&args.save, Ok(&tightest))
+            save_config(&args.answer, Ok(&tightest))
         }
         Err(reason) => {
-            figures::refuse(&args.figure, reason)?;
-            save_config(&args.save, Err(reason))
+            figures::refuse(&args.answer.figure, reason)?;
+            save_config(&args.answer, Err(reason))
         }
     }
 }
@@ -76,7 +76,7 @@ fn draw(
     end_m: f64,
     SmallestPitch { pitch_m, limit }: &SmallestPitch,
 ) -> anyhow::Result<()> {
-    if args.figure.figure.is_none() {
+    if args.answer.figure.figure.is_none() {
         return Ok(());
     }
     let (travel_m, benches) = match limit {
@@ -85,10 +85,10 @@ fn draw(
     };
     let time_s = tightest.timetable().time_s(travel_m);
     let caption =
-        caption(&args.figure, tightest, format!("The tightest spiral, pitch {pitch_m:.6} m, at {time_s:.6} s"));
+        caption(&args.answer.figure, tightest, format!("The tightest spiral, pitch {pitch_m:.6} m, at {time_s:.6} s"));
     let view = figures::pitch_view(caption, tightest.dragon(), turn_diameter_m, travel_m, benches);
-    figures::save(view.draw(), &args.figure)?;
-    if args.format.format == Format::Text { figures::tell(&args.figure) } else { Ok(()) }
+    figures::save(view.draw(), &args.answer.figure)?;
+    if args.answer.format.format == Format::Text { figures::tell(&args.answer.figure) } else { Ok(()) }
 }
 
 impl Answer {

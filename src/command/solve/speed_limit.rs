@@ -31,24 +31,24 @@ pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
     let (config, passage) = passage(args)?;
     let largest = passage.as_ref().map_err(|infeasible| *infeasible).and_then(|dragon| largest_speed_ratio(dragon));
     let answer = Answer::of(&largest, args.limit, &config);
-    match args.format.format {
+    match args.answer.format.format {
         Format::Json => print_json(&answer)?,
         Format::Text => print_line(text(&answer, args.limit, config.route()))?,
     }
-    if let (Some(_), Ok(dragon), Ok(largest)) = (&args.figure.figure, &passage, &largest) {
-        let view = figures::speeds_over_time(&args.figure, &config, dragon, largest, args.limit);
-        figures::save(view.draw(), &args.figure)?;
+    if let (Some(_), Ok(dragon), Ok(largest)) = (&args.answer.figure.figure, &passage, &largest) {
+        let view = figures::speeds_over_time(&args.answer.figure, &config, dragon, largest, args.limit);
+        figures::save(view.draw(), &args.answer.figure)?;
     }
     if let Some(reason) = answer.infeasible.as_ref().or(answer.undecided.as_ref()) {
-        figures::refuse(&args.figure, reason)?;
-        return save_config(&args.save, Err(reason));
+        figures::refuse(&args.answer.figure, reason)?;
+        return save_config(&args.answer, Err(reason));
     }
-    if args.format.format == Format::Text {
-        figures::tell(&args.figure)?;
+    if args.answer.format.format == Format::Text {
+        figures::tell(&args.answer.figure)?;
     }
     match answer.head_speed_mps {
-        Some(head_speed_mps) if args.save.save_config.is_some() => {
-            save_config(&args.save, Ok(&config.with_head_speed(head_speed_mps)?))
+        Some(head_speed_mps) if args.answer.save_config.is_some() => {
+            save_config(&args.answer, Ok(&config.with_head_speed(head_speed_mps)?))
         }
         _ => Ok(()),
     }
@@ -78,13 +78,13 @@ fn passage(args: &SpeedLimitArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>,
     if plan.config.is_some() && !asks_for_turn(plan) {
         let config = load_config(&ConfigArgs { config: plan.config.clone() }, Overrides::default())?;
         if let RouteSpec::Spiral(_) = config.route() {
-            let dragon = Arc::new(config.dragon().metered(&args.work.meter()));
+            let dragon = Arc::new(config.dragon().metered(&args.answer.work.meter()));
             return Ok((config, Ok(dragon)));
         }
     }
     let (config, plan) = planned_turn(plan)?;
     let turnaround = plan.turnaround(config.head_speed_mps())?;
-    let passage = passage_through(turnaround, *config.dragon().dimensions(), &args.work.meter());
+    let passage = passage_through(turnaround, *config.dragon().dimensions(), &args.answer.work.meter());
     Ok((config, passage.map(Arc::new)))
 }
 

@@ -124,22 +124,23 @@ pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
         (config.with_route(RouteSpec::Turnaround(plan))?, plan.turnaround(speed_mps)?, passage, Some(shortest))
     } else {
         let progress = Progress::new("passage", 1.0);
-        let passage = walk_through(planned, dimensions, staging, &args.work.meter(), |share| progress.add(share));
+        let passage =
+            walk_through(planned, dimensions, staging, &args.answer.work.meter(), |share| progress.add(share));
         (config, planned, passage, None)
     };
-    let largest_ratio = passage_through(turnaround, dimensions, &args.work.meter())
+    let largest_ratio = passage_through(turnaround, dimensions, &args.answer.work.meter())
         .and_then(|dragon| largest_speed_ratio(&dragon))
         .ok()
         .map(|largest| largest.ratio);
     let answer =
         Answer { largest_ratio, clearance_m, max_ratio, shortest, ..Answer::of(&turnaround, &passage, &config) };
-    match args.format.format {
+    match args.answer.format.format {
         Format::Json => print_json(&answer)?,
         Format::Text => print_line(answer.text().trim_end())?,
     }
     draw(args, &config, &turnaround, &passage)?;
     let reason = answer.infeasible.clone().or(answer.undecided.clone()).or_else(|| answer.broken_limit());
-    save_config(&args.save, reason.as_deref().map_or(Ok(&config), Err))
+    save_config(&args.answer, reason.as_deref().map_or(Ok(&config), Err))
 }
 
 /// The shortest S inside the planned circle, as a plan of its own.
@@ -151,7 +152,8 @@ fn find_shortest(
     plan: TurnaroundSpec,
 ) -> anyhow::Result<(TurnaroundSpec, TurnPassage, Shortest)> {
     let progress = Progress::new("shortest turn", 1.0);
-    let found = shortest_turn(*planned, dimensions, staging, &args.work.long_meter(), |share| progress.add(share));
+    let found =
+        shortest_turn(*planned, dimensions, staging, &args.answer.work.long_meter(), |share| progress.add(share));
     let Some(found) = found.context("the shortest S is not known, --work allows more")? else {
         let Staging { clearance_m, speed_ratio } = staging;
         bail!(
@@ -175,7 +177,7 @@ fn find_shortest(
 
 /// Draws the dragon where its benches come nearest, or where they touch.
 fn draw(args: &TurnArgs, config: &Config, turnaround: &Turnaround, passage: &TurnPassage) -> anyhow::Result<()> {
-    if args.figure.figure.is_none() {
+    if args.answer.figure.figure.is_none() {
         return Ok(());
     }
     let has_clearance = args.clearance.is_some_and(|clearance_m| clearance_m > 0.0);
@@ -188,13 +190,13 @@ fn draw(args: &TurnArgs, config: &Config, turnaround: &Turnaround, passage: &Tur
         TurnPassage::Contact(contact) => (meeting, contact.travel_m, Some(contact.benches)),
         TurnPassage::TooFast(largest) => ("at its fastest", largest.travel_m, None),
         TurnPassage::TooMuchWork(spent) => bail!("--figure has nothing to show: {spent}"),
-        TurnPassage::Infeasible(infeasible) => return figures::refuse(&args.figure, &infeasible.to_string()),
+        TurnPassage::Infeasible(infeasible) => return figures::refuse(&args.answer.figure, &infeasible.to_string()),
     };
-    let dragon = passage_through(*turnaround, *config.dragon().dimensions(), &args.work.meter())?;
+    let dragon = passage_through(*turnaround, *config.dragon().dimensions(), &args.answer.work.meter())?;
     let title = format!("The dragon {what}, at {:.6} s", time_s(config, travel_m));
-    let caption = caption(&args.figure, config, title);
-    figures::save(figures::turn_view(caption, &dragon, turnaround, travel_m, benches).draw(), &args.figure)?;
-    if args.format.format == Format::Text { figures::tell(&args.figure) } else { Ok(()) }
+    let caption = caption(&args.answer.figure, config, title);
+    figures::save(figures::turn_view(caption, &dragon, turnaround, travel_m, benches).draw(), &args.answer.figure)?;
+    if args.answer.format.format == Format::Text { figures::tell(&args.answer.figure) } else { Ok(()) }
 }
 
 fn time_s(config: &Config, travel_m: f64) -> f64 {

@@ -17,7 +17,7 @@ use signal_hook::consts::SIGTSTP;
 use signal_hook::low_level::emulate_default_handler;
 
 use super::mailbox::Mailbox;
-use crate::cli::{BadInput, GlyphSet};
+use crate::cli::BadInput;
 use crate::display::watch::{Glyphs, Look, Theme};
 use crate::output::{Screen, hold_terminal, release_terminal};
 
@@ -114,7 +114,7 @@ fn give_back_at_panics() {
 }
 
 /// How this process's terminal is drawn on, with the characters that were asked for.
-pub(super) fn look(asked: Option<GlyphSet>) -> Result<Look, BadInput> {
+pub(super) fn look(asked: Option<Glyphs>) -> Result<Look, BadInput> {
     let (name, is_terminal) = (variable("TERM"), io::stdin().is_terminal() && io::stdout().is_terminal());
     if !is_terminal {
         return Err(BadInput(
@@ -127,12 +127,7 @@ pub(super) fn look(asked: Option<GlyphSet>) -> Result<Look, BadInput> {
             "watch needs a terminal that can be drawn on, and {told}; `bench-dragon hz` and `bench-dragon echo` need none"
         )));
     }
-    let glyphs = match asked {
-        Some(GlyphSet::Braille) => Glyphs::Braille,
-        Some(GlyphSet::Blocks) => Glyphs::Blocks,
-        Some(GlyphSet::Ascii) => Glyphs::Ascii,
-        None => Glyphs::of_terminal(&name, is_utf8()),
-    };
+    let glyphs = asked.unwrap_or_else(|| Glyphs::of_terminal(&name, is_utf8()));
     let theme = if variable("NO_COLOR").is_empty() { Theme::Coloured } else { Theme::Plain };
     Ok(Look { theme, glyphs })
 }

@@ -4,14 +4,17 @@ use ratatui::symbols::bar::{self, NINE_LEVELS, THREE_LEVELS};
 use ratatui::symbols::{Marker, border, line};
 
 /// Which characters are drawn with.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Glyphs {
-    /// Braille patterns, two by four dots in a cell.
+    // A cell has two by four dots.
+    /// Braille patterns.
     #[default]
     Braille,
-    /// Half blocks, which the fonts of a console have: one by two dots.
+    // One by two dots.
+    /// Half blocks, as a console has them.
     Blocks,
-    /// ASCII alone: a cell is one dot.
+    // One dot.
+    /// ASCII alone.
     Ascii,
 }
 
