@@ -11,8 +11,10 @@ const ALLOWED: &str = "one of bridge, view, metrics, monitor, hz and echo";
 /// A configured command that has been checked.
 #[derive(Debug)]
 pub(super) struct AlsoCommand {
-    name: String,
-    args: Vec<String>,
+    /// For people: the command, and its number where there are several of it.
+    pub(super) name: String,
+    /// With the command itself and the show's instance.
+    pub(super) args: Vec<String>,
 }
 
 impl AlsoCommand {
@@ -32,16 +34,6 @@ impl AlsoCommand {
             commands.push(command);
         }
         Ok(commands)
-    }
-
-    /// Its name for people: the command, and its number where there are several of it.
-    pub(super) fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// Its arguments, with the command itself and the show's instance.
-    pub(super) fn args(&self) -> &[String] {
-        &self.args
     }
 
     /// Reads one line. An error goes on where the line has been named.
@@ -125,9 +117,9 @@ mod tests {
     fn commands_are_split_as_a_shell_does_and_numbered_where_they_are_alike() {
         let lines = ["bridge psn --name 'two words'", "hz", "bridge psn --to 10.0.0.20:56565", "bridge osc --bundle"];
         let commands = read(&lines).expect("all are commands that read");
-        let names: Vec<&str> = commands.iter().map(AlsoCommand::name).collect();
+        let names: Vec<&str> = commands.iter().map(|command| command.name.as_str()).collect();
         assert_eq!(names, ["bridge psn", "hz", "bridge psn 2", "bridge osc"]);
-        assert_eq!(commands[0].args(), ["bridge", "psn", "--name", "two words", "--instance", "dragon"]);
+        assert_eq!(commands[0].args, ["bridge", "psn", "--name", "two words", "--instance", "dragon"]);
     }
 
     #[test]

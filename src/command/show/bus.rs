@@ -35,12 +35,13 @@ impl Bus {
 /// What frames and statuses have last shown.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LastSeen {
-    header: Option<FrameHeader>,
+    pub(super) header: Option<FrameHeader>,
     /// Travel up to which the guard has last let the head walk; not a number without one.
     granted_to_m: f64,
-    walking_speed_mps: Option<f64>,
+    /// Speed at which the head last walked.
+    pub(super) walking_speed_mps: Option<f64>,
     /// Whether the show was paused when it was last not held.
-    is_paused: bool,
+    pub(super) is_paused: bool,
     /// What keeps the head from walking, by the newest status.
     stops: Stops,
 }
@@ -75,34 +76,13 @@ impl LastSeen {
         (self.granted_to_m, self.stops) = (status.granted_to_m, status.stops());
     }
 
-    /// The newest frame's header.
-    pub(super) fn header(&self) -> Option<&FrameHeader> {
-        self.header.as_ref()
-    }
-
-    /// Show time of the newest frame.
-    pub(super) fn show_time_s(&self) -> Option<f64> {
-        self.header.map(|header| header.sim_time_s())
-    }
-
-    /// Speed at which the head last walked.
-    pub(super) fn walking_speed_mps(&self) -> Option<f64> {
-        self.walking_speed_mps
-    }
-
-    /// Whether the show was paused when it was last not held.
-    pub(super) fn is_paused(&self) -> bool {
-        self.is_paused
-    }
-
     /// Whether an operator holds the show. A guard's stop is no hold: the next grant lifts it.
     pub(super) fn is_held(&self) -> bool {
-        let held = |header: FrameHeader| match header.show_state() {
+        self.header.is_some_and(|header| match header.show_state() {
             Some(ShowState::Held) => header.head_travel_m != self.granted_to_m,
             Some(ShowState::Stopping) => self.stops.held,
             _ => false,
-        };
-        self.header.is_some_and(held)
+        })
     }
 
     /// Whether the run is over.
@@ -134,11 +114,11 @@ mod tests {
     fn a_pause_outlives_a_hold_and_ends_with_a_step() {
         let mut seen = LastSeen::new();
         seen.see_frame(&frame(ShowState::Running, 1.0));
-        assert_eq!((seen.is_paused(), seen.walking_speed_mps()), (false, Some(0.8)));
+        assert_eq!((seen.is_paused, seen.walking_speed_mps), (false, Some(0.8)));
         seen.see_frame(&frame(ShowState::Paused, 1.0));
         seen.see_frame(&frame(ShowState::Held, 1.0));
-        assert!(seen.is_paused() && seen.is_held());
+        assert!(seen.is_paused && seen.is_held());
         seen.see_frame(&frame(ShowState::Running, 1.1));
-        assert!(!seen.is_paused() && !seen.is_held());
+        assert!(!seen.is_paused && !seen.is_held());
     }
 }

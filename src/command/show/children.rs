@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use crossbeam::channel::{self, Receiver, Sender};
 
-use super::life::{LONGEST_DISK_SILENCE, LONGEST_SILENCE, Life, Look};
-use super::process::{Event, Launch, Process};
+use super::liveness::{LONGEST_DISK_SILENCE, LONGEST_SILENCE, Liveness, Look};
+use super::process::{Launch, Process, ProcessEvent};
 use crate::command::print::complain;
 
 /// Lines that wait for the show. A child that prints more waits, which a show does not let last.
@@ -20,7 +20,7 @@ const LONGEST_PERIOD: Duration = Duration::from_millis(1500);
 
 /// What happens among the children.
 #[derive(Debug)]
-pub(super) enum News {
+pub(super) enum ChildNews {
     /// A child has printed a line.
     Line(Role, String),
     /// A child has ended.
@@ -39,8 +39,8 @@ pub(super) struct End {
 #[derive(Debug)]
 pub(super) struct Children {
     entries: Vec<Entry>,
-    events: Receiver<Event>,
-    sender: Sender<Event>,
+    events: Receiver<ProcessEvent>,
+    sender: Sender<ProcessEvent>,
     looked: Instant,
 }
 
@@ -49,7 +49,7 @@ pub(super) struct Children {
 struct Entry {
     role: Role,
     name: String,
-    life: Life,
+    liveness: Liveness,
     process: Option<Process>,
 }
 
@@ -62,8 +62,8 @@ impl Children {
 
     /// Registers a child by the name that people read.
     pub(super) fn register(&mut self, role: Role, name: impl Into<String>) {
-        let life = Life::new(role.longest_silence());
-        self.entries.push(Entry { role, name: name.into(), life, process: None });
+        let liveness = Liveness::new(if role == Role::Record { LONGEST_DISK_SILENCE } else { LONGEST_SILENCE });
+        self.entries.push(Entry { role, name: name.into(), liveness, process: None });
     }
 
     /// Starts a child that was registered.
@@ -71,7 +71,7 @@ impl Children {
         let process = Process::start(role, launch, self.sender.clone())?;
         let entry = self.entry_mut(role);
         entry.process = Some(process);
-        entry.life.start();
+        entry.liveness.start();
         Ok(())
     }
 
@@ -84,10 +84,10 @@ impl Children {
     ///
     /// # Errors
     /// A child that cannot be waited for.
-    pub(super) fn next(&mut self, timeout: Duration) -> anyhow::Result<Option<News>> {
+    pub(super) fn next(&mut self, timeout: Duration) -> anyhow::Result<Option<ChildNews>> {
         match self.events.recv_timeout(timeout) {
-            Ok(Event::Line(role, line)) => return Ok(Some(News::Line(role, line))),
-            Ok(Event::Closed(role)) => self.entry_mut(role).process.iter_mut().for_each(Process::close),
+            Ok(ProcessEvent::Line(role, line)) => return Ok(Some(ChildNews::Line(role, line))),
+            Ok(ProcessEvent::Closed(role)) => self.entry_mut(role).process.iter_mut().for_each(Process::close),
             Err(_) => {}
         }
         self.entries.iter_mut().find_map(|entry| entry.poll_end().transpose()).transpose()
@@ -95,14 +95,14 @@ impl Children {
 
     /// Takes note of a child's sign of life.
     pub(super) fn hear(&mut self, role: Role) {
-        self.entry_mut(role).life.hear();
+        self.entry_mut(role).liveness.hear();
     }
 
     /// Takes note of a sign of life of whichever child has this process id, if any.
     pub(super) fn hear_process(&mut self, pid: u32) {
         let is_meant = |entry: &&mut Entry| entry.process.as_ref().is_some_and(|process| process.pid() == pid);
         if let Some(entry) = self.entries.iter_mut().find(is_meant) {
-            entry.life.hear();
+            entry.liveness.hear();
         }
     }
 
@@ -110,23 +110,22 @@ impl Children {
     pub(super) fn kill_silent(&mut self, now: Instant) -> Vec<String> {
         let elapsed = now.duration_since(self.looked).min(LONGEST_LOOK);
         self.looked = now;
-        let has_frames = self.entry(Role::Serve).life.silence().is_some_and(|silence| silence < LONGEST_PERIOD);
+        let has_frames = self.entry(Role::Serve).liveness.silence().is_some_and(|silence| silence < LONGEST_PERIOD);
         self.entries.iter_mut().filter_map(|entry| entry.kill_if_silent(elapsed, has_frames)).collect()
     }
 
     /// Plans when a child that has ended is started again. Returns whether it is.
     pub(super) fn plan_restart(&mut self, role: Role, now: Instant) -> bool {
-        self.entry_mut(role).life.end(now)
+        self.entry_mut(role).liveness.end(now)
     }
 
-    /// A child's life.
-    pub(super) fn life(&mut self, role: Role) -> &mut Life {
-        &mut self.entry_mut(role).life
+    pub(super) fn liveness(&mut self, role: Role) -> &mut Liveness {
+        &mut self.entry_mut(role).liveness
     }
 
     /// The children that are to be started again by now.
     pub(super) fn due(&self, now: Instant) -> Vec<Role> {
-        self.entries.iter().filter(|entry| entry.life.is_due(now)).map(|entry| entry.role).collect()
+        self.entries.iter().filter(|entry| entry.liveness.is_due(now)).map(|entry| entry.role).collect()
     }
 
     /// How many readers a server that is started now finds: those that the show always has and has not done without yet, and
@@ -135,9 +134,10 @@ impl Children {
         let is_reader = |entry: &&Entry| match entry.role {
             Role::Serve => false,
             Role::View => entry.process.is_some(),
-            role if role.is_awaited() => !entry.life.is_over() && !entry.life.is_waiting(),
+            // The server waits for them before it begins.
+            Role::Monitor | Role::Record => !entry.liveness.is_over() && !entry.liveness.is_waiting(),
             // Others need a while to join. One that has given a sign of life has joined.
-            _ => entry.life.has_lived(),
+            Role::Also(_) => entry.liveness.has_lived,
         };
         self.entries.iter().filter(is_reader).count()
     }
@@ -159,11 +159,11 @@ impl Children {
         let deadline = Instant::now() + patience;
         while self.entries.iter().any(of_meant) && Instant::now() < deadline {
             match self.next(LOOK_PERIOD)? {
-                Some(News::Line(role, line)) => take_line(role, &line)?,
-                Some(News::Ended(role, End { status, reason })) if !status.success() => {
+                Some(ChildNews::Line(role, line)) => take_line(role, &line)?,
+                Some(ChildNews::Ended(role, End { status, reason })) if !status.success() => {
                     complain(&format!("{} ended with {reason}", self.name(role)));
                 }
-                Some(News::Ended(..)) | None => {}
+                Some(ChildNews::Ended(..)) | None => {}
             }
         }
         for entry in self.entries.iter_mut().filter(|entry| of_meant(entry)) {
@@ -183,18 +183,18 @@ impl Children {
 }
 
 impl Entry {
-    fn poll_end(&mut self) -> anyhow::Result<Option<News>> {
+    fn poll_end(&mut self) -> anyhow::Result<Option<ChildNews>> {
         let Some(process) = &mut self.process else { return Ok(None) };
         let Some(status) = process.poll_end()? else { return Ok(None) };
         let reason = process.reason(status);
         self.process = None;
-        Ok(Some(News::Ended(self.role, End { status, reason })))
+        Ok(Some(ChildNews::Ended(self.role, End { status, reason })))
     }
 
     fn kill_if_silent(&mut self, elapsed: Duration, has_frames: bool) -> Option<String> {
         let process = self.process.as_mut()?;
         let has_occasion = self.role == Role::Serve || has_frames;
-        let limit = self.life.look(Look { elapsed, is_stopped: process.is_stopped(), has_occasion })?;
+        let limit = self.liveness.look(Look { elapsed, is_stopped: process.is_stopped(), has_occasion })?;
         let seconds = limit.as_secs();
         process.kill(format!("no sign of life for {seconds} s"));
         Some(format!("{} has shown no sign of life for {seconds} s: killing it", self.name))
@@ -214,19 +214,4 @@ pub(super) enum Role {
     View,
     /// Runs the configuration's command of this number.
     Also(usize),
-}
-
-impl Role {
-    /// How long a child may be silent that is not stopped.
-    pub(super) fn longest_silence(self) -> Duration {
-        match self {
-            Self::Record => LONGEST_DISK_SILENCE,
-            Self::Serve | Self::Monitor | Self::View | Self::Also(_) => LONGEST_SILENCE,
-        }
-    }
-
-    /// Whether the server waits for it before it begins.
-    pub(super) fn is_awaited(self) -> bool {
-        matches!(self, Self::Monitor | Self::Record)
-    }
 }

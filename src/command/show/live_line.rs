@@ -6,7 +6,7 @@ use bench_dragon_ipc::FrameHeader;
 
 use crate::output::Counted;
 use crate::output::report::{AlertLine, MonitorProgress};
-use crate::output::{bar, complain, set_live_line};
+use crate::output::{bar, set_live_line};
 
 /// How often the rate is measured anew.
 const RATE_PERIOD: Duration = Duration::from_secs(1);
@@ -40,18 +40,6 @@ impl LiveLine {
             self.rate_hz,
             progress.lost
         )));
-    }
-
-    /// Prints a line above it.
-    #[expect(clippy::unused_self, reason = "the terminal has one live line: this one")]
-    pub(super) fn say(&self, line: &str) {
-        complain(line);
-    }
-
-    /// Takes the line away.
-    #[expect(clippy::unused_self, reason = "as above")]
-    pub(super) fn clear(&self) {
-        set_live_line(None);
     }
 
     fn measure_rate(&mut self, tick: u64) {

@@ -18,26 +18,27 @@ use crate::command::serve::{check_pace, configure, end_s};
 use crate::command::timecode;
 use crate::config::Config;
 use crate::output::report::ShowSummary;
+use crate::output::set_live_line;
 use crate::system::stop::StopFlag;
 
-mod account;
 mod also;
 mod bus;
 mod children;
 mod files;
-mod life;
 mod live_line;
+mod liveness;
 mod process;
+mod reports;
 mod start;
 mod summary;
 mod supervise;
 
-use account::Account;
 use also::AlsoCommand;
 use bus::{Bus, LastSeen};
-use children::{Children, News, Role};
+use children::{ChildNews, Children, Role};
 use files::{Folder, Repairs};
 use process::PATIENCE;
+use reports::ChildReports;
 use start::Page;
 use summary::print_report;
 
@@ -58,7 +59,7 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let summary = show.finish(outcome)?;
     print_report(args.format.format, &summary, show.folder.path())?;
     let touched = args.fail_on_contact && summary.contact.is_some();
-    Ok(match (touched, show.account.has_given_up) {
+    Ok(match (touched, show.reports.has_given_up) {
         (true, _) => ExitCode::from(CONTACT),
         (false, true) => ExitCode::FAILURE,
         (false, false) => ExitCode::SUCCESS,
@@ -82,7 +83,7 @@ struct Show<'a> {
     /// The bus, once there is a server.
     bus: Option<Bus>,
     seen: LastSeen,
-    account: Account,
+    reports: ChildReports,
     repairs: Repairs,
     /// When room on a full disk is looked for next.
     room_due: Instant,
@@ -111,7 +112,7 @@ impl<'a> Show<'a> {
             children.register(Role::View, "view");
         }
         for (number, command) in also.iter().enumerate() {
-            children.register(Role::Also(number), command.name());
+            children.register(Role::Also(number), &*command.name);
         }
         Self {
             args,
@@ -124,7 +125,7 @@ impl<'a> Show<'a> {
             also,
             bus: None,
             seen: LastSeen::new(),
-            account: Account::new(start_s, end_s, args.format.format),
+            reports: ChildReports::new(start_s, end_s, args.format.format),
             repairs: Repairs::new(),
             room_due: Instant::now(),
             has_begun: false,
@@ -137,8 +138,8 @@ impl<'a> Show<'a> {
         self.start(if self.page.is_some() { Role::View } else { Role::Serve })?;
         while !stop.is_set() && !self.is_over() {
             match self.children.next(LOOK_PERIOD)? {
-                Some(News::Line(role, line)) => self.take_line(role, &line)?,
-                Some(News::Ended(role, end)) => self.take_end(role, &end)?,
+                Some(ChildNews::Line(role, line)) => self.take_line(role, &line)?,
+                Some(ChildNews::Ended(role, end)) => self.take_end(role, &end)?,
                 None => {}
             }
             self.supervise()?;
@@ -149,8 +150,8 @@ impl<'a> Show<'a> {
     /// Whether there was a contact, the guard's last word, or the end. A show that follows timecode is over when its server is:
     /// the timecode may come back from wherever it has gone.
     fn is_over(&self) -> bool {
-        let tally = &self.account.tally;
-        let is_at_its_end = tally.contact.is_some() || tally.guard.is_some() || self.seen.is_finished();
+        let totals = &self.reports.totals;
+        let is_at_its_end = totals.contact.is_some() || totals.guard.is_some() || self.seen.is_finished();
         self.is_stopped || is_at_its_end && self.args.run.timecode.source.is_none()
     }
 
@@ -162,24 +163,24 @@ impl<'a> Show<'a> {
         self.bus = None;
         self.end_children(|role| role != Role::View, PATIENCE)?;
         // Of a child that was killed at the very end, what is known.
-        self.account.close_monitor();
+        self.reports.close_monitor();
         self.finish_recording();
-        self.account.line.clear();
+        set_live_line(None);
         self.end_children(|_| true, PATIENCE)?;
         let repairs = std::mem::replace(&mut self.repairs, Repairs::new());
         repairs.finish().into_iter().for_each(|repaired| self.count_repaired(repaired));
-        if outcome.is_err() && self.seen.header().is_none() {
+        if outcome.is_err() && self.seen.header.is_none() {
             self.folder.remove_unused();
         }
         outcome?;
-        let summary = self.account.summary();
+        let summary = self.reports.totals.summary();
         self.folder.write_summary(&summary)?;
         Ok(summary)
     }
 
     fn end_children(&mut self, is_meant: impl Fn(Role) -> bool, patience: Duration) -> anyhow::Result<()> {
-        let Self { children, account, .. } = self;
-        children.end(is_meant, patience, |role, line| account.take_line(role, line))
+        let Self { children, reports, .. } = self;
+        children.end(is_meant, patience, |role, line| reports.take_line(role, line))
     }
 }
 

@@ -23,7 +23,7 @@ const LOOK_PERIOD: Duration = Duration::from_millis(2);
 
 /// What the reader of a child's stdout reports.
 #[derive(Debug)]
-pub(super) enum Event {
+pub(super) enum ProcessEvent {
     /// It has printed a line.
     Line(Role, String),
     /// It has closed its stdout: it is ending.
@@ -67,7 +67,7 @@ impl Process {
     ///
     /// The kernel signals the child when the *thread* ends that has started it. Only the main thread calls this, and it ends
     /// with the show.
-    pub(super) fn start(role: Role, launch: Launch, events: Sender<Event>) -> anyhow::Result<Self> {
+    pub(super) fn start(role: Role, launch: Launch, events: Sender<ProcessEvent>) -> anyhow::Result<Self> {
         let Launch { args, environment, output } = launch;
         let program = std::env::current_exe().context("cannot find this program")?;
         let is_read = output.is_none();
@@ -149,12 +149,12 @@ impl Drop for Process {
 }
 
 /// Reads lines until the child closes its stdout, or the show has ended.
-fn read(role: Role, stdout: ChildStdout, events: &Sender<Event>) {
+fn read(role: Role, stdout: ChildStdout, events: &Sender<ProcessEvent>) {
     for line in BufReader::new(stdout).lines().map_while(Result::ok) {
-        if events.send(Event::Line(role, line)).is_err() {
+        if events.send(ProcessEvent::Line(role, line)).is_err() {
             return;
         }
     }
     // The show may have ended meanwhile.
-    let _ = events.send(Event::Closed(role));
+    let _ = events.send(ProcessEvent::Closed(role));
 }

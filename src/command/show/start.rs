@@ -9,7 +9,7 @@ use super::Show;
 use super::children::Role;
 use super::process::Launch;
 use crate::cli::{Format, TimecodeArgs};
-use crate::command::print::{print_json, print_line};
+use crate::command::print::{complain, print_json, print_line};
 use crate::command::web::{ListeningLine, TOKEN_VARIABLE, cannot_listen};
 use crate::display::view::Token;
 use crate::source::timecode::FrameRate;
@@ -29,8 +29,8 @@ impl Show<'_> {
             Role::View => self.page(),
             Role::Also(number) => {
                 let command = &self.also[number];
-                let output = Some(self.folder.open_output(command.name())?);
-                Launch { args: command.args().to_vec(), environment: Vec::new(), output }
+                let output = Some(self.folder.open_output(&*command.name)?);
+                Launch { args: command.args.clone(), environment: Vec::new(), output }
             }
         };
         self.children.start(role, launch)
@@ -42,7 +42,7 @@ impl Show<'_> {
         // The show reads, too.
         args.extend(["--readers".to_owned(), (self.children.readers() + 1).to_string()]);
         args.extend(self.args.run.pace.until.map(|until_s| format!("--until={until_s}")));
-        args.extend(if self.seen.header().is_some() { self.resumption() } else { self.beginning() });
+        args.extend(if self.seen.header.is_some() { self.resumption() } else { self.beginning() });
         self.launch("serve", args)
     }
 
@@ -53,19 +53,19 @@ impl Show<'_> {
 
     /// Where a server that is started again goes on.
     fn resumption(&self) -> Vec<String> {
-        let Some(header) = self.seen.header() else { return Vec::new() };
+        let Some(header) = self.seen.header else { return Vec::new() };
         let mut args =
             vec![format!("--start-at={}", header.sim_time_s()), format!("--start-travel={}", header.head_travel_m)];
-        args.extend(self.seen.walking_speed_mps().map(|speed_mps| format!("--start-speed={speed_mps}")));
+        args.extend(self.seen.walking_speed_mps.map(|speed_mps| format!("--start-speed={speed_mps}")));
         let follows = self.args.run.timecode.source.is_some();
         // A show that has stood with its timecode follows on; whoever paused one that ran is asked once more.
-        let was_paused = self.seen.is_paused() && follows && !self.account.has_timecode_stood;
-        if self.seen.is_paused() && !follows {
+        let was_paused = self.seen.is_paused && follows && !self.reports.has_timecode_stood;
+        if self.seen.is_paused && !follows {
             args.push("--paused".to_owned());
         }
         if !self.args.auto_resume || self.seen.is_held() || was_paused {
             args.push("--held".to_owned());
-            self.account.line.say(HELD);
+            complain(HELD);
         }
         args
     }
@@ -96,7 +96,7 @@ impl Show<'_> {
         let TimecodeArgs { source, offset_s, timeout_s, frame_rate } = &self.args.run.timecode;
         let frames_per_second = frame_rate.map(FrameRate::frames_per_second);
         // The desk goes on sending to where the first server listened.
-        let source = source.clone().map(|source| match self.account.timecode_listen {
+        let source = source.clone().map(|source| match self.reports.timecode_listen {
             Some(listen) => source.at(listen),
             None => source,
         });

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use bench_dragon_ipc::{FrameHeader, Status, TimeHistogram};
+use jiff::Timestamp;
 
 use super::children::Role;
 use crate::cli::Format;
@@ -15,13 +16,16 @@ use crate::output::report::{
 use crate::output::terminal_text::Printable;
 use crate::source::server::ServerSummary;
 
-/// The show's books. What grows with it grows with its restarts alone, of which patience allows one a minute for each child.
+/// The sums. They grow with the restarts alone, of which there is one a minute for each child at most.
 #[derive(Debug, Default)]
-pub(super) struct Tally {
-    /// Frames published in each run: by the server's own account, or as far as the show has seen them.
+pub(super) struct Totals {
+    /// Frames published in each run: by the server's own report, or as far as the show has seen them.
     published: BTreeMap<u64, u64>,
     monitored: u64,
-    recorded: u64,
+    /// Frames that are in recordings.
+    pub(super) recorded: u64,
+    /// The recordings that were begun, oldest first.
+    pub(super) recordings: Vec<PathBuf>,
     overruns: BTreeMap<u64, u64>,
     behind_s: f64,
     most_behind_s: f64,
@@ -36,7 +40,7 @@ pub(super) struct Tally {
     restart_log: Vec<RestartReport>,
 }
 
-impl Tally {
+impl Totals {
     /// Takes note of a frame that the show itself has seen.
     pub(super) fn see_frame(&mut self, header: &FrameHeader) {
         self.last_run_id = header.run_id;
@@ -44,7 +48,7 @@ impl Tally {
         *published = (*published).max(header.tick + 1);
     }
 
-    /// Takes note of a server's present account.
+    /// Takes a server's present status.
     pub(super) fn see_status(&mut self, status: &Status) {
         self.overruns.insert(status.run_id, status.overruns);
         let seconds = |nanos: u64| nanos as f64 * 1e-9;
@@ -52,7 +56,7 @@ impl Tally {
         self.lateness.report(status.run_id, &status.lateness);
     }
 
-    /// Adds a server's last account.
+    /// Adds a server's last report.
     pub(super) fn add_server(&mut self, summary: &ServerSummary) {
         self.last_run_id = summary.run_id;
         self.published.insert(summary.run_id, summary.frames);
@@ -71,7 +75,7 @@ impl Tally {
         self.most_behind_s = self.most_behind_s.max(most_behind_s);
     }
 
-    /// Adds a monitor's last account.
+    /// Adds a monitor's last report.
     pub(super) fn add_monitor(&mut self, summary: &MonitorSummary) {
         self.see_latency(&summary.latency);
         self.monitored += summary.frames;
@@ -83,27 +87,23 @@ impl Tally {
         self.monitors += 1;
     }
 
-    /// Adds frames that are in a recording.
-    pub(super) fn add_recorded(&mut self, frames: u64) {
-        self.recorded += frames;
-    }
-
     /// Adds a child that ended before the show.
-    pub(super) fn add_end(&mut self, role: Role, end: RestartReport) {
+    pub(super) fn add_end(&mut self, role: Role, name: &str, reason: &str, show_time_s: Option<f64>, restarted: bool) {
         let Restarts { serve, monitor, record, view, also } = &mut self.restarts;
         let count = match role {
             Role::Serve => serve,
             Role::Monitor => monitor,
             Role::Record => record,
             Role::View => view,
-            Role::Also(_) => also.entry(end.role.clone()).or_default(),
+            Role::Also(_) => also.entry(name.to_owned()).or_default(),
         };
-        *count += u32::from(end.restarted);
-        self.restart_log.push(end);
+        *count += u32::from(restarted);
+        let (role, reason, at) = (name.to_owned(), reason.to_owned(), format!("{:.3}", Timestamp::now()));
+        self.restart_log.push(RestartReport { role, reason, show_time_s, at, restarted });
     }
 
     /// The whole show.
-    pub(super) fn summary(&self, recordings: Vec<PathBuf>) -> ShowSummary {
+    pub(super) fn summary(&self) -> ShowSummary {
         let published = self.published.values().sum::<u64>();
         ShowSummary {
             run_id: self.last_run_id,
@@ -123,8 +123,8 @@ impl Tally {
             most_behind_s: self.most_behind_s,
             restarts: self.restarts.clone(),
             restart_log: self.restart_log.clone(),
-            recording: recordings.first().cloned().unwrap_or_default(),
-            recordings,
+            recording: self.recordings.first().cloned().unwrap_or_default(),
+            recordings: self.recordings.clone(),
         }
     }
 }
@@ -214,31 +214,31 @@ mod tests {
 
     #[test]
     fn the_lateness_of_a_show_is_that_of_all_its_servers() {
-        let mut tally = Tally::default();
+        let mut totals = Totals::default();
         let mut status = Status { run_id: 1, overruns: 2, ..Status::default() };
         status.lateness.record(900_000_000);
-        tally.see_status(&status);
+        totals.see_status(&status);
         let mut next = Status { run_id: 2, ..Status::default() };
         (0..999).for_each(|_| next.lateness.record(5_000));
-        tally.see_status(&next);
-        let summary = tally.summary(Vec::new());
+        totals.see_status(&next);
+        let summary = totals.summary();
         assert_eq!((summary.lateness_us.max, summary.overruns), (900_000.0, 2));
         assert!(summary.lateness_us.p99 < 5.2, "{summary:?}");
     }
 
     #[test]
     fn the_latency_of_a_show_is_that_of_all_its_monitors() {
-        let mut tally = Tally::default();
+        let mut totals = Totals::default();
         let times = |time_ns: u64| {
             let mut times = TimeHistogram::default();
             times.record(time_ns);
             TimesReport::from(&times)
         };
-        tally.see_latency(&times(70_000));
-        tally.close_monitor(3);
-        tally.add_monitor(&MonitorSummary { frames: 4, latency: times(10_000), ..MonitorSummary::default() });
-        tally.close_monitor(0);
-        let summary = tally.summary(Vec::new());
+        totals.see_latency(&times(70_000));
+        totals.close_monitor(3);
+        totals.add_monitor(&MonitorSummary { frames: 4, latency: times(10_000), ..MonitorSummary::default() });
+        totals.close_monitor(0);
+        let summary = totals.summary();
         assert_eq!((summary.latency_us.max, summary.frames.monitored), (70.0, 7));
         assert!(summary.latency_us.p50 < 10.4, "{summary:?}");
     }

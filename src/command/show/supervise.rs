@@ -6,9 +6,10 @@ use anyhow::bail;
 
 use super::children::{End, Role};
 use super::files::Repaired;
-use super::life::{MAX_RESTARTS, WINDOW};
+use super::liveness::{MAX_RESTARTS, WINDOW};
 use super::{Bus, Page, Show};
 use crate::command::exit_status::DISK_FULL;
+use crate::command::print::complain;
 use crate::recording::space::Size;
 
 /// Room from which a show is recorded again, in bytes: some seconds of a large dragon at least.
@@ -29,7 +30,7 @@ impl Show<'_> {
             }
             _ => self.children.hear(role),
         }
-        self.account.take_line(role, line)
+        self.reports.take_line(role, line)
     }
 
     /// Takes the end of a child before that of the show.
@@ -46,7 +47,7 @@ impl Show<'_> {
             Role::View if !self.page.as_ref().is_some_and(Page::is_announced) => {
                 bail!("the page does not start: it ended with {status}");
             }
-            Role::Monitor => self.account.close_monitor(),
+            Role::Monitor => self.reports.close_monitor(),
             Role::Record => {
                 self.finish_recording();
                 if status.code() == Some(DISK_FULL.into()) {
@@ -61,7 +62,7 @@ impl Show<'_> {
 
     /// Has the file finished of a recorder that did not do so itself.
     pub(super) fn finish_recording(&mut self) {
-        if let Some(recording) = self.account.close_recorder() {
+        if let Some(recording) = self.reports.open_recording.take() {
             self.repairs.finish_own(recording);
         }
     }
@@ -73,7 +74,7 @@ impl Show<'_> {
         let now = Instant::now();
         self.look_for_room(now);
         for line in self.children.kill_silent(now) {
-            self.account.line.say(&line);
+            complain(&line);
         }
         for role in self.children.due(now) {
             self.start_again(role)?;
@@ -89,12 +90,12 @@ impl Show<'_> {
         if let Some(frame) = bus.frames.latest()? {
             let header = frame.header();
             self.children.hear(Role::Serve);
-            self.account.tally.see_frame(header);
-            self.account.line.update(header, &self.account.progress);
+            self.reports.totals.see_frame(header);
+            self.reports.line.update(header, &self.reports.progress);
             self.seen.see_frame(header);
         }
         if let Some(status) = bus.status.poll()? {
-            self.account.tally.see_status(&status);
+            self.reports.totals.see_status(&status);
             self.seen.see_status(&status);
         }
         for pid in bus.living_readers() {
@@ -104,8 +105,8 @@ impl Show<'_> {
     }
 
     pub(super) fn count_repaired(&mut self, Repaired { frames, line }: Repaired) {
-        self.account.tally.add_recorded(frames.unwrap_or_default());
-        self.account.line.say(&line);
+        self.reports.totals.recorded += frames.unwrap_or_default();
+        complain(&line);
     }
 
     /// Joins the bus of the first server, for which its readers are started.
@@ -124,7 +125,7 @@ impl Show<'_> {
 
     /// Starts, once frames come, what the first of them does not wait for.
     fn begin_others(&mut self) -> anyhow::Result<()> {
-        if self.has_begun || self.seen.header().is_none() {
+        if self.has_begun || self.seen.header.is_none() {
             return Ok(());
         }
         self.has_begun = true;
@@ -144,16 +145,16 @@ impl Show<'_> {
     fn plan_restart(&mut self, role: Role, what: &str, reason: &str) -> anyhow::Result<()> {
         let name = self.children.name(role).to_owned();
         let restarts = self.children.plan_restart(role, Instant::now());
-        self.account.take_end(role, &name, reason.to_owned(), self.seen.show_time_s(), restarts);
+        self.reports.totals.add_end(role, &name, reason, self.seen.header.map(|header| header.sim_time_s()), restarts);
         // Without its guard the dragon stands for good.
         let is_vital = role == Role::Serve || role == Role::Monitor && self.is_guarded;
         if !restarts && is_vital {
             let minutes = WINDOW.as_secs() / 60;
             bail!("{name} {what}, after {MAX_RESTARTS} restarts within {minutes} minutes: giving up");
         }
-        self.account.has_given_up |= !restarts;
+        self.reports.has_given_up |= !restarts;
         let then = if restarts { "starting it again" } else { "the show goes on without it" };
-        self.account.line.say(&format!("{name} {what}: {then}"));
+        complain(&format!("{name} {what}: {then}"));
         Ok(())
     }
 
@@ -162,31 +163,37 @@ impl Show<'_> {
     fn wait_for_room(&mut self, end: &End) {
         let restarts = self.children.plan_restart(Role::Record, Instant::now());
         let name = self.children.name(Role::Record).to_owned();
-        self.account.take_end(Role::Record, &name, end.reason.clone(), self.seen.show_time_s(), false);
-        self.account.has_given_up = true;
+        self.reports.totals.add_end(
+            Role::Record,
+            &name,
+            &end.reason,
+            self.seen.header.map(|header| header.sim_time_s()),
+            false,
+        );
+        self.reports.has_given_up = true;
         if restarts {
-            self.children.life(Role::Record).wait();
+            self.children.liveness(Role::Record).wait();
             let room = Size(LEAST_ROOM_BYTES);
-            self.account.line.say(&format!("the show is not recorded from here on, until {room} of its disk are free"));
+            complain(&format!("the show is not recorded from here on, until {room} of its disk are free"));
         } else {
-            self.account.line.say("the disk is full again and again: the show goes on without a recording");
+            complain("the disk is full again and again: the show goes on without a recording");
         }
     }
 
     /// Has a recorder that waits for room started again where there is some.
     fn look_for_room(&mut self, now: Instant) {
-        if !self.children.life(Role::Record).is_waiting() || now < self.room_due {
+        if !self.children.liveness(Role::Record).is_waiting() || now < self.room_due {
             return;
         }
         self.room_due = now + ROOM_PERIOD;
         if self.folder.free_bytes().is_some_and(|free_bytes| free_bytes >= LEAST_ROOM_BYTES) {
-            self.children.life(Role::Record).go_on(now);
-            self.account.line.say("the disk has room again: the show is recorded from here on, in another file");
+            self.children.liveness(Role::Record).go_on(now);
+            complain("the disk has room again: the show is recorded from here on, in another file");
         }
     }
 
     fn end_with_server(&mut self) -> anyhow::Result<()> {
-        if self.seen.header().is_none() {
+        if self.seen.header.is_none() {
             bail!("the server ended before its first frame");
         }
         self.is_stopped = true;

@@ -18,7 +18,7 @@ use crate::config::{Config, Overrides};
 use crate::output::Counted;
 
 #[derive(Serialize)]
-struct Answer {
+struct ContactAnswer {
     time_s: Option<f64>,
     benches: Option<[usize; 2]>,
     point_m: Option<[f64; 2]>,
@@ -41,7 +41,7 @@ pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
     let contact = searched.ok().flatten();
     let spent = searched.err();
     let to_m = contact.map(|contact| contact.travel_m).or(spent.map(|spent| spent.reached_m)).unwrap_or(end_m);
-    let answer = Answer {
+    let answer = ContactAnswer {
         time_s: contact.map(|contact| config.timetable().time_s(contact.travel_m)),
         benches: contact.map(|contact| contact.benches),
         point_m: contact.map(|contact| contact.point.to_array()),
@@ -58,8 +58,7 @@ pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
             }
         }
     }
-    draw(args, &config, to_m, contact.as_ref(), answer.profile.as_ref())?;
-    if args.format.format == Format::Text { figures::tell(&args.figure) } else { Ok(()) }
+    draw(args, &config, to_m, contact.as_ref(), answer.profile.as_ref())
 }
 
 /// Draws the clearance over time where a profile was asked for, else the boards at the contact.
@@ -81,7 +80,7 @@ fn draw(
         );
         let meter = args.work.meter();
         let figure = figures::clearance_over_time(&args.figure, config, &meter, to_m, contact, &profile.near_misses);
-        return figures::save(figure.draw(), &args.figure);
+        return figures::save_and_tell(figure.draw(), &args.figure, args.format.format);
     }
     let contact = contact.context("--figure has nothing to show: no benches touch before the run ends")?;
     let mut view = figures::contact_view(&args.figure, config, contact);
@@ -90,7 +89,7 @@ fn draw(
         let title = format!("First within {clearance_m} m, at {time_s:.6} s: benches {first} and {second}");
         view.caption = caption(&args.figure, config, title);
     }
-    figures::save(view.draw(), &args.figure)
+    figures::save_and_tell(view.draw(), &args.figure, args.format.format)
 }
 
 fn text(config: &Config, clearance_m: f64, contact: Option<&Contact>, spent: Option<Spent>) -> String {

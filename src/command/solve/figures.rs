@@ -10,7 +10,7 @@ use glam::DVec2;
 use super::caption::{caption, caption_at_speed};
 use super::contact::NearMiss;
 use super::turn::passage_time_s;
-use crate::cli::FigureArgs;
+use crate::cli::{FigureArgs, Format};
 use crate::command::print::print_line;
 use crate::command::whole_file;
 use crate::config::Config;
@@ -37,18 +37,16 @@ const DETAIL_S: f64 = 16.0;
 /// Draws into the file that was asked for, on the paper that was asked for.
 pub(super) fn save(drawing: Drawing, args: &FigureArgs) -> anyhow::Result<()> {
     let Some(file) = &args.figure else { return Ok(()) };
-    let drawing = match args.paper {
-        Some(paper) => drawing.on_paper(paper),
-        None => drawing,
-    };
+    let drawing = if let Some(paper) = args.paper { drawing.on_paper(paper) } else { drawing };
     whole_file::write(&file.path, &drawing.encode(file.format))
 }
 
-/// Tells where the figure went, if one was asked for.
-pub(super) fn tell(args: &FigureArgs) -> anyhow::Result<()> {
+/// The same, and tells people where the figure went.
+pub(super) fn save_and_tell(drawing: Drawing, args: &FigureArgs, format: Format) -> anyhow::Result<()> {
+    save(drawing, args)?;
     match &args.figure {
-        Some(file) => Ok(print_line(format_args!("drawn to {}", Printable(&file.path)))?),
-        None => Ok(()),
+        Some(file) if format == Format::Text => Ok(print_line(format_args!("drawn to {}", Printable(&file.path)))?),
+        _ => Ok(()),
     }
 }
 

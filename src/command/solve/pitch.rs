@@ -12,7 +12,7 @@ use crate::command::print::{print_json, print_line};
 use crate::config::{Config, Overrides};
 
 #[derive(Serialize)]
-struct Answer {
+struct PitchAnswer {
     pitch_m: Option<f64>,
     /// What goes wrong at a pitch just under it.
     limit: Option<Limit>,
@@ -47,7 +47,7 @@ pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
         found => found.map_err(|error| error.to_string()),
     };
     match args.answer.format.format {
-        Format::Json => print_json(&Answer::of(&found, args.clearance))?,
+        Format::Json => print_json(&PitchAnswer::of(&found, args.clearance))?,
         Format::Text => print_line(text(&found, turn_diameter_m, &config, clearance_m))?,
     }
     if args.answer.save_config.is_none() && args.answer.figure.figure.is_none() {
@@ -87,11 +87,10 @@ fn draw(
     let caption =
         caption(&args.answer.figure, tightest, format!("The tightest spiral, pitch {pitch_m:.6} m, at {time_s:.6} s"));
     let view = figures::pitch_view(caption, tightest.dragon(), turn_diameter_m, travel_m, benches);
-    figures::save(view.draw(), &args.answer.figure)?;
-    if args.answer.format.format == Format::Text { figures::tell(&args.answer.figure) } else { Ok(()) }
+    figures::save_and_tell(view.draw(), &args.answer.figure, args.answer.format.format)
 }
 
-impl Answer {
+impl PitchAnswer {
     fn of(found: &Result<SmallestPitch, String>, clearance_m: Option<f64>) -> Self {
         let smallest = found.as_ref().ok();
         Self {

@@ -19,7 +19,7 @@ use crate::output::terminal_text::Printable;
 const DECIMALS: usize = 6;
 
 #[derive(Serialize)]
-struct Answer {
+struct PosesAnswer {
     poses: Vec<Pose>,
 }
 
@@ -46,7 +46,7 @@ pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
     }
     let times_s = times_s(&args.times, &(config.start_s()..=config.end_s()), most)?;
     let figure_s = args.figure.figure.as_ref().map(|_| one_time(&times_s)).transpose()?;
-    let answer = Answer::at(&times_s, &config);
+    let answer = PosesAnswer::at(&times_s, &config);
     match args.format {
         TableFormat::Json => print_json(&answer)?,
         TableFormat::Csv => print_bytes(Csv.export(&[answer.by_time()])?)?,
@@ -77,7 +77,7 @@ fn travel_m(time_s: f64, config: &Config) -> f64 {
     config.timetable().travel_m(time_s).clamp(dragon.start_travel_m(), dragon.end_travel_m())
 }
 
-impl Answer {
+impl PosesAnswer {
     fn at(times_s: &[f64], config: &Config) -> Self {
         let mut chain = ChainSolver::new(config.dragon());
         Self { poses: times_s.iter().map(|&time_s| Pose::at(time_s, config, &mut chain)).collect() }

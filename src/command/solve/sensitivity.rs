@@ -65,7 +65,7 @@ fn study(sensitivity: &Sensitivity, args: &SensitivityArgs) -> Vec<Response> {
 }
 
 #[derive(Serialize)]
-pub(super) struct Answer {
+pub(super) struct SensitivityAnswer {
     turn_diameter_m: f64,
     range_percent: f64,
     quantities: Vec<ResponseAnswer>,
@@ -96,8 +96,8 @@ struct SampleAnswer {
     reason: Option<String>,
 }
 
-pub(super) fn answer(sensitivity: &Sensitivity, responses: &[Response]) -> Answer {
-    Answer {
+pub(super) fn answer(sensitivity: &Sensitivity, responses: &[Response]) -> SensitivityAnswer {
+    SensitivityAnswer {
         turn_diameter_m: sensitivity.turn_diameter_m,
         range_percent: 100.0 * sensitivity.range,
         quantities: responses.iter().map(ResponseAnswer::from).collect(),

@@ -15,7 +15,7 @@ use crate::command::print::{print_json, print_line};
 use crate::config::{Config, Overrides};
 
 #[derive(Serialize)]
-struct Answer {
+struct SpeedLimitAnswer {
     head_speed_mps: Option<f64>,
     largest_ratio: Option<f64>,
     /// At the configured head speed.
@@ -30,21 +30,18 @@ struct Answer {
 pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
     let (config, passage) = passage(args)?;
     let largest = passage.as_ref().map_err(|infeasible| *infeasible).and_then(|dragon| largest_speed_ratio(dragon));
-    let answer = Answer::of(&largest, args.limit, &config);
+    let answer = SpeedLimitAnswer::of(&largest, args.limit, &config);
     match args.answer.format.format {
         Format::Json => print_json(&answer)?,
         Format::Text => print_line(text(&answer, args.limit, config.route()))?,
     }
     if let (Some(_), Ok(dragon), Ok(largest)) = (&args.answer.figure.figure, &passage, &largest) {
         let view = figures::speeds_over_time(&args.answer.figure, &config, dragon, largest, args.limit);
-        figures::save(view.draw(), &args.answer.figure)?;
+        figures::save_and_tell(view.draw(), &args.answer.figure, args.answer.format.format)?;
     }
     if let Some(reason) = answer.infeasible.as_ref().or(answer.undecided.as_ref()) {
         figures::refuse(&args.answer.figure, reason)?;
         return save_config(&args.answer, Err(reason));
-    }
-    if args.answer.format.format == Format::Text {
-        figures::tell(&args.answer.figure)?;
     }
     match answer.head_speed_mps {
         Some(head_speed_mps) if args.answer.save_config.is_some() => {
@@ -54,7 +51,7 @@ pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
     }
 }
 
-impl Answer {
+impl SpeedLimitAnswer {
     fn of(largest: &Result<LargestRatio, Infeasible>, limit_mps: f64, config: &Config) -> Self {
         let found = largest.as_ref().ok();
         Self {
@@ -88,7 +85,7 @@ fn passage(args: &SpeedLimitArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>,
     Ok((config, passage.map(Arc::new)))
 }
 
-fn text(answer: &Answer, limit_mps: f64, route: RouteSpec) -> String {
+fn text(answer: &SpeedLimitAnswer, limit_mps: f64, route: RouteSpec) -> String {
     let of_what = match route {
         RouteSpec::Spiral(_) => {
             "on all of the spiral's run (--turn-diameter asks for a passage through a turn instead)"
@@ -96,7 +93,7 @@ fn text(answer: &Answer, limit_mps: f64, route: RouteSpec) -> String {
         RouteSpec::Turnaround(_) => "on the passage through the turn",
     };
     match answer {
-        Answer {
+        SpeedLimitAnswer {
             head_speed_mps: Some(head_speed_mps),
             largest_ratio: Some(ratio),
             time_s: Some(time_s),
@@ -107,8 +104,8 @@ fn text(answer: &Answer, limit_mps: f64, route: RouteSpec) -> String {
              handle {handle} is the fastest, {ratio:.6} times as fast as the head, at {time_s:.6} s of the \
              configured speed"
         ),
-        Answer { undecided: Some(reason), .. } => format!("{reason}, --work allows more"),
-        Answer { infeasible, .. } => {
+        SpeedLimitAnswer { undecided: Some(reason), .. } => format!("{reason}, --work allows more"),
+        SpeedLimitAnswer { infeasible, .. } => {
             format!("infeasible {of_what}: {}", infeasible.as_deref().unwrap_or_default())
         }
     }

@@ -1,7 +1,5 @@
 //! `solve turn`: does the dragon get through a turn, and how near do its benches come to each other?
 
-use std::fmt::Write as _;
-
 use anyhow::{Context as _, bail};
 use bench_dragon_geometry::dragon::Dimensions;
 use bench_dragon_geometry::number::Number;
@@ -19,8 +17,8 @@ use crate::command::load_config;
 use crate::command::print::{Progress, complain, print_json, print_line};
 use crate::config::{Config, Overrides};
 
-#[derive(Serialize)]
-struct Answer {
+#[derive(Default, Serialize)]
+struct TurnAnswer {
     radii_m: [f64; 2],
     length_m: f64,
     centres_m: [[f64; 2]; 2],
@@ -88,33 +86,21 @@ const SHORTEST_CLEARANCE_M: f64 = 0.05;
 /// Largest speed of a handle ÷ the head's that it has.
 const SHORTEST_MAX_RATIO: f64 = 2.0;
 
-/// The limits that are asked for. The guard stops the head where less than its margin remains, so the shortest turn keeps that
-/// at least.
-fn limits(args: &TurnArgs, config: &Config) -> [Option<f64>; 2] {
-    let default = |limit: f64| args.shortest.then_some(limit);
-    let clearance_m = args.clearance.or(default(SHORTEST_CLEARANCE_M.max(config.margin_m())));
-    [clearance_m, args.max_ratio.or(default(SHORTEST_MAX_RATIO))]
-}
-
-/// Warns where what is asked for is less than what the guard keeps.
-fn warn_of_guard(clearance_m: Option<f64>, config: &Config) {
-    let margin_m = config.margin_m();
-    if let Some(clearance_m) = clearance_m
-        && clearance_m < margin_m
-    {
-        complain(&format!(
-            "warning: --clearance {clearance_m} is under margin_m {margin_m}: a guard may stop this turn"
-        ));
-    }
-}
-
 pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
     let (config, plan) = planned_turn(&args.plan)?;
     let speed_mps = config.head_speed_mps();
     let dimensions = *config.dragon().dimensions();
     let planned = plan.turnaround(speed_mps)?;
-    let [clearance_m, max_ratio] = limits(args, &config);
-    warn_of_guard(clearance_m, &config);
+    let margin_m = config.margin_m();
+    let default = |limit: f64| args.shortest.then_some(limit);
+    // The guard stops the head where less than its margin remains: the shortest turn keeps that at least.
+    let clearance_m = args.clearance.or(default(SHORTEST_CLEARANCE_M.max(margin_m)));
+    let max_ratio = args.max_ratio.or(default(SHORTEST_MAX_RATIO));
+    if let Some(clearance_m) = clearance_m.filter(|clearance_m| *clearance_m < margin_m) {
+        complain(&format!(
+            "warning: --clearance {clearance_m} is under margin_m {margin_m}: a guard may stop this turn"
+        ));
+    }
     let staging = Staging {
         clearance_m: clearance_m.unwrap_or(Staging::LIMITLESS.clearance_m),
         speed_ratio: max_ratio.unwrap_or(Staging::LIMITLESS.speed_ratio),
@@ -132,11 +118,16 @@ pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
         .and_then(|dragon| largest_speed_ratio(&dragon))
         .ok()
         .map(|largest| largest.ratio);
-    let answer =
-        Answer { largest_ratio, clearance_m, max_ratio, shortest, ..Answer::of(&turnaround, &passage, &config) };
+    let answer = TurnAnswer {
+        largest_ratio,
+        clearance_m,
+        max_ratio,
+        shortest,
+        ..TurnAnswer::of(&turnaround, &passage, &config)
+    };
     match args.answer.format.format {
         Format::Json => print_json(&answer)?,
-        Format::Text => print_line(answer.text().trim_end())?,
+        Format::Text => print_line(answer.text())?,
     }
     draw(args, &config, &turnaround, &passage)?;
     let reason = answer.infeasible.clone().or(answer.undecided.clone()).or_else(|| answer.broken_limit());
@@ -195,64 +186,49 @@ fn draw(args: &TurnArgs, config: &Config, turnaround: &Turnaround, passage: &Tur
     let dragon = passage_through(*turnaround, *config.dragon().dimensions(), &args.answer.work.meter())?;
     let title = format!("The dragon {what}, at {:.6} s", time_s(config, travel_m));
     let caption = caption(&args.answer.figure, config, title);
-    figures::save(figures::turn_view(caption, &dragon, turnaround, travel_m, benches).draw(), &args.answer.figure)?;
-    if args.answer.format.format == Format::Text { figures::tell(&args.answer.figure) } else { Ok(()) }
+    let view = figures::turn_view(caption, &dragon, turnaround, travel_m, benches);
+    figures::save_and_tell(view.draw(), &args.answer.figure, args.answer.format.format)
 }
 
 fn time_s(config: &Config, travel_m: f64) -> f64 {
     passage_time_s(config, config.head_speed_mps(), travel_m)
 }
 
-impl Answer {
+impl TurnAnswer {
     fn of(turnaround: &Turnaround, passage: &TurnPassage, config: &Config) -> Self {
         let arcs = turnaround.arcs();
-        let nearness = |ClosestApproach { travel_m, pair }: &ClosestApproach| Nearness {
-            clearance_m: pair.clearance_m,
-            time_s: time_s(config, *travel_m),
-            benches: pair.benches,
-            point_m: pair.point.to_array(),
-        };
-        Self {
+        let mut answer = Self {
             radii_m: arcs.map(|arc| arc.radius_m()),
             length_m: turnaround.turn_length_m(),
             centres_m: arcs.map(|arc| arc.centre().to_array()),
             entry_m: turnaround.entry().to_array(),
             exit_m: turnaround.exit().to_array(),
             angles: arcs.map(|arc: CircularArc| arc.angle()),
-            least_clearance: match passage {
-                TurnPassage::Clear { closest } => closest.as_ref().map(nearness),
-                _ => None,
-            },
-            contact: match passage {
-                TurnPassage::Contact(contact) => Some(Touch {
-                    time_s: time_s(config, contact.travel_m),
-                    benches: contact.benches,
-                    point_m: contact.point.to_array(),
-                }),
-                _ => None,
-            },
-            infeasible: match passage {
-                TurnPassage::Infeasible(infeasible) => Some(infeasible.to_string()),
-                _ => None,
-            },
-            undecided: match passage {
-                TurnPassage::TooMuchWork(spent) => {
-                    let reached_s = time_s(config, spent.reached_m);
-                    Some(format!("no benches touch up to {reached_s:.6} s; more is not known: {spent}"))
-                }
-                _ => None,
-            },
-            too_fast: match passage {
-                TurnPassage::TooFast(LargestRatio { ratio, travel_m, handle }) => {
-                    Some(TooFast { ratio: *ratio, time_s: time_s(config, *travel_m), handle: *handle })
-                }
-                _ => None,
-            },
-            largest_ratio: None,
-            clearance_m: None,
-            max_ratio: None,
-            shortest: None,
+            ..Self::default()
+        };
+        match passage {
+            TurnPassage::Clear { closest } => {
+                answer.least_clearance = closest.as_ref().map(|ClosestApproach { travel_m, pair }| Nearness {
+                    clearance_m: pair.clearance_m,
+                    time_s: time_s(config, *travel_m),
+                    benches: pair.benches,
+                    point_m: pair.point.to_array(),
+                });
+            }
+            TurnPassage::Contact(contact) => {
+                let (time_s, point_m) = (time_s(config, contact.travel_m), contact.point.to_array());
+                answer.contact = Some(Touch { time_s, benches: contact.benches, point_m });
+            }
+            TurnPassage::TooFast(LargestRatio { ratio, travel_m, handle }) => {
+                answer.too_fast = Some(TooFast { ratio: *ratio, time_s: time_s(config, *travel_m), handle: *handle });
+            }
+            TurnPassage::Infeasible(infeasible) => answer.infeasible = Some(infeasible.to_string()),
+            TurnPassage::TooMuchWork(spent) => {
+                let reached_s = time_s(config, spent.reached_m);
+                answer.undecided = Some(format!("no benches touch up to {reached_s:.6} s; more is not known: {spent}"));
+            }
         }
+        answer
     }
 
     /// Which limit that was asked for the turn does not keep.
@@ -267,60 +243,46 @@ impl Answer {
     }
 
     fn text(&self) -> String {
-        let mut text = String::new();
-        // Writing into a String cannot fail.
-        for (name, i) in [("entry arc", 0), ("exit arc", 1)] {
+        let mut lines = Vec::new();
+        let mut line = |name: &str, text: String| lines.push(format!("{name:<16} {text}"));
+        for (i, name) in ["entry arc", "exit arc"].into_iter().enumerate() {
             let (radius_m, [x, y], degrees) = (self.radii_m[i], self.centres_m[i], self.angles[i].to_degrees());
-            let _ = writeln!(text, "{name:<16} radius {radius_m:.6} m, centre ({x:.6}, {y:.6}) m, turns {degrees:.3}°");
+            line(name, format!("radius {radius_m:.6} m, centre ({x:.6}, {y:.6}) m, turns {degrees:.3}°"));
         }
-        let ([entry_x, entry_y], [exit_x, exit_y]) = (self.entry_m, self.exit_m);
-        let _ = writeln!(text, "{:<16} ({entry_x:.6}, {entry_y:.6}) m", "entry");
-        let _ = writeln!(text, "{:<16} ({exit_x:.6}, {exit_y:.6}) m", "exit");
-        let _ = writeln!(text, "{:<16} {:.6} m", "length", self.length_m);
-        if let Some(Nearness { clearance_m, time_s, benches: [first, second], point_m: [x, y] }) = self.least_clearance
-        {
-            let _ = writeln!(
-                text,
-                "{:<16} {clearance_m:.6} m at {time_s:.6} s, benches {first} and {second}, at ({x:.6}, {y:.6}) m",
-                "least clearance"
-            );
+        let point = |[x, y]: [f64; 2]| format!("({x:.6}, {y:.6}) m");
+        let place = |time_s: f64, [first, second]: [usize; 2], point_m| {
+            format!("at {time_s:.6} s, benches {first} and {second}, at {}", point(point_m))
+        };
+        line("entry", point(self.entry_m));
+        line("exit", point(self.exit_m));
+        line("length", format!("{:.6} m", self.length_m));
+        if let Some(Nearness { clearance_m, time_s, benches, point_m }) = self.least_clearance {
+            line("least clearance", format!("{clearance_m:.6} m {}", place(time_s, benches, point_m)));
         }
-        if let Some(Touch { time_s, benches: [first, second], point_m: [x, y] }) = self.contact {
-            let _ = writeln!(
-                text,
-                "{:<16} at {time_s:.6} s, benches {first} and {second}, at ({x:.6}, {y:.6}) m",
-                if self.clearance_m.is_some_and(|clearance_m| clearance_m > 0.0) {
-                    "first too near"
-                } else {
-                    "first contact"
-                }
-            );
+        if let Some(Touch { time_s, benches, point_m }) = self.contact {
+            let is_near = self.clearance_m.is_some_and(|clearance_m| clearance_m > 0.0);
+            line(if is_near { "first too near" } else { "first contact" }, place(time_s, benches, point_m));
         }
         if let Some(TooFast { time_s, handle, .. }) = self.too_fast {
-            let _ = writeln!(text, "{:<16} handle {handle} at {time_s:.6} s", "too fast");
+            line("too fast", format!("handle {handle} at {time_s:.6} s"));
         }
         if let Some(ratio) = self.largest_ratio {
-            let _ = writeln!(text, "{:<16} {ratio:.6} times as fast as the head, the fastest handle", "speed");
+            line("speed", format!("{ratio:.6} times as fast as the head, the fastest handle"));
         }
-        let limits = [(self.clearance_m, "m between boards"), (self.max_ratio, "times the head's speed")];
-        for (limit, unit) in limits.into_iter().filter_map(|(limit, unit)| Some((limit?, unit))) {
-            let _ = writeln!(text, "{:<16} {limit} {unit}", "held to");
+        for (limit, unit) in [(self.clearance_m, "m between boards"), (self.max_ratio, "times the head's speed")] {
+            limit.into_iter().for_each(|limit| line("held to", format!("{limit} {unit}")));
         }
         if let Some(Shortest { entry_radius_m, radius_ratio, saving_m, limits }) = &self.shortest {
-            let _ = writeln!(text, "{:<16} on the radius {entry_radius_m:.6} m, ratio {radius_ratio:.6}", "begins");
-            let _ = writeln!(text, "{:<16} {saving_m:.6} m", "saving");
+            line("begins", format!("on the radius {entry_radius_m:.6} m, ratio {radius_ratio:.6}"));
+            line("saving", format!("{saving_m:.6} m"));
             for (side, limit) in ["lower ratio", "higher ratio"].iter().zip(limits) {
                 let limit = limit.as_deref().unwrap_or("nothing");
-                let _ = writeln!(text, "{:<16} {limit}, if it began any further in with a {side}", "limit");
+                line("limit", format!("{limit}, if it began any further in with a {side}"));
             }
         }
-        if let Some(reason) = &self.infeasible {
-            let _ = writeln!(text, "{:<16} {reason}", "infeasible");
-        }
-        if let Some(reason) = &self.undecided {
-            let _ = writeln!(text, "{:<16} {reason}, --work allows more", "undecided");
-        }
-        text
+        self.infeasible.iter().for_each(|reason| line("infeasible", reason.clone()));
+        self.undecided.iter().for_each(|reason| line("undecided", format!("{reason}, --work allows more")));
+        lines.join("\n")
     }
 }
 

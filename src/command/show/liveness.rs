@@ -1,4 +1,4 @@
-//! One child's life: whether it gives signs of life, and when it is started again. Knows no process and no clock.
+//! The liveness of a child: whether it gives signs of life, and when it is started again. Knows no process and no clock.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -8,18 +8,18 @@ pub(super) const LONGEST_SILENCE: Duration = Duration::from_secs(5);
 /// The same of a recorder that is not stopped: its disk may stand still for a while.
 pub(super) const LONGEST_DISK_SILENCE: Duration = Duration::from_secs(30);
 /// How long a child may take to its first sign of life: a server waits ten seconds for its readers.
-pub(super) const LONGEST_START: Duration = Duration::from_secs(30);
+const LONGEST_START: Duration = Duration::from_secs(30);
 
-/// A child's life, over its restarts.
+/// The liveness of a child, over its restarts.
 #[derive(Debug)]
-pub(super) struct Life {
+pub(super) struct Liveness {
     phase: Phase,
-    patience: Patience,
+    backoff: RestartBackoff,
     longest_silence: Duration,
     /// How long it has been stopped.
     stopped: Duration,
     /// Whether it has given a sign of life since it was started.
-    has_lived: bool,
+    pub(super) has_lived: bool,
 }
 
 /// Where a child stands.
@@ -50,12 +50,12 @@ pub(super) struct Look {
     pub(super) has_occasion: bool,
 }
 
-impl Life {
-    /// A life that has not begun. `longest_silence` is what a child that is not stopped is allowed.
+impl Liveness {
+    /// A child that has not been started. `longest_silence` is what a child that is not stopped is allowed.
     pub(super) fn new(longest_silence: Duration) -> Self {
         Self {
             phase: Phase::Idle,
-            patience: Patience::default(),
+            backoff: RestartBackoff::default(),
             longest_silence,
             stopped: Duration::ZERO,
             has_lived: false,
@@ -76,12 +76,12 @@ impl Life {
 
     /// The child has ended. Returns whether it is to be started again, and plans that.
     pub(super) fn end(&mut self, now: Instant) -> bool {
-        let backoff = self.patience.after_end(now);
-        self.phase = backoff.map_or(Phase::Over, |backoff| Phase::Due(now + backoff));
-        backoff.is_some()
+        let wait = self.backoff.after_end(now);
+        self.phase = wait.map_or(Phase::Over, |wait| Phase::Due(now + wait));
+        wait.is_some()
     }
 
-    /// The child has ended for want of something, and is not started again until [`Life::go_on`].
+    /// The child has ended for want of something, and is not started again until [`Liveness::go_on`].
     pub(super) fn wait(&mut self) {
         self.phase = Phase::Waiting;
     }
@@ -99,11 +99,6 @@ impl Life {
     /// Whether the child is to be started again by now.
     pub(super) fn is_due(&self, now: Instant) -> bool {
         matches!(self.phase, Phase::Due(at) if at <= now)
-    }
-
-    /// Whether the child has given a sign of life since it was started.
-    pub(super) fn has_lived(&self) -> bool {
-        self.has_lived
     }
 
     /// Whether the child has ended too often.
@@ -154,14 +149,14 @@ pub(super) const WINDOW: Duration = Duration::from_mins(5);
 /// How long the show waits before it starts a child again for the first time; twice as long each further time.
 const FIRST_BACKOFF: Duration = Duration::from_millis(50);
 
-/// The patience with one child.
+/// When one child is started again.
 #[derive(Debug, Default)]
-pub(super) struct Patience {
+pub(super) struct RestartBackoff {
     /// When it was started again within the window, oldest first.
     restarts: VecDeque<Instant>,
 }
 
-impl Patience {
+impl RestartBackoff {
     /// Takes note of an end at `now`, and says how long to wait before the child is started again; `None` where it has ended
     /// too often.
     pub(super) fn after_end(&mut self, now: Instant) -> Option<Duration> {
@@ -185,7 +180,7 @@ mod tests {
     const NEVER: [Duration; 0] = [];
 
     /// Looks ten times a second, for so long. Returns what limits were overrun.
-    fn look(life: &mut Life, seconds: u32, is_heard: bool, look: Look) -> Vec<Duration> {
+    fn look(life: &mut Liveness, seconds: u32, is_heard: bool, look: Look) -> Vec<Duration> {
         (0..seconds * 10)
             .filter_map(|_| {
                 if is_heard {
@@ -202,7 +197,7 @@ mod tests {
 
     #[test]
     fn a_silent_child_overruns_its_limit_once() {
-        let mut life = Life::new(LONGEST_SILENCE);
+        let mut life = Liveness::new(LONGEST_SILENCE);
         life.start();
         assert_eq!(look(&mut life, 20, true, running()), NEVER);
         assert_eq!(look(&mut life, 40, false, running()), [LONGEST_SILENCE]);
@@ -210,16 +205,16 @@ mod tests {
 
     #[test]
     fn a_child_has_longer_to_its_first_sign_of_life() {
-        let mut life = Life::new(LONGEST_SILENCE);
+        let mut life = Liveness::new(LONGEST_SILENCE);
         life.start();
         assert_eq!(look(&mut life, 29, false, running()), NEVER);
-        assert!(!life.has_lived());
+        assert!(!life.has_lived);
         assert_eq!(look(&mut life, 20, false, running()), [LONGEST_START]);
     }
 
     #[test]
     fn a_child_without_an_occasion_is_not_silent_and_has_time_to_find_the_next_one() {
-        let mut life = Life::new(LONGEST_SILENCE);
+        let mut life = Liveness::new(LONGEST_SILENCE);
         life.start();
         assert_eq!(look(&mut life, 1, true, running()), NEVER);
         assert_eq!(look(&mut life, 100, false, Look { has_occasion: false, ..running() }), NEVER);
@@ -232,7 +227,7 @@ mod tests {
     fn a_stopped_child_overruns_the_shorter_limit_at_any_time() {
         for longest_silence in [LONGEST_SILENCE, LONGEST_DISK_SILENCE] {
             for (is_heard, has_occasion) in [(false, false), (false, true), (true, true)] {
-                let mut life = Life::new(longest_silence);
+                let mut life = Liveness::new(longest_silence);
                 life.start();
                 look(&mut life, 1, is_heard, running());
                 let stopped = Look { is_stopped: true, has_occasion, ..running() };
@@ -243,7 +238,7 @@ mod tests {
 
     #[test]
     fn a_child_that_was_stopped_for_a_moment_lives() {
-        let mut life = Life::new(LONGEST_SILENCE);
+        let mut life = Liveness::new(LONGEST_SILENCE);
         life.start();
         for _ in 0..5 {
             assert_eq!(look(&mut life, 4, false, Look { is_stopped: true, ..running() }), NEVER);
@@ -253,7 +248,7 @@ mod tests {
 
     #[test]
     fn a_recorder_that_is_not_stopped_may_wait_for_its_disk() {
-        let mut life = Life::new(LONGEST_DISK_SILENCE);
+        let mut life = Liveness::new(LONGEST_DISK_SILENCE);
         life.start();
         look(&mut life, 1, true, running());
         assert_eq!(look(&mut life, 29, false, running()), NEVER);
@@ -262,7 +257,7 @@ mod tests {
 
     #[test]
     fn a_child_that_has_ended_is_due_after_its_backoff_and_in_the_end_over() {
-        let mut life = Life::new(LONGEST_SILENCE);
+        let mut life = Liveness::new(LONGEST_SILENCE);
         let mut now = Instant::now();
         life.start();
         while life.end(now) {
@@ -277,30 +272,30 @@ mod tests {
 
     #[test]
     fn a_child_that_keeps_ending_is_started_again_ever_later_and_then_no_more() {
-        let (mut patience, now) = (Patience::default(), Instant::now());
+        let (mut backoff, now) = (RestartBackoff::default(), Instant::now());
         let waits_ms: Vec<u128> =
-            (0..MAX_RESTARTS).map(|_| patience.after_end(now).expect("its first ends").as_millis()).collect();
+            (0..MAX_RESTARTS).map(|_| backoff.after_end(now).expect("its first ends").as_millis()).collect();
         assert_eq!(waits_ms, [50, 100, 200, 400, 800]);
-        assert_eq!(patience.after_end(now + WINDOW), None);
+        assert_eq!(backoff.after_end(now + WINDOW), None);
     }
 
     #[test]
     fn what_happened_long_ago_is_forgotten() {
-        let (mut patience, mut now) = (Patience::default(), Instant::now());
+        let (mut backoff, mut now) = (RestartBackoff::default(), Instant::now());
         for _ in 0..100 {
-            assert_eq!(patience.after_end(now), Some(FIRST_BACKOFF));
+            assert_eq!(backoff.after_end(now), Some(FIRST_BACKOFF));
             now += WINDOW + Duration::from_nanos(1);
         }
     }
 
     #[test]
     fn an_end_falls_out_of_the_window_by_itself() {
-        let (mut patience, now) = (Patience::default(), Instant::now());
+        let (mut backoff, now) = (RestartBackoff::default(), Instant::now());
         let ends = [0, 100, 200, 299, 300].map(|second| now + Duration::from_secs(second));
         for end in ends {
-            assert!(patience.after_end(end).is_some());
+            assert!(backoff.after_end(end).is_some());
         }
-        assert_eq!(patience.after_end(ends[4]), None);
-        assert_eq!(patience.after_end(now + Duration::from_secs(301)), Some(FIRST_BACKOFF * 16));
+        assert_eq!(backoff.after_end(ends[4]), None);
+        assert_eq!(backoff.after_end(now + Duration::from_secs(301)), Some(FIRST_BACKOFF * 16));
     }
 }

@@ -1,4 +1,4 @@
-//! What the children print, taken down: into the tally, and onto the live line.
+//! What the children report by the lines that they print.
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -6,21 +6,18 @@ use std::time::Instant;
 
 use anyhow::Context as _;
 use bench_dragon_ipc::AlertKind;
-use jiff::Timestamp;
 
 use super::children::Role;
 use super::live_line::{LiveLine, NearAlerts};
-use super::summary::Tally;
+use super::summary::Totals;
 use crate::cli::Format;
-use crate::command::print::print_json;
-use crate::output::report::{
-    ContactReport, MonitorLine, MonitorProgress, RecordLine, RestartReport, ServeLine, ShowSummary, TimecodeEvent,
-};
+use crate::command::print::{complain, print_json};
+use crate::output::report::{ContactReport, MonitorLine, MonitorProgress, RecordLine, ServeLine, TimecodeEvent};
 
-/// The show's account of itself.
+/// The reports of the children: added up, and what of them the show needs by itself.
 #[derive(Debug)]
-pub(super) struct Account {
-    pub(super) tally: Tally,
+pub(super) struct ChildReports {
+    pub(super) totals: Totals,
     pub(super) line: LiveLine,
     /// What the running monitor has last said.
     pub(super) progress: MonitorProgress,
@@ -32,17 +29,15 @@ pub(super) struct Account {
     pub(super) timecode_listen: Option<SocketAddr>,
     near: NearAlerts,
     format: Format,
-    /// The recordings that were begun, oldest first.
-    recordings: Vec<PathBuf>,
-    /// The recording of which no account was given yet.
-    open_recording: Option<PathBuf>,
+    /// The recording whose recorder has not reported its end yet.
+    pub(super) open_recording: Option<PathBuf>,
 }
 
-impl Account {
-    /// An empty account of a show between two show times.
+impl ChildReports {
+    /// No reports yet of a show between two show times.
     pub(super) fn new(start_s: f64, end_s: f64, format: Format) -> Self {
         Self {
-            tally: Tally::default(),
+            totals: Totals::default(),
             line: LiveLine::new(start_s, end_s),
             progress: MonitorProgress::default(),
             has_given_up: false,
@@ -50,12 +45,11 @@ impl Account {
             timecode_listen: None,
             near: NearAlerts::default(),
             format,
-            recordings: Vec::new(),
             open_recording: None,
         }
     }
 
-    /// Takes down a line of a child.
+    /// Takes a line of a child.
     ///
     /// # Errors
     /// A line that is not one of the role's.
@@ -71,33 +65,10 @@ impl Account {
         Ok(())
     }
 
-    /// Takes down the end of a child before that of the show.
-    pub(super) fn take_end(
-        &mut self,
-        role: Role,
-        name: &str,
-        reason: String,
-        show_time_s: Option<f64>,
-        restarted: bool,
-    ) {
-        let at = format!("{:.3}", Timestamp::now());
-        self.tally.add_end(role, RestartReport { role: name.to_owned(), reason, show_time_s, at, restarted });
-    }
-
-    /// Takes down what a monitor that has ended had last said; what it read after that counts as missed.
+    /// Counts the frames of a monitor that has ended, by its last report; what it read after that counts as missed.
     pub(super) fn close_monitor(&mut self) {
         let MonitorProgress { frames, .. } = std::mem::take(&mut self.progress);
-        self.tally.close_monitor(frames);
-    }
-
-    /// The file of a recorder that has ended without an account of it.
-    pub(super) fn close_recorder(&mut self) -> Option<PathBuf> {
-        self.open_recording.take()
-    }
-
-    /// The whole show.
-    pub(super) fn summary(&self) -> ShowSummary {
-        self.tally.summary(self.recordings.clone())
+        self.totals.close_monitor(frames);
     }
 
     fn take_serve_line(&mut self, line: &ServeLine) -> anyhow::Result<()> {
@@ -111,9 +82,9 @@ impl Account {
                     // As before: one that stood goes on standing.
                     TimecodeEvent::Lost => {}
                 }
-                self.line.say(&timecode.to_string());
+                complain(&timecode.to_string());
             }
-            ServeLine::Summary(summary) => self.tally.add_server(summary),
+            ServeLine::Summary(summary) => self.totals.add_server(summary),
         }
         Ok(())
     }
@@ -126,7 +97,7 @@ impl Account {
         match self.format {
             Format::Json => print_json(&ServeLine::Listening { listen }),
             Format::Text => {
-                self.line.say(&format!("listening for timecode on {listen}; the show stands until the first one"));
+                complain(&format!("listening for timecode on {listen}; the show stands until the first one"));
                 Ok(())
             }
         }
@@ -135,55 +106,45 @@ impl Account {
     fn take_monitor_line(&mut self, line: MonitorLine) {
         match line {
             MonitorLine::Progress(progress) => {
-                let near = self.near.due(Instant::now());
-                self.say(near);
-                self.tally.see_latency(&progress.latency);
+                self.near.due(Instant::now()).iter().for_each(|line| complain(line));
+                self.totals.see_latency(&progress.latency);
                 self.progress = progress;
             }
             // The recording has them, and whoever sent one has had its answer.
             MonitorLine::Command(_) => {}
             MonitorLine::Guard(report) => {
-                self.line.say(&format!("{:.6} s: held by the guard for good", report.held_at_s));
-                self.tally.guard = Some(report);
+                complain(&format!("{:.6} s: held by the guard for good", report.held_at_s));
+                self.totals.guard = Some(report);
             }
             MonitorLine::Summary(summary) => {
-                let near = self.near.rest(Instant::now());
-                self.say(near);
-                self.tally.add_monitor(&summary);
+                self.near.rest(Instant::now()).iter().for_each(|line| complain(line));
+                self.totals.add_monitor(&summary);
                 self.progress = MonitorProgress::default();
             }
             MonitorLine::Alert(alert) if alert.kind == AlertKind::Near.name() => {
-                let near = self.near.take(&alert, Instant::now());
-                self.say(near);
+                self.near.take(&alert, Instant::now()).iter().for_each(|line| complain(line));
             }
             MonitorLine::Alert(alert) => {
-                let near = self.near.rest(Instant::now());
-                self.say(near);
+                self.near.rest(Instant::now()).iter().for_each(|line| complain(line));
                 let benches = alert.benches.map_or(String::new(), |[a, b]| format!(", benches {a} and {b}"));
-                self.line.say(&format!("{:.6} s: {}{benches}", alert.time_s, alert.kind));
+                complain(&format!("{:.6} s: {}{benches}", alert.time_s, alert.kind));
                 if let (true, Some(benches)) = (alert.kind == AlertKind::Contact.name(), alert.benches) {
-                    self.tally.contact.get_or_insert(ContactReport { time_s: alert.time_s, benches });
+                    self.totals.contact.get_or_insert(ContactReport { time_s: alert.time_s, benches });
                 }
             }
-        }
-    }
-
-    fn say(&self, line: Option<String>) {
-        if let Some(line) = line {
-            self.line.say(&line);
         }
     }
 
     fn take_record_line(&mut self, line: &RecordLine) {
         match line {
             RecordLine::Started { file } => {
-                self.recordings.push(file.clone());
+                self.totals.recordings.push(file.clone());
                 self.open_recording = Some(file.clone());
             }
-            RecordLine::Warning { message } => self.line.say(&format!("warning: {message}")),
+            RecordLine::Warning { message } => complain(&format!("warning: {message}")),
             RecordLine::Summary(summary) => {
                 self.open_recording = None;
-                self.tally.add_recorded(summary.frames);
+                self.totals.recorded += summary.frames;
             }
         }
     }
