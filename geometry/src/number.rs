@@ -5,7 +5,7 @@ use std::fmt;
 /// Shows a number in full where it is of a usual size, and by its power of ten where it is not.
 ///
 /// ```
-/// use crate::number::Number;
+/// use bench_dragon_geometry::number::Number;
 ///
 /// assert_eq!(Number(0.55).to_string(), "0.55");
 /// assert_eq!(Number(1e300).to_string(), "1e300");

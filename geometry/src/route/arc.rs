@@ -15,6 +15,7 @@ pub enum Turn {
 
 impl Turn {
     /// 1 to the left, −1 to the right.
+    #[inline]
     pub(super) fn sign(self) -> f64 {
         match self {
             Self::Clockwise => -1.0,
@@ -83,6 +84,7 @@ impl CircularArc {
         }
     }
 
+    #[inline]
     pub(super) fn point(&self, turned: f64) -> RoutePoint {
         let spoke = DVec2::from_angle(self.turn.sign() * turned).rotate(self.begin);
         let tangent = match self.turn {
@@ -93,6 +95,7 @@ impl CircularArc {
     }
 
     /// Signed curvature in 1/m.
+    #[inline]
     pub(super) fn curvature(&self) -> f64 {
         self.turn.sign() / self.radius_m
     }

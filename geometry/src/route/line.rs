@@ -31,6 +31,7 @@ impl Line {
         (self.begin, self.end)
     }
 
+    #[inline]
     pub(super) fn point(&self, at: f64) -> RoutePoint {
         RoutePoint { position: self.origin + at * self.direction, tangent: self.direction, speed_m_per_unit: 1.0 }
     }

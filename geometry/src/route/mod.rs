@@ -229,8 +229,15 @@ impl Route {
     ///
     /// Cheaper than [`parameter`](Self::parameter), which would give it exactly.
     pub fn step_back(&self, parameter: f64, arc_m: f64) -> f64 {
-        let (mut parameter, mut left_m) = (parameter, arc_m);
-        for piece in self.pieces[..=self.number_at(parameter)].iter().rev() {
+        let number = self.number_at(parameter);
+        let piece = &self.pieces[number];
+        let next = parameter - piece.segment.step_back(piece.local(parameter), arc_m);
+        if next >= piece.begin { next } else { self.step_back_over_seams(number, parameter, arc_m) }
+    }
+
+    #[cold]
+    fn step_back_over_seams(&self, number: usize, mut parameter: f64, mut left_m: f64) -> f64 {
+        for piece in self.pieces[..=number].iter().rev() {
             let next = parameter - piece.segment.step_back(piece.local(parameter), left_m.max(0.0));
             if next >= piece.begin {
                 return next;
@@ -243,13 +250,11 @@ impl Route {
 
     /// A bound on |curvature| in 1/m between two parameters, `rear <= front`: their maximum on each segment, which is exact.
     pub fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
-        let (first, last) = (self.pieces.partition_point(|piece| piece.end() < rear), self.number_of_begin(front));
-        let bound = |piece: &Piece| {
-            let [rear, front] = [rear.max(piece.begin), front.min(piece.end())].map(|at| piece.local(at));
-            piece.segment.curvature_bound(rear, front)
-        };
-        let within = first.min(self.pieces.len() - 1)..=last.max(first.min(self.pieces.len() - 1));
-        self.pieces[within].iter().map(bound).fold(0.0, f64::max)
+        let (first, last) = (self.number_at(rear), self.number_of_begin(front));
+        if first == last {
+            return self.pieces[first].curvature_bound(rear, front);
+        }
+        self.pieces[first..=last].iter().map(|piece| piece.curvature_bound(rear, front)).fold(0.0, f64::max)
     }
 
     /// How far rounding may move the point at a parameter along the curve, where its speed is `speed_m_per_unit`.
@@ -266,15 +271,18 @@ impl Route {
     }
 
     /// The number of the segment that a parameter lies on; a seam lies on the one before it.
+    #[inline]
     fn number_at(&self, parameter: f64) -> usize {
-        if self.seams.is_empty() { 0 } else { self.seams.partition_point(|&seam| seam < parameter) }
+        self.seams.partition_point(|&seam| seam < parameter)
     }
 
     /// The same, a seam lying on the one behind it.
+    #[inline]
     fn number_of_begin(&self, parameter: f64) -> usize {
         self.seams.partition_point(|&seam| seam <= parameter)
     }
 
+    #[inline]
     fn piece_at(&self, parameter: f64) -> &Piece {
         &self.pieces[self.number_at(parameter)]
     }

@@ -24,6 +24,7 @@ impl Segment {
     }
 
     /// Position, walking direction and speed.
+    #[inline]
     pub fn point(&self, at: f64) -> RoutePoint {
         match self {
             Self::Line(line) => line.point(at),
@@ -33,6 +34,7 @@ impl Segment {
     }
 
     /// Arc length in metres, counted from wherever suits the segment.
+    #[inline]
     pub(super) fn arc_m(&self, at: f64) -> f64 {
         match self {
             Self::Line(_) => at,
@@ -42,6 +44,7 @@ impl Segment {
     }
 
     /// The inverse of [`arc_m`](Self::arc_m).
+    #[inline]
     fn at_arc(&self, arc_m: f64) -> f64 {
         match self {
             Self::Line(_) => arc_m,
@@ -51,6 +54,7 @@ impl Segment {
     }
 
     /// The same, quicker where `guess` is near.
+    #[inline]
     fn at_arc_near(&self, arc_m: f64, guess: f64) -> f64 {
         match self {
             Self::Spiral(spiral) => spiral.at_arc_near(arc_m, guess),
@@ -59,6 +63,7 @@ impl Segment {
     }
 
     /// How far to step back to cover at most `arc_m` of arc, and at least a third of it.
+    #[inline]
     pub(super) fn step_back(&self, at: f64, arc_m: f64) -> f64 {
         match self {
             Self::Line(_) => arc_m,
@@ -77,6 +82,7 @@ impl Segment {
     }
 
     /// The greatest |curvature| in 1/m between two of its parameters.
+    #[inline]
     pub(super) fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
         match self {
             Self::Line(_) => 0.0,
@@ -121,30 +127,42 @@ impl Piece {
     }
 
     /// The route's parameter at its end.
+    #[inline]
     pub(super) fn end(&self) -> f64 {
         self.anchor.0 + (self.segment.span().1 - self.anchor.1)
     }
 
     /// The segment's own parameter.
+    #[inline]
     pub(super) fn local(&self, parameter: f64) -> f64 {
         self.anchor.1 + (parameter - self.anchor.0)
     }
 
+    #[inline]
     pub(super) fn travel(&self, parameter: f64) -> f64 {
         self.anchor_m.0 + (self.segment.arc_m(self.local(parameter)) - self.anchor_m.1)
     }
 
     /// The route's parameter at a travel.
+    #[inline]
     pub(super) fn parameter(&self, travel_m: f64) -> f64 {
         let local = self.segment.at_arc(self.anchor_m.1 + (travel_m - self.anchor_m.0));
         self.anchor.0 + (local - self.anchor.1)
     }
 
     /// The same, quicker where `guess` is near.
+    #[inline]
     pub(super) fn parameter_near(&self, travel_m: f64, guess: f64) -> f64 {
         let arc_m = self.anchor_m.1 + (travel_m - self.anchor_m.0);
         let local = self.segment.at_arc_near(arc_m, self.local(guess));
         self.anchor.0 + (local - self.anchor.1)
+    }
+
+    /// The greatest |curvature| between two parameters of the route, of which parts may lie on other segments.
+    #[inline]
+    pub(super) fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
+        let [rear, front] = [rear.max(self.begin), front.min(self.end())].map(|at| self.local(at));
+        self.segment.curvature_bound(rear, front)
     }
 
     pub(super) fn begin_point(&self) -> RoutePoint {

@@ -15,26 +15,19 @@ pub enum Heading {
     Outward,
 }
 
-impl Heading {
-    /// 1 outward, −1 inward: what θ is times the parameter.
-    fn sign(self) -> f64 {
-        match self {
-            Self::Inward => -1.0,
-            Self::Outward => 1.0,
-        }
-    }
-}
-
 /// A part of a spiral: r = b·θ for θ >= 0 about a centre, where θ = 0 lies in the direction of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spiral {
     centre: DVec2,
-    /// Unit vector.
-    axis: DVec2,
+    /// Unit vectors from the centre to where θ is 0 and a quarter of a turn.
+    axes: [DVec2; 2],
     /// Which way it turns as θ grows.
     winding: Turn,
     heading: Heading,
-    /// b, in metres.
+    /// 1 outward, −1 inward: θ is that times the parameter.
+    sense: f64,
+    pitch_m: f64,
+    /// b, in metres: the pitch over 2π.
     radius_per_radian_m: f64,
     /// Its parameters at beginning and end.
     begin: f64,
@@ -47,9 +40,11 @@ impl Spiral {
     pub fn inward(pitch_m: f64, end_angle: f64) -> Self {
         Self {
             centre: DVec2::ZERO,
-            axis: DVec2::X,
+            axes: [DVec2::X, DVec2::Y],
             winding: Turn::CounterClockwise,
             heading: Heading::Inward,
+            sense: -1.0,
+            pitch_m,
             radius_per_radian_m: pitch_m / TAU,
             begin: f64::NEG_INFINITY,
             end: -end_angle,
@@ -60,13 +55,15 @@ impl Spiral {
     /// `end_angle`.
     #[must_use]
     pub fn half_turned_out(self, end_angle: f64) -> Self {
-        Self { axis: -self.axis, heading: Heading::Outward, begin: self.angle(self.end), end: end_angle, ..self }
+        let [axis, quarter] = self.axes;
+        let (begin, sense) = (self.angle(self.end), 1.0);
+        Self { axes: [-axis, -quarter], heading: Heading::Outward, sense, begin, end: end_angle, ..self }
     }
 
     /// The same spiral about another centre, turned about it so that its axis is this unit vector, and wound this way as θ grows.
     #[must_use]
     pub fn about(self, centre: DVec2, axis: DVec2, winding: Turn) -> Self {
-        Self { centre, axis, winding, ..self }
+        Self { centre, axes: [axis, winding.sign() * axis.perp()], winding, ..self }
     }
 
     /// Its centre.
@@ -76,7 +73,7 @@ impl Spiral {
 
     /// Distance between neighbouring turns, in metres.
     pub fn pitch_m(&self) -> f64 {
-        TAU * self.radius_per_radian_m
+        self.pitch_m
     }
 
     /// b, in metres.
@@ -90,17 +87,19 @@ impl Spiral {
     }
 
     /// θ at a parameter.
+    #[inline]
     pub fn angle(&self, at: f64) -> f64 {
-        self.heading.sign() * at
+        self.sense * at
     }
 
     /// Whether this is the other spiral turned by half a turn.
     pub(super) fn is_half_turned(&self, other: &Self) -> bool {
         let (centre, pitch) = (self.centre == other.centre, self.radius_per_radian_m == other.radius_per_radian_m);
-        centre && pitch && self.winding == other.winding && self.axis == -other.axis
+        centre && pitch && self.axes == other.axes.map(|axis| -axis)
     }
 
     /// Metres of arc per radian.
+    #[inline]
     pub(super) fn speed_m_per_unit(&self, at: f64) -> f64 {
         self.radius_per_radian_m * unit_speed(self.angle(at))
     }
@@ -109,36 +108,37 @@ impl Spiral {
         (self.begin, self.end)
     }
 
+    #[inline]
     pub(super) fn point(&self, at: f64) -> RoutePoint {
         let angle = self.angle(at);
-        let (sin, cos) = angle.sin_cos();
         let unit_speed = unit_speed(angle);
-        // −d/dθ of b·θ·(cos θ, sin θ): the direction inward.
-        let inward = DVec2::new(angle * sin - cos, -angle * cos - sin) / unit_speed;
+        let (sin, cos) = angle.sin_cos();
+        let [axis, quarter] = self.axes;
+        let (spoke, turned) = (cos * axis + sin * quarter, cos * quarter - sin * axis);
+        // d/dθ of θ·spoke.
+        let outward = spoke + angle * turned;
         RoutePoint {
-            position: self.centre + self.placed(self.radius_per_radian_m * angle * DVec2::new(cos, sin)),
-            tangent: self.placed(-self.heading.sign() * inward),
+            position: self.centre + self.radius_per_radian_m * angle * spoke,
+            tangent: self.sense / unit_speed * outward,
             speed_m_per_unit: self.radius_per_radian_m * unit_speed,
         }
     }
 
-    /// A vector that is seen from the axis, as it lies in the plane.
-    fn placed(&self, vector: DVec2) -> DVec2 {
-        self.axis.rotate(DVec2::new(vector.x, self.winding.sign() * vector.y))
-    }
-
     /// Arc length from the centre, below 0 on the way inward.
+    #[inline]
     pub(super) fn arc_m(&self, at: f64) -> f64 {
-        self.heading.sign() * (self.radius_per_radian_m * unit_length(self.angle(at)))
+        self.sense * (self.radius_per_radian_m * unit_length(self.angle(at)))
     }
 
+    #[inline]
     pub(super) fn at_arc(&self, arc_m: f64) -> f64 {
-        let sign = self.heading.sign();
+        let sign = self.sense;
         sign * unit_angle((sign * arc_m / self.radius_per_radian_m).max(0.0))
     }
 
+    #[inline]
     pub(super) fn at_arc_near(&self, arc_m: f64, guess: f64) -> f64 {
-        let sign = self.heading.sign();
+        let sign = self.sense;
         sign * unit_angle_near((sign * arc_m / self.radius_per_radian_m).max(0.0), sign * guess)
     }
 
@@ -148,6 +148,7 @@ impl Spiral {
     ///    for which that bound equals `arc_m`. The speed also is at least (speed + b·x)/√2 after x radians, so the step covers
     ///    at least 1/√8 of the bound.
     /// 2. Inward the speed falls, and its mean over any stretch that ends here is at least half of what it is here.
+    #[inline]
     pub(super) fn step_back(&self, at: f64, arc_m: f64) -> f64 {
         let angle = self.angle(at);
         match self.heading {
@@ -161,6 +162,7 @@ impl Spiral {
     }
 
     /// The greatest |curvature| between two parameters: it falls all the way out.
+    #[inline]
     pub(super) fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
         let nearest = match self.heading {
             Heading::Inward => front,
@@ -170,18 +172,19 @@ impl Spiral {
     }
 
     /// Signed curvature: |κ| = (2 + θ²) / (b·(1 + θ²)^(3/2)) in 1/m.
+    #[inline]
     pub(super) fn curvature(&self, at: f64) -> f64 {
         let squared = self.angle(at) * self.angle(at);
         let size = (2.0 + squared) / (self.radius_per_radian_m * (1.0 + squared).sqrt() * (1.0 + squared));
-        self.winding.sign() * self.heading.sign() * size
+        self.winding.sign() * self.sense * size
     }
 
     pub(super) fn kernel(&self, begin: f64, offset: f64) -> Kernel {
-        let (winding, heading) = (self.winding.sign(), self.heading.sign());
+        let (winding, heading) = (self.winding.sign(), self.sense);
         Kernel::Polar(PolarKernel {
             begin,
             centre: self.centre,
-            axis: self.axis,
+            axis: self.axes[0],
             angle: winding * heading * offset,
             turn: winding * heading,
             radius_m: 0.0,

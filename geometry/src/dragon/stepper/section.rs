@@ -180,18 +180,23 @@ impl Section {
     /// those that it does not hold.
     #[inline(always)]
     fn stand_from_its_begin_on<const FUSED: bool>(&self, scratch: &mut Scratch, kernel: &Kernel) {
+        match kernel {
+            Kernel::Line(line) => {
+                self.stand_where_from(scratch, kernel.begin(), |parameter| line.point::<FUSED>(parameter));
+            }
+            Kernel::Polar(polar) => self.stand_where_from(scratch, kernel.begin(), |parameter| {
+                let angle = polar.polar::<FUSED>(parameter);
+                let (sine, cosine) = polar.from_axis::<FUSED>(sine_and_cosine::<FUSED>(angle));
+                polar.point::<FUSED>(angle, sine, cosine)
+            }),
+        }
+    }
+
+    #[inline(always)]
+    fn stand_where_from(&self, scratch: &mut Scratch, begin: f64, point: impl Fn(f64) -> [f64; 4]) {
         for k in 0..HANDLES {
-            let parameter = self.parameters[k];
-            let here = match kernel {
-                Kernel::Line(line) => line.point::<FUSED>(parameter),
-                Kernel::Polar(polar) => {
-                    let angle = polar.polar::<FUSED>(parameter);
-                    let (sine, cosine) = polar.from_axis::<FUSED>(sine_and_cosine::<FUSED>(angle));
-                    polar.point::<FUSED>(angle, sine, cosine)
-                }
-            };
-            let before = scratch.get(k);
-            let is_here = parameter >= kernel.begin();
+            let (here, before) = (point(self.parameters[k]), scratch.get(k));
+            let is_here = self.parameters[k] >= begin;
             scratch.set(k, std::array::from_fn(|i| if is_here { here[i] } else { before[i] }));
         }
     }
