@@ -2,8 +2,8 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { AlertFilter, countKinds } from '../../../src/view/page/alert_filter.js';
-import { Contacts } from '../../../src/view/page/contacts.js';
+import { AlertFilter, countKinds } from '../../../src/display/view/page/alert_filter.js';
+import { Contacts } from '../../../src/display/view/page/contacts.js';
 
 const contact = (time_s) => ({ run_id: 1, time_s, benches: [0, 8], clearance_m: 0 });
 

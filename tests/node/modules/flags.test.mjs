@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { placeFlags } from '../../../src/view/page/flags.js';
+import { placeFlags } from '../../../src/display/view/page/flags.js';
 
 const WIDTH = 400;
 

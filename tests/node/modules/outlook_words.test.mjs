@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { outlookInWords } from '../../../src/view/page/outlook_words.js';
+import { outlookInWords } from '../../../src/display/view/page/outlook_words.js';
 
 test('a contact is counted down by the clock on the wall, with show time beside it', () => {
   // 3.7 s of show time, five times as fast as the clock.

@@ -2,8 +2,8 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import * as format from '../../../src/view/page/format.js';
-import { planInWords, planOverTime, plannedAt } from '../../../src/view/page/plan_times.js';
+import * as format from '../../../src/display/view/page/format.js';
+import { planInWords, planOverTime, plannedAt } from '../../../src/display/view/page/plan_times.js';
 
 const run = { start_s: 0, end_s: 100 };
 const plan = {

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { obstacle, operatorsStops, standing } from '../../../src/view/page/standing.js';
+import { obstacle, operatorsStops, standing } from '../../../src/display/view/page/standing.js';
 
 const OPEN = { state: 'open', heard_ms: 0, reason: null };
 const LIVE = { state: 'live', age_s: null, reason: null };
