@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::cli::{CtlArgs, Format, Order};
 use crate::command::print::{complain, print_json, print_line};
 use crate::command_queue;
-use crate::display::observe::{Link, Observer, Scene};
+use crate::display::observe::{Observer, Snapshot, SourcePresence};
 use crate::output::report::StatusReport;
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
@@ -61,8 +61,8 @@ fn request(order: Order) -> Option<Request> {
     })
 }
 
-/// Scenes a second.
-const SCENES_HZ: u32 = 20;
+/// Snapshots a second.
+const SNAPSHOTS_HZ: u32 = 20;
 /// So long the bus is read, in nanoseconds: each reader reports in it, and a monitor that has not is missing.
 const LOOK_NS: u64 = 2_050_000_000;
 /// So long a bus is waited for, in nanoseconds.
@@ -73,12 +73,12 @@ const LONGEST_NS: u64 = 4_000_000_000;
 /// Prints the status; the exit status is 0 where all is well, and 1 where a lamp is red or no frames come.
 fn status(domain: Domain, format: Format) -> anyhow::Result<ExitCode> {
     let (stop, began_ns) = (StopFlag::on_signals()?, monotonic_ns());
-    let mut newest = Scene::of_nothing(began_ns);
-    Observer::new(domain, "ctl-status", SCENES_HZ).run(stop.as_atomic(), |scene| {
-        if has_seen_enough(&scene, began_ns) {
+    let mut newest = Snapshot::empty(began_ns);
+    Observer::new(domain, "ctl-status", SNAPSHOTS_HZ).run(stop.as_atomic(), |snapshot| {
+        if has_seen_enough(&snapshot, began_ns) {
             stop.as_atomic().store(true, Ordering::Relaxed);
         }
-        newest = scene;
+        newest = snapshot;
     });
     let report = StatusReport::new(&newest, monotonic_ns(), &Zoned::now());
     match format {
@@ -88,9 +88,10 @@ fn status(domain: Domain, format: Format) -> anyhow::Result<ExitCode> {
     Ok(if report.well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-fn has_seen_enough(scene: &Scene, began_ns: u64) -> bool {
-    let waited_ns = scene.seen_ns.saturating_sub(began_ns);
-    let has_nobody = scene.link == Link::Waiting && !scene.has_source && waited_ns >= NO_SERVER_NS;
-    let has_read = scene.reading_since_ns.is_some_and(|since_ns| scene.seen_ns.saturating_sub(since_ns) >= LOOK_NS);
-    has_nobody || waited_ns >= LONGEST_NS || has_read && scene.frame.is_some() && scene.status.is_some()
+fn has_seen_enough(snapshot: &Snapshot, began_ns: u64) -> bool {
+    let waited_ns = snapshot.seen_ns.saturating_sub(began_ns);
+    let has_nobody = snapshot.presence == SourcePresence::Waiting && !snapshot.has_source && waited_ns >= NO_SERVER_NS;
+    let has_read =
+        snapshot.reading_since_ns.is_some_and(|since_ns| snapshot.seen_ns.saturating_sub(since_ns) >= LOOK_NS);
+    has_nobody || waited_ns >= LONGEST_NS || has_read && snapshot.frame.is_some() && snapshot.status.is_some()
 }

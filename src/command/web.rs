@@ -16,14 +16,14 @@ use tokio::sync::watch;
 use crate::cli::{BadInput, Format, MetricsArgs, SiteArgs, ViewArgs};
 use crate::command::print::{complain, print_json, print_line};
 use crate::display::metrics;
-use crate::display::observe::{Observer, Scene};
+use crate::display::observe::{Observer, Snapshot};
 use crate::display::view::{Token, TokenError, View, ViewSettings};
 use crate::display::web::Site;
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
 
-/// Scenes a second on the page: those of most screens.
-const VIEW_SCENES_HZ: u32 = 60;
+/// Snapshots a second on the page: those of most screens.
+const VIEW_SNAPSHOTS_HZ: u32 = 60;
 /// The token of one's own, where it is set.
 pub(super) const TOKEN_VARIABLE: &str = "BENCH_DRAGON_TOKEN";
 
@@ -36,13 +36,13 @@ pub(super) fn view(args: &ViewArgs) -> anyhow::Result<ExitCode> {
     announce_page(args, &token, address)?;
     let settings = ViewSettings { token, is_read_only: args.read_only, address: address.ip() };
     let view = View::open(domain.clone(), settings)?;
-    let observer = Observer::new(domain, "view", VIEW_SCENES_HZ).with_plan();
+    let observer = Observer::new(domain, "view", VIEW_SNAPSHOTS_HZ).with_plan();
     let serve = || {
         site.serve(view.router(), &stop, view.closing())?;
         view.close();
         Ok(())
     };
-    observe_while(&observer, stop.as_atomic(), |scene| view.show(scene), serve)?;
+    observe_while(&observer, stop.as_atomic(), |snapshot| view.show(snapshot), serve)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -68,8 +68,8 @@ fn announce_page(args: &ViewArgs, token: &Token, address: SocketAddr) -> anyhow:
     Ok(())
 }
 
-/// Scenes a second: scrapers come far less often, but the least clearance is that of all scenes.
-const METRICS_SCENES_HZ: u32 = 10;
+/// Snapshots a second: scrapers come far less often, but the least clearance is that of all snapshots.
+const METRICS_SNAPSHOTS_HZ: u32 = 10;
 
 pub(super) fn metrics(args: &MetricsArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::new(args.bus.instance.clone())?;
@@ -77,11 +77,11 @@ pub(super) fn metrics(args: &MetricsArgs) -> anyhow::Result<ExitCode> {
     let site = listen(args.listen, &args.site)?;
     let address = site.address();
     announce(args.format.format, "listening on ", url(address, "metrics"), address)?;
-    let (scenes, newest) = watch::channel(Arc::new(Scene::default()));
-    let show = |scene| {
-        scenes.send_replace(Arc::new(scene));
+    let (snapshots, newest) = watch::channel(Arc::new(Snapshot::default()));
+    let show = |snapshot| {
+        snapshots.send_replace(Arc::new(snapshot));
     };
-    let observer = Observer::new(domain, "metrics", METRICS_SCENES_HZ);
+    let observer = Observer::new(domain, "metrics", METRICS_SNAPSHOTS_HZ);
     let serve = || Ok(site.serve(metrics::router(newest), &stop, &watch::Sender::new(false))?);
     observe_while(&observer, stop.as_atomic(), show, serve)?;
     Ok(ExitCode::SUCCESS)
@@ -138,20 +138,20 @@ fn outward_address() -> io::Result<IpAddr> {
     Ok(socket.local_addr()?.ip())
 }
 
-/// Observes on a thread of its own and shows scene after scene, while this thread serves until the flag is set.
+/// Observes on a thread of its own and shows snapshot after snapshot, while this thread serves until the flag is set.
 ///
 /// When the observing ends, also by a panic, the flag is set: a process that shows what nobody sees any more had better be
-/// started again, by `show` or by a service manager. The first scene, of nothing, is shown before anything is served.
+/// started again, by `show` or by a service manager. The first snapshot, of nothing, is shown before anything is served.
 ///
 /// # Errors
 /// What the serving failed with, or that the observer panicked.
 pub(crate) fn observe_while(
     observer: &Observer,
     stop: &AtomicBool,
-    mut show: impl FnMut(Scene) + Send,
+    mut show: impl FnMut(Snapshot) + Send,
     serve: impl FnOnce() -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
-    show(Scene::of_nothing(monotonic_ns()));
+    show(Snapshot::empty(monotonic_ns()));
     thread::scope(|scope| {
         let observe = || {
             let _ends = SetAtEnd(stop);
@@ -203,10 +203,10 @@ mod tests {
     #[test]
     fn an_observer_that_panics_ends_the_process_as_failed() {
         let stop = AtomicBool::new(false);
-        let mut scenes = 0;
+        let mut snapshots = 0;
         let show = |_| {
-            scenes += 1;
-            assert!(scenes < 3, "this panic is part of a test");
+            snapshots += 1;
+            assert!(snapshots < 3, "this panic is part of a test");
         };
         let error = observe_while(&observer(), &stop, show, || wait_for(&stop)).expect_err("it panicked");
         assert_eq!(error.to_string(), "the observer panicked");
@@ -214,13 +214,13 @@ mod tests {
 
     #[test]
     fn a_process_that_serves_no_more_observes_no_more() {
-        let (stop, scenes) = (AtomicBool::new(false), AtomicU32::new(0));
-        let show = |scene: Scene| {
-            assert!(scene.seen_ns > 0);
-            scenes.fetch_add(1, Ordering::Relaxed);
+        let (stop, snapshots) = (AtomicBool::new(false), AtomicU32::new(0));
+        let show = |snapshot: Snapshot| {
+            assert!(snapshot.seen_ns > 0);
+            snapshots.fetch_add(1, Ordering::Relaxed);
         };
         let serve = || {
-            assert!(scenes.load(Ordering::Relaxed) > 0, "there is something to show at once");
+            assert!(snapshots.load(Ordering::Relaxed) > 0, "there is something to show at once");
             bail!("no socket can be had")
         };
         let error = observe_while(&observer(), &stop, show, serve).expect_err("serving failed");

@@ -1,4 +1,4 @@
-//! What a watch waits for: keys, signals, replies and scenes.
+//! What a watch waits for: keys, signals, replies and snapshots.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -10,8 +10,8 @@ use signal_hook::consts::{SIGCONT, SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
 use signal_hook::iterator::Signals;
 
 use super::terminal;
-use crate::display::observe::Scene;
-use crate::display::watch::Reply;
+use crate::display::observe::Snapshot;
+use crate::display::watch::CommandOutcome;
 use crate::system::stop::is_hangup_ignored;
 
 /// Keys that may wait while the screen is drawn; more of them stay with the terminal.
@@ -19,7 +19,7 @@ const INPUT_ROOM: usize = 64;
 
 /// Something has happened.
 #[derive(Debug)]
-pub(super) enum Event {
+pub(super) enum WatchEvent {
     /// A key was hit, or the terminal has another size.
     Input(Input),
     /// A signal suspends the process.
@@ -31,14 +31,14 @@ pub(super) enum Event {
     /// The terminal cannot be read any more.
     Failed(io::Error),
     /// A command was answered.
-    Reply(Reply),
-    /// The observer shows a scene.
-    Scene(Box<Scene>),
+    Outcome(CommandOutcome),
+    /// The observer shows a snapshot.
+    Snapshot(Box<Snapshot>),
 }
 
 /// Where it lies until the screen, which may wait for its terminal, is ready for it.
 ///
-/// Nothing takes the room of anything else: of scenes there is the newest, of signals what they come to, and of replies as many
+/// Nothing takes the room of anything else: of snapshots there is the newest, of signals what they come to, and of replies as many
 /// as there are commands under way. Those who have a key wait for its room.
 #[derive(Debug, Default)]
 pub(super) struct Mailbox {
@@ -54,8 +54,8 @@ struct Mail {
     /// Since when the end is asked for.
     end: Option<Instant>,
     failure: Option<io::Error>,
-    replies: VecDeque<Reply>,
-    scene: Option<Box<Scene>>,
+    replies: VecDeque<CommandOutcome>,
+    snapshot: Option<Box<Snapshot>>,
     is_closed: bool,
 }
 
@@ -67,7 +67,7 @@ enum Job {
 
 impl Mailbox {
     /// Waits for what has happened.
-    pub(super) fn take(&self) -> Event {
+    pub(super) fn take(&self) -> WatchEvent {
         let waiting = self.changed.wait_while(self.mail(), |mail| !mail.has_any());
         let event = waiting.unwrap_or_else(PoisonError::into_inner).next();
         self.changed.notify_all();
@@ -75,19 +75,19 @@ impl Mailbox {
     }
 
     /// What has happened already.
-    pub(super) fn take_waiting(&self) -> Option<Event> {
+    pub(super) fn take_waiting(&self) -> Option<WatchEvent> {
         let event = self.mail().next();
         self.changed.notify_all();
         event
     }
 
-    /// Shows a scene, instead of one that has not been taken yet.
-    pub(super) fn show(&self, scene: Scene) {
-        self.put(|mail| mail.scene = Some(Box::new(scene)));
+    /// Shows a snapshot, instead of one that has not been taken yet.
+    pub(super) fn show(&self, snapshot: Snapshot) {
+        self.put(|mail| mail.snapshot = Some(Box::new(snapshot)));
     }
 
     /// Says what became of a command.
-    pub(super) fn answer(&self, reply: Reply) {
+    pub(super) fn answer(&self, reply: CommandOutcome) {
         self.put(|mail| mail.replies.push_back(reply));
     }
 
@@ -122,7 +122,7 @@ impl Mailbox {
     }
 
     /// The replies that nobody has taken.
-    pub(super) fn replies(&self) -> VecDeque<Reply> {
+    pub(super) fn replies(&self) -> VecDeque<CommandOutcome> {
         std::mem::take(&mut self.mail().replies)
     }
 
@@ -153,22 +153,22 @@ impl Mail {
             || self.end.is_some()
             || self.failure.is_some()
             || !self.replies.is_empty()
-            || self.scene.is_some()
+            || self.snapshot.is_some()
     }
 
     /// Keys come before the end, so that a hold is sent whose terminal is closed at once. The end stays.
-    fn next(&mut self) -> Option<Event> {
-        let input = self.inputs.pop_front().map(Event::Input);
+    fn next(&mut self) -> Option<WatchEvent> {
+        let input = self.inputs.pop_front().map(WatchEvent::Input);
         input
-            .or_else(|| self.job.take().map(Event::from))
-            .or_else(|| self.end.map(|_| Event::End))
-            .or_else(|| self.failure.take().map(Event::Failed))
-            .or_else(|| self.replies.pop_front().map(Event::Reply))
-            .or_else(|| self.scene.take().map(Event::Scene))
+            .or_else(|| self.job.take().map(WatchEvent::from))
+            .or_else(|| self.end.map(|_| WatchEvent::End))
+            .or_else(|| self.failure.take().map(WatchEvent::Failed))
+            .or_else(|| self.replies.pop_front().map(WatchEvent::Outcome))
+            .or_else(|| self.snapshot.take().map(WatchEvent::Snapshot))
     }
 }
 
-impl From<Job> for Event {
+impl From<Job> for WatchEvent {
     fn from(job: Job) -> Self {
         match job {
             Job::Suspend => Self::Suspend,
@@ -254,21 +254,21 @@ mod tests {
     fn no_signal_is_lost_however_many_scenes_wait_and_of_scenes_there_is_the_newest() {
         let mailbox = Mailbox::default();
         for lost in 0..1_000 {
-            let mut scene = Scene::default();
-            scene.traffic.lost = lost;
-            mailbox.show(scene);
+            let mut snapshot = Snapshot::default();
+            snapshot.statistics.lost = lost;
+            mailbox.show(snapshot);
         }
         mailbox.suspend();
         mailbox.end();
-        assert!(matches!(mailbox.take(), Event::Suspend));
-        assert!(matches!(mailbox.take(), Event::End));
-        assert!(matches!(mailbox.take(), Event::End), "it stays asked for");
+        assert!(matches!(mailbox.take(), WatchEvent::Suspend));
+        assert!(matches!(mailbox.take(), WatchEvent::End));
+        assert!(matches!(mailbox.take(), WatchEvent::End), "it stays asked for");
         let mailbox = Mailbox {
             mail: Mutex::new(Mail { end: None, ..mailbox.mail.into_inner().expect("no panic") }),
             ..Mailbox::default()
         };
-        let Event::Scene(scene) = mailbox.take() else { panic!("a scene") };
-        assert_eq!(scene.traffic.lost, 999);
+        let WatchEvent::Snapshot(snapshot) = mailbox.take() else { panic!("a snapshot") };
+        assert_eq!(snapshot.statistics.lost, 999);
         assert!(mailbox.take_waiting().is_none());
     }
 
@@ -277,7 +277,7 @@ mod tests {
         let mailbox = Mailbox::default();
         mailbox.suspend();
         mailbox.go_on();
-        assert!(matches!(mailbox.take_waiting(), Some(Event::Continue)));
+        assert!(matches!(mailbox.take_waiting(), Some(WatchEvent::Continue)));
         assert!(mailbox.take_waiting().is_none());
     }
 
@@ -286,8 +286,8 @@ mod tests {
         let mailbox = Mailbox::default();
         assert!(mailbox.type_in(key('h')));
         mailbox.end();
-        assert!(matches!(mailbox.take(), Event::Input(input) if input == key('h')));
-        assert!(matches!(mailbox.take(), Event::End));
+        assert!(matches!(mailbox.take(), WatchEvent::Input(input) if input == key('h')));
+        assert!(matches!(mailbox.take(), WatchEvent::End));
     }
 
     #[test]

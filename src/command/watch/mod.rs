@@ -14,18 +14,18 @@ use rustix::io::Errno;
 use crate::cli::WatchArgs;
 use crate::command::print::complain;
 use crate::command_queue::{CommandQueue, HOLD_PATIENCE};
-use crate::display::observe::{Observer, Scene};
-use crate::display::watch::{Action, Reply, Screen, Shown, draw};
+use crate::display::observe::{Observer, Snapshot};
+use crate::display::watch::{Appearance, CommandOutcome, KeyAction, Screen, draw};
 use crate::system::clock::monotonic_ns;
 
 mod mailbox;
 mod terminal;
 
-use mailbox::{EndsWith, Event, Mailbox};
+use mailbox::{EndsWith, Mailbox, WatchEvent};
 use terminal::Display;
 
-/// Scenes a second. The eye sees a walk at this rate, and a terminal far away can follow.
-const SCENES_HZ: u32 = 15;
+/// Snapshots a second. The eye sees a walk at this rate, and a terminal far away can follow.
+const SNAPSHOTS_HZ: u32 = 15;
 
 pub(crate) fn run(args: &WatchArgs) -> anyhow::Result<ExitCode> {
     let look = terminal::look(args.glyphs)?;
@@ -38,11 +38,11 @@ pub(crate) fn run(args: &WatchArgs) -> anyhow::Result<ExitCode> {
     mailbox::send_input_to(Arc::clone(&mailbox))?;
     let stop = Arc::new(AtomicBool::new(false));
     let observing = observe(domain, Arc::clone(&stop), Arc::clone(&mailbox))?;
-    let mut watch = Watch { display, screen, commands, scene: Scene::default(), shown: None };
-    let watched = watch.follow(&mailbox);
+    let mut session = WatchSession { display, screen, commands, snapshot: Snapshot::default(), shown: None };
+    let watched = session.follow(&mailbox);
     stop.store(true, Ordering::Relaxed);
     mailbox.close();
-    let Watch { display, commands, .. } = watch;
+    let WatchSession { display, commands, .. } = session;
     drop(display);
     commands.finish();
     for reply in mailbox.replies() {
@@ -56,26 +56,26 @@ fn observe(domain: Domain, stop: Arc<AtomicBool>, mailbox: Arc<Mailbox>) -> anyh
     let ends = EndsWith(Arc::clone(&mailbox));
     let observe = move || {
         let _ends = ends;
-        // A screen that is drawn more slowly than scenes come gets fewer.
-        Observer::new(domain, "watch", SCENES_HZ).with_plan().run(&stop, |scene| mailbox.show(scene));
+        // A screen that is drawn more slowly than snapshots come gets fewer.
+        Observer::new(domain, "watch", SNAPSHOTS_HZ).with_plan().run(&stop, |snapshot| mailbox.show(snapshot));
     };
     Ok(thread::Builder::new().name("observer".to_owned()).spawn(observe)?)
 }
 
 /// What goes on between the terminal, the bus and the screen.
-struct Watch {
+struct WatchSession {
     display: Display,
     screen: Screen,
     commands: CommandSender,
-    scene: Scene,
-    /// How the scene looked that is on the screen, unless something else has changed since.
-    shown: Option<Shown>,
+    snapshot: Snapshot,
+    /// How the snapshot looked that is on the screen, unless something else has changed since.
+    shown: Option<Appearance>,
 }
 
-impl Watch {
+impl WatchSession {
     /// Draws whatever changes, until the end is asked for.
     fn follow(&mut self, mailbox: &Mailbox) -> anyhow::Result<()> {
-        self.display.draw(|frame| draw(frame, &self.scene, &self.screen))?;
+        self.display.draw(|frame| draw(frame, &self.snapshot, &self.screen))?;
         while self.take(mailbox.take())? {
             // What has come meanwhile is drawn together.
             while let Some(event) = mailbox.take_waiting() {
@@ -83,9 +83,9 @@ impl Watch {
                     return Ok(());
                 }
             }
-            let shown = Shown::of(&self.scene);
+            let shown = Appearance::of(&self.snapshot);
             if self.shown.as_ref() != Some(&shown) {
-                self.display.draw(|frame| draw(frame, &self.scene, &self.screen))?;
+                self.display.draw(|frame| draw(frame, &self.snapshot, &self.screen))?;
                 self.shown = Some(shown);
             }
         }
@@ -93,30 +93,30 @@ impl Watch {
     }
 
     /// Takes note of an event; false for the one that ends it all.
-    fn take(&mut self, event: Event) -> anyhow::Result<bool> {
+    fn take(&mut self, event: WatchEvent) -> anyhow::Result<bool> {
         match event {
-            Event::Scene(scene) => {
-                let is_other = self.screen.see(&scene, monotonic_ns());
-                self.scene = *scene;
+            WatchEvent::Snapshot(snapshot) => {
+                let is_other = self.screen.see(&snapshot, monotonic_ns());
+                self.snapshot = *snapshot;
                 if !is_other {
                     return Ok(true);
                 }
             }
-            Event::Input(Input::Key(key)) => match self.screen.press(key, &self.scene, monotonic_ns()) {
-                Action::None => {}
-                Action::Command(request) => self.commands.send(request),
-                Action::Suspend => self.display.suspend()?,
-                Action::Quit => return Ok(false),
+            WatchEvent::Input(Input::Key(key)) => match self.screen.press(key, &self.snapshot, monotonic_ns()) {
+                KeyAction::None => {}
+                KeyAction::Command(request) => self.commands.send(request),
+                KeyAction::Suspend => self.display.suspend()?,
+                KeyAction::Quit => return Ok(false),
             },
             // A resize is seen by the drawing.
-            Event::Input(_) => {}
-            Event::Reply(reply) => self.screen.answer(reply),
-            Event::Suspend => self.display.suspend()?,
-            Event::Continue => self.display.resume()?,
-            Event::End => return Ok(false),
+            WatchEvent::Input(_) => {}
+            WatchEvent::Outcome(reply) => self.screen.answer(reply),
+            WatchEvent::Suspend => self.display.suspend()?,
+            WatchEvent::Continue => self.display.resume()?,
+            WatchEvent::End => return Ok(false),
             // The terminal is closed.
-            Event::Failed(error) if error.raw_os_error() == Some(Errno::IO.raw_os_error()) => return Ok(false),
-            Event::Failed(error) => return Err(error).context("cannot read the terminal's keys"),
+            WatchEvent::Failed(error) if error.raw_os_error() == Some(Errno::IO.raw_os_error()) => return Ok(false),
+            WatchEvent::Failed(error) => return Err(error).context("cannot read the terminal's keys"),
         }
         self.shown = None;
         Ok(true)
@@ -144,14 +144,14 @@ impl CommandSender {
     /// Sends a command.
     fn send(&self, request: Request) {
         let mailbox = Arc::clone(&self.mailbox);
-        self.commands.submit(request, move |outcome| mailbox.answer(Reply::to(request, outcome)));
+        self.commands.submit(request, move |outcome| mailbox.answer(CommandOutcome::to(request, outcome)));
     }
 
     /// Waits until what is under way has been answered, and a hold that was asked for is, though their screen is gone; other
     /// commands that have not been sent are given up. Who waits longer than a moment is told for what.
     fn finish(self) {
         for request in self.commands.close(MOMENT, |_| true) {
-            complain(&format!("{}, waiting for the server's answer", Reply::sent(request).text()));
+            complain(&format!("{}, waiting for the server's answer", CommandOutcome::sent(request).text()));
         }
         self.commands.close(HOLD_PATIENCE, |_| true);
     }

@@ -3,8 +3,8 @@
 use bench_dragon_ipc::{GuardState, Refusal, Request, ShowState, SourceKind, Status, TimecodeState};
 use serde::Serialize;
 
-use super::link::Link;
-use super::scene::Scene;
+use super::snapshot::Snapshot;
+use super::snapshot::SourcePresence;
 
 /// For each command why it would be refused, in one sentence; `None`, null as JSON, where it would be accepted.
 ///
@@ -23,16 +23,16 @@ pub struct Controls {
 }
 
 impl Controls {
-    /// What the source of a scene would say.
-    pub fn of(scene: &Scene) -> Self {
-        let state = scene.state();
-        match (&scene.link, state) {
-            (Link::Ended { .. }, _) => return Self::all("the show has ended"),
-            (Link::Gone { .. }, _) => return Self::all("no server runs"),
-            (Link::Waiting, _) if !scene.has_source => return Self::all("no server runs"),
+    /// What the source of a snapshot would say.
+    pub fn of(snapshot: &Snapshot) -> Self {
+        let state = snapshot.state();
+        match (&snapshot.presence, state) {
+            (SourcePresence::Ended { .. }, _) => return Self::all("the show has ended"),
+            (SourcePresence::Gone { .. }, _) => return Self::all("no server runs"),
+            (SourcePresence::Waiting, _) if !snapshot.has_source => return Self::all("no server runs"),
             _ => {}
         }
-        let status = scene.status.as_deref();
+        let status = snapshot.status.as_deref();
         if status.and_then(Status::source_kind) == Some(SourceKind::Replay) {
             let refused = Self::all(&Refusal::Replayed.to_string());
             return Self { stop: None, ..refused };
@@ -113,16 +113,10 @@ mod tests {
     use bench_dragon_ipc::{FrameHeader, Stops};
 
     use super::*;
-    use crate::display::observe::Still;
 
-    fn scene(state: ShowState, status: &Status) -> Scene {
+    fn snapshot(state: ShowState, status: &Status) -> Snapshot {
         let header = FrameHeader { state: state.to_wire(), ..FrameHeader::default() };
-        Scene {
-            link: Link::Live,
-            frame: Some(Arc::new(Still { header, handles: Vec::new() })),
-            status: Some(Arc::new(*status)),
-            ..Scene::default()
-        }
+        Snapshot { status: Some(Arc::new(*status)), ..Snapshot::live(header) }
     }
 
     fn stopped(stops: Stops, guard: GuardState) -> Status {
@@ -130,8 +124,8 @@ mod tests {
     }
 
     /// The commands that would be refused, in the order of the fields.
-    fn refused(scene: &Scene) -> String {
-        let controls = Controls::of(scene);
+    fn refused(snapshot: &Snapshot) -> String {
+        let controls = Controls::of(snapshot);
         let json = serde_json::to_value(&controls).expect("JSON");
         let order = ["pause", "resume", "speed", "seek", "hold", "release", "stop"];
         order.into_iter().filter(|name| !json[name].is_null()).collect::<Vec<_>>().join(" ")
@@ -140,24 +134,24 @@ mod tests {
     #[test]
     fn without_a_server_everything_is_refused_and_by_one_that_hangs_nothing() {
         let all = "pause resume speed seek hold release stop";
-        assert_eq!(refused(&Scene::default()), all);
-        assert_eq!(refused(&Scene { has_source: true, ..Scene::default() }), "release");
-        let running = scene(ShowState::Running, &Status::default());
-        for (link, expected) in [
-            (Link::Gone { age_ns: 1 }, all),
-            (Link::Ended { age_ns: 1 }, all),
-            (Link::Silent { age_ns: 1 }, "release"),
-            (Link::Failed { reason: String::new() }, "release"),
-            (Link::Live, "release"),
+        assert_eq!(refused(&Snapshot::default()), all);
+        assert_eq!(refused(&Snapshot { has_source: true, ..Snapshot::default() }), "release");
+        let running = snapshot(ShowState::Running, &Status::default());
+        for (presence, expected) in [
+            (SourcePresence::Gone { age_ns: 1 }, all),
+            (SourcePresence::Ended { age_ns: 1 }, all),
+            (SourcePresence::Silent { age_ns: 1 }, "release"),
+            (SourcePresence::Failed { reason: String::new() }, "release"),
+            (SourcePresence::Live, "release"),
         ] {
-            assert_eq!(refused(&Scene { link, ..running.clone() }), expected);
+            assert_eq!(refused(&Snapshot { presence, ..running.clone() }), expected);
         }
     }
 
     #[test]
     fn a_replay_takes_a_stop_alone() {
         let replay = Status { source: SourceKind::Replay.to_wire(), ..Status::default() };
-        assert_eq!(refused(&scene(ShowState::Running, &replay)), "pause resume speed seek hold release");
+        assert_eq!(refused(&snapshot(ShowState::Running, &replay)), "pause resume speed seek hold release");
     }
 
     #[test]
@@ -176,9 +170,9 @@ mod tests {
             (ShowState::Finished, Stops::default(), GuardState::None, "resume release"),
             (ShowState::Stopping, ending, GuardState::None, "pause resume speed seek release stop"),
         ] {
-            assert_eq!(refused(&scene(state, &stopped(stops, guard))), expected, "{state} {stops:?} {guard:?}");
+            assert_eq!(refused(&snapshot(state, &stopped(stops, guard))), expected, "{state} {stops:?} {guard:?}");
         }
-        let late = scene(ShowState::Held, &stopped(Stops::default(), GuardState::None));
+        let late = snapshot(ShowState::Held, &stopped(Stops::default(), GuardState::None));
         assert_eq!(refused(&late), "resume", "the status is older than the hold");
     }
 
@@ -192,10 +186,10 @@ mod tests {
             (TimecodeState::Lost, "release"),
         ] {
             let status = Status { timecode: timecode.to_wire(), ..Status::default() };
-            let scene = scene(ShowState::Running, &status);
-            assert_eq!(refused(&scene), expected);
+            let snapshot = snapshot(ShowState::Running, &status);
+            assert_eq!(refused(&snapshot), expected);
             let seek = Request::Seek { sim_time_s: 1.0 };
-            assert_eq!(Controls::of(&scene).refusal(seek).is_some(), expected.contains("seek"));
+            assert_eq!(Controls::of(&snapshot).refusal(seek).is_some(), expected.contains("seek"));
         }
     }
 }

@@ -1,14 +1,16 @@
-//! The loop that reads the bus and shows scenes.
+//! The loop that reads the bus and shows snapshots.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use bench_dragon_ipc::{BusError, Domain};
+use bench_dragon_ipc::{
+    AlertSubscriber, BusError, CommandEventReader, DescriptionReader, Domain, FrameSubscriber, ReaderReports,
+    StatusReader,
+};
 
-use super::ports::Ports;
-use super::scene::Scene;
-use super::sight::Sight;
+use super::observer_state::ObserverState;
+use super::snapshot::Snapshot;
 use crate::system::clock::monotonic_ns;
 
 /// How often a bus that is not there is looked for.
@@ -26,9 +28,9 @@ pub struct Observer {
 }
 
 impl Observer {
-    /// An observer that joins under this name and shows so many scenes a second.
-    pub fn new(domain: Domain, name: &'static str, scenes_hz: u32) -> Self {
-        Self { domain, name, period_ns: 1_000_000_000 / u64::from(scenes_hz.max(1)), plans: false }
+    /// An observer that joins under this name and shows so many snapshots a second.
+    pub fn new(domain: Domain, name: &'static str, snapshots_hz: u32) -> Self {
+        Self { domain, name, period_ns: 1_000_000_000 / u64::from(snapshots_hz.max(1)), plans: false }
     }
 
     /// Works out the planned clearance of each run as well, on a thread of its own: some seconds of one core.
@@ -37,52 +39,87 @@ impl Observer {
         Self { plans: true, ..self }
     }
 
-    /// Observes until the flag is set, on the caller's thread, and hands over scene after scene, also where nothing comes.
+    /// Observes until the flag is set, on the caller's thread, and hands over snapshot after snapshot, also where nothing comes.
     ///
-    /// Nothing on the bus ends it: a bus that cannot be read is a scene too, and is tried again.
-    pub fn run(&self, stop: &AtomicBool, mut show: impl FnMut(Scene)) {
-        let mut sight = Sight::new(monotonic_ns(), self.plans);
+    /// Nothing on the bus ends it: a bus that cannot be read is a snapshot too, and is tried again.
+    pub fn run(&self, stop: &AtomicBool, mut show: impl FnMut(Snapshot)) {
+        let mut state = ObserverState::new(monotonic_ns(), self.plans);
         let mut ports = None;
         let mut due_ns = 0_u64;
         while !stop.load(Ordering::Relaxed) {
             let wait = Duration::from_nanos(due_ns.saturating_sub(monotonic_ns()));
-            if let Err(error) = self.look(&mut ports, &mut sight, wait) {
+            if let Err(error) = self.look(&mut ports, &mut state, wait) {
                 ports = None;
-                sight.fail(&error);
-                show(sight.scene(monotonic_ns()));
+                state.fail(&error);
+                show(state.snapshot(monotonic_ns()));
                 thread::sleep(RETRY_PERIOD);
                 continue;
             }
             let now_ns = monotonic_ns();
             if now_ns >= due_ns {
                 due_ns = (due_ns + self.period_ns).max(now_ns);
-                if let Err(error) = ports.as_mut().map_or(Ok(()), |ports| sight.renew(ports)) {
+                if let Err(error) = ports.as_mut().map_or(Ok(()), |ports| state.renew(ports)) {
                     ports = None;
-                    sight.fail(&error);
+                    state.fail(&error);
                 }
-                sight.judge(&self.domain, now_ns);
-                show(sight.scene(now_ns));
+                state.judge(&self.domain, now_ns);
+                show(state.snapshot(now_ns));
             }
         }
     }
 
     /// Takes what comes within this time, or opens the bus if it is there.
-    fn look(&self, ports: &mut Option<Ports>, sight: &mut Sight, wait: Duration) -> Result<(), BusError> {
+    fn look(&self, ports: &mut Option<Ports>, state: &mut ObserverState, wait: Duration) -> Result<(), BusError> {
         if let Some(ports) = ports {
-            return sight.take_frames(&mut ports.frames, wait);
+            return state.take_frames(&mut ports.frames, wait);
         }
         match Ports::open(&self.domain, self.name) {
             Ok(opened) => {
-                sight.can_read();
-                sight.begin_reading(monotonic_ns());
+                state.can_read();
+                state.begin_reading(monotonic_ns());
                 *ports = Some(opened);
             }
             Err(error) if error.is_absent() => {
-                sight.can_read();
+                state.can_read();
                 thread::sleep(LOOK_PERIOD.min(wait));
             }
             Err(error) => return Err(error),
         }
         Ok(())
+    }
+}
+
+/// A reader of everything.
+#[derive(Debug)]
+pub(super) struct Ports {
+    pub(super) frames: FrameSubscriber,
+    pub(super) alerts: AlertSubscriber,
+    pub(super) statuses: StatusReader,
+    pub(super) descriptions: DescriptionReader,
+    /// A source of an earlier version has none.
+    pub(super) reports: Option<ReaderReports>,
+    /// A source of an earlier version has none.
+    pub(super) commands: Option<CommandEventReader>,
+}
+
+impl Ports {
+    /// Opens the frames last, so that from their first one on everything else is there; and then what may be missing for good,
+    /// since whoever makes frames has made it before.
+    pub(super) fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
+        let descriptions = DescriptionReader::open(domain, &format!("{name}-description"))?;
+        let statuses = StatusReader::open(domain, &format!("{name}-status"))?;
+        let alerts = AlertSubscriber::open(domain, &format!("{name}-alerts"))?;
+        let frames = FrameSubscriber::open(domain, name)?;
+        let reports = if_there(ReaderReports::open(domain, &format!("{name}-reports")))?;
+        let commands = if_there(CommandEventReader::open(domain, &format!("{name}-events")))?;
+        Ok(Self { frames, alerts, statuses, descriptions, reports, commands })
+    }
+}
+
+fn if_there<Port>(opened: Result<Port, BusError>) -> Result<Option<Port>, BusError> {
+    match opened {
+        Ok(port) => Ok(Some(port)),
+        Err(error) if error.is_absent() => Ok(None),
+        Err(error) => Err(error),
     }
 }

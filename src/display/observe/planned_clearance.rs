@@ -3,9 +3,13 @@
 //! All of it is against the head's travel, because the state of a dragon is a function of its travel alone. A
 //! [`TravelClock`](super::TravelClock) converts travel to show time.
 
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::{io, thread};
+
 use bench_dragon_geometry::clearance::{Contact, ContactSearch, PairClearance};
 use bench_dragon_geometry::dragon::{Dragon, Meter};
-use bench_dragon_geometry::planner::{ClosestApproach, clearance_profile, near_misses};
+use bench_dragon_geometry::planner::{ClosestApproach, clearance_profile, near_misses, on_one_core};
+use rustix::process::setpriority_process;
 
 /// Points of the curve, evenly over the run.
 const POINTS: usize = 600;
@@ -25,10 +29,14 @@ const OVERLAP_LINKS: f64 = 1.0;
 pub struct PlannedClearance {
     /// The nearest pair at even steps of travel, in order of travel.
     points: Vec<ClosestApproach>,
-    near_misses: Vec<ClosestApproach>,
-    near_misses_dropped: usize,
-    contact: Option<Contact>,
-    is_complete: bool,
+    /// The local minima under the configuration's `near_m` before the contact, in order of travel.
+    pub near_misses: Vec<ClosestApproach>,
+    /// How many more near misses there are, none of them nearer than those that are kept.
+    pub near_misses_dropped: usize,
+    /// The first contact of the run.
+    pub contact: Option<Contact>,
+    /// Whether nothing is left to be found.
+    pub is_complete: bool,
 }
 
 impl PlannedClearance {
@@ -42,26 +50,6 @@ impl PlannedClearance {
         let mut curve: Vec<_> = self.points.iter().chain(&self.near_misses).copied().chain(contact).collect();
         curve.sort_by(|one, other| one.travel_m.total_cmp(&other.travel_m));
         curve
-    }
-
-    /// The local minima under the configuration's `near_m` before the contact, in order of travel.
-    pub fn near_misses(&self) -> &[ClosestApproach] {
-        &self.near_misses
-    }
-
-    /// How many more near misses there are, none of them nearer than those that are kept.
-    pub fn near_misses_dropped(&self) -> usize {
-        self.near_misses_dropped
-    }
-
-    /// The first contact of the run.
-    pub fn contact(&self) -> Option<Contact> {
-        self.contact
-    }
-
-    /// Whether everything that is to be found out has been.
-    pub fn is_complete(&self) -> bool {
-        self.is_complete
     }
 }
 
@@ -170,6 +158,51 @@ impl Iterator for Planning {
     }
 }
 
+/// The thread's niceness: frames and snapshots come first.
+const NICENESS: i32 = 10;
+
+/// A plan in the making. The thread is not joined: it ends with its owner, after the step that it is in.
+#[derive(Debug)]
+pub(super) struct ClearancePlanner {
+    latest: Arc<Mutex<Arc<PlannedClearance>>>,
+}
+
+impl ClearancePlanner {
+    /// Starts to plan the dragon's run, with the near misses under `near_m`.
+    ///
+    /// # Errors
+    /// The operating system's reason why there can be no thread for it.
+    pub(super) fn start(dragon: &Dragon, near_m: f64) -> io::Result<Self> {
+        let latest = Arc::new(Mutex::new(Arc::default()));
+        let shared = Arc::downgrade(&latest);
+        let dragon = dragon.clone();
+        let work = move || {
+            // Of the calling thread alone, as Linux has it. Where it is refused, the work is done all the same.
+            let _ = setpriority_process(None, NICENESS);
+            on_one_core(|| plan(&dragon, near_m, &shared));
+        };
+        thread::Builder::new().name("plan".to_owned()).spawn(work)?;
+        Ok(Self { latest })
+    }
+
+    /// What is known at present.
+    pub(super) fn latest(&self) -> Arc<PlannedClearance> {
+        Arc::clone(&lock(&self.latest))
+    }
+}
+
+/// Works the plan out for as long as somebody waits for it.
+fn plan(dragon: &Dragon, near_m: f64, latest: &Weak<Mutex<Arc<PlannedClearance>>>) {
+    for plan in Planning::new(dragon, near_m) {
+        let Some(latest) = latest.upgrade() else { return };
+        *lock(&latest) = Arc::new(plan);
+    }
+}
+
+fn lock(latest: &Mutex<Arc<PlannedClearance>>) -> MutexGuard<'_, Arc<PlannedClearance>> {
+    latest.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 #[cfg(test)]
 mod tests {
     use glam::DVec2;
@@ -186,9 +219,9 @@ mod tests {
     fn the_papers_plan_has_its_contact_its_near_misses_and_its_clearances() {
         let plans = planned("");
         let plan = plans.last().expect("a plan");
-        let contact = plan.contact().expect("a contact");
+        let contact = plan.contact.expect("a contact");
         assert!((contact.travel_m - 412.473_838).abs() < 1e-6 && contact.benches == [0, 8], "{contact:?}");
-        let misses: Vec<_> = plan.near_misses().iter().map(|miss| (miss.pair.benches, miss.travel_m)).collect();
+        let misses: Vec<_> = plan.near_misses.iter().map(|miss| (miss.pair.benches, miss.travel_m)).collect();
         assert_eq!(misses.len(), 3, "{misses:?}");
         for ((benches, travel_m), (known, known_m)) in
             misses.into_iter().zip([([0, 12], 402.115_621), ([0, 9], 406.846_569), ([0, 11], 409.831_991)])
@@ -200,8 +233,8 @@ mod tests {
         assert!(curve.is_sorted_by_key(|point| point.travel_m));
         assert_eq!((curve[0].travel_m, curve[0].pair.benches), (0.0, plan.points[0].pair.benches));
         assert!((curve[0].pair.clearance_m - 0.169_279).abs() < 1e-6);
-        assert!((plan.near_misses()[2].pair.clearance_m - 0.000_865).abs() < 1e-6);
-        assert_eq!(plans.iter().filter(|plan| plan.is_complete()).count(), 1);
+        assert!((plan.near_misses[2].pair.clearance_m - 0.000_865).abs() < 1e-6);
+        assert_eq!(plans.iter().filter(|plan| plan.is_complete).count(), 1);
     }
 
     #[test]
@@ -220,12 +253,12 @@ mod tests {
         let config = Config::from_toml("").expect("the paper's");
         let dragon = config.dragon();
         let plan = Planning::new(dragon, NEAR_M).last().expect("a plan");
-        let contact_m = plan.contact().expect("a contact").travel_m;
+        let contact_m = plan.contact.expect("a contact").travel_m;
         let at_once = near_misses(dragon, dragon.start_travel_m(), contact_m, NEAR_M, |_| ()).approaches;
         let pairs = |misses: &[ClosestApproach]| misses.iter().map(|miss| miss.pair.benches).collect::<Vec<_>>();
         assert!(at_once.len() > 10, "{}", at_once.len());
-        assert_eq!(pairs(plan.near_misses()), pairs(&at_once));
-        for (found, known) in plan.near_misses().iter().zip(&at_once) {
+        assert_eq!(pairs(&plan.near_misses), pairs(&at_once));
+        for (found, known) in plan.near_misses.iter().zip(&at_once) {
             // At its least a clearance is flat: rounding moves its place.
             assert!((found.travel_m - known.travel_m).abs() < 1e-4, "{found:?}, {known:?}");
             assert!((found.pair.clearance_m - known.pair.clearance_m).abs() < 1e-10, "{found:?}, {known:?}");
@@ -242,15 +275,15 @@ mod tests {
         };
         planning.plan.near_misses = (0..MAX_NEAR_MISSES + 5).map(miss).collect();
         planning.keep_nearest();
-        let kept: Vec<f64> = planning.plan.near_misses().iter().map(|miss| miss.travel_m).collect();
+        let kept: Vec<f64> = planning.plan.near_misses.iter().map(|miss| miss.travel_m).collect();
         assert_eq!(kept, (5..MAX_NEAR_MISSES + 5).map(|at| at as f64).collect::<Vec<_>>());
-        assert_eq!(planning.plan.near_misses_dropped(), 5);
+        assert_eq!(planning.plan.near_misses_dropped, 5);
     }
 
     #[test]
     fn a_dragon_of_two_benches_has_an_empty_plan() {
         let plans = planned("[dragon]\nbenches = 2\n");
         assert_eq!(plans.len(), 1);
-        assert!(plans[0].is_complete() && plans[0].curve().is_empty());
+        assert!(plans[0].is_complete && plans[0].curve().is_empty());
     }
 }

@@ -1,26 +1,282 @@
 //! The live view: one page in a browser, drawn from a stream of frames.
 //!
-//! - *Frames* go out as binary messages over a WebSocket ([`wire`]), never more than two that the page has not acknowledged;
+//! - *Frames* go out as binary messages over a WebSocket (`frame_message`), never more than two that the page has not acknowledged;
 //!   the next one is always the newest. So a slow browser, or a slow network, gets fewer frames and never older ones.
-//! - *Commands* come in as requests that bear the token, and go out through a queue ([`CommandQueue`](crate::command_queue::CommandQueue)): in their order, a
-//!   hold past all of them.
-//! - *Who may:* the token is needed to steer, and off loopback to look.
+//! - *Commands* come in as requests that bear the token, and go out over a queue ([`CommandQueue`]): in their order, a hold past all of
+//!   them.
+//! - *Access:* steering takes the token, and off loopback looking takes it too.
 //!
-//! The page is in `page/`, and in the program: it needs nothing from anywhere else.
-
-pub mod wire;
+//! The page is in `page/`, and in the program: it needs nothing from anywhere else. Messages: from the page come `{"ack":N}` for each
+//! frame, by its sequence number, and commands; to the page go frames, and JSON with a `type`.
 
 mod access;
 mod assets;
-mod order;
+mod frame_message;
+mod messages;
 mod page_stream;
-mod seats;
-mod shown;
-mod token;
+mod status_message;
 
-#[expect(clippy::module_inception, reason = "what the module is about")]
-mod view;
+use std::io;
+use std::net::IpAddr;
+use std::sync::Arc;
+use std::time::Duration;
 
-pub use seats::MAX_VIEWERS;
-pub use token::{Token, TokenError};
-pub use view::{View, ViewSettings};
+use axum::Router;
+use axum::body::to_bytes;
+use axum::extract::ws::WebSocketUpgrade;
+use axum::extract::{FromRequestParts as _, Request as HttpRequest, State};
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
+use axum::http::{HeaderMap, HeaderValue, StatusCode};
+use axum::middleware::{self, Next};
+use axum::response::Response;
+use axum::routing::{any, get, post};
+use bench_dragon_ipc::{BusError, Domain, Request, Sender};
+use serde::Serialize;
+use tokio::sync::{Semaphore, oneshot, watch};
+use tokio::time::timeout;
+
+use self::access::{Access, Rights};
+use self::assets::{Asset, assets};
+use self::messages::read_command;
+use self::page_stream::{MAX_MESSAGE_BYTES, NumberedSnapshot, PageStream};
+use super::metrics;
+use super::observe::Snapshot;
+use super::web::{Connection, json, refuse, text};
+use crate::command_queue::{CommandQueue, CommandQueueError, HOLD_PATIENCE};
+
+pub use self::access::{Token, TokenError};
+
+/// Streams at a time.
+pub const MAX_VIEWERS: usize = 32;
+/// The WebSocket protocol of a page's stream.
+const PROTOCOL: &str = "bench-dragon.view.v1";
+/// Longest body of a command in bytes.
+const MAX_COMMAND_BYTES: usize = 1 << 10;
+/// How long a body may take.
+const BODY_PATIENCE: Duration = Duration::from_secs(5);
+
+/// How a view is set up.
+#[derive(Debug)]
+pub struct ViewSettings {
+    /// What steering takes.
+    pub token: Token,
+    /// Whether nobody may steer.
+    pub is_read_only: bool,
+    /// Where it listens: off loopback, looking takes the token too.
+    pub address: IpAddr,
+}
+
+/// A view of one instance.
+#[derive(Clone, Debug)]
+pub struct View(Arc<Inner>);
+
+#[derive(Debug)]
+struct Inner {
+    instance: String,
+    access: Access,
+    commands: CommandQueue,
+    snapshots: watch::Sender<Arc<NumberedSnapshot>>,
+    closing: watch::Sender<bool>,
+    /// A permit for each stream that may be open.
+    viewers: Arc<Semaphore>,
+}
+
+/// What a page has to know before it connects.
+#[derive(Serialize)]
+struct AccessReport<'a> {
+    version: &'static str,
+    instance: &'a str,
+    read_only: bool,
+    may_view: bool,
+    may_control: bool,
+    viewers: usize,
+    max_viewers: usize,
+}
+
+/// The server's reply to a command.
+#[derive(Serialize)]
+struct ReplyReport {
+    accepted: bool,
+    tick: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason: Option<String>,
+}
+
+impl View {
+    /// A view of a domain's instance, which sends its commands there.
+    ///
+    /// # Errors
+    /// As [`CommandQueue::open`].
+    pub fn open(domain: Domain, settings: ViewSettings) -> io::Result<Self> {
+        let ViewSettings { token, is_read_only, address } = settings;
+        Ok(Self(Arc::new(Inner {
+            instance: domain.instance().to_string(),
+            access: Access::new(token, is_read_only, !address.is_loopback()),
+            commands: CommandQueue::open(domain, "view-command", Sender::Page)?,
+            snapshots: watch::Sender::new(Arc::default()),
+            closing: watch::Sender::new(false),
+            viewers: Arc::new(Semaphore::new(MAX_VIEWERS)),
+        })))
+    }
+
+    /// Takes no more commands, and waits until every hold that was asked for is answered.
+    pub fn close(&self) {
+        self.0.commands.close(HOLD_PATIENCE, |request| request == Request::Hold);
+    }
+
+    /// Shows a snapshot to all pages. Never waits for any of them.
+    pub fn show(&self, snapshot: Snapshot) {
+        let sequence = self.0.snapshots.borrow().sequence.wrapping_add(1);
+        self.0.snapshots.send_replace(NumberedSnapshot::new(sequence, snapshot));
+    }
+
+    /// Becomes true when the view ends.
+    pub fn closing(&self) -> &watch::Sender<bool> {
+        &self.0.closing
+    }
+
+    /// The router of its requests.
+    pub fn router(&self) -> Router {
+        let pages = assets().fold(Router::new(), |router, Asset { path, media_type, bytes }| {
+            router.route(&path, get(async move || page(media_type, bytes)))
+        });
+        pages
+            .route("/access", get(report_access))
+            .route("/metrics", get(report_metrics))
+            .route("/stream", any(open_stream))
+            .route("/command", post(take_command))
+            .fallback(async || refuse(StatusCode::NOT_FOUND, "there is no such page"))
+            .method_not_allowed_fallback(async || refuse(StatusCode::METHOD_NOT_ALLOWED, "not in this way"))
+            .with_state(self.clone())
+            .layer(middleware::from_fn_with_state(self.clone(), keep_operator))
+    }
+
+    fn rights(&self, headers: &HeaderMap) -> Rights {
+        self.0.access.rights(headers)
+    }
+
+    /// Whether a command may be read, by its headers alone.
+    #[expect(clippy::result_large_err, reason = "it is the reply")]
+    fn check_command(&self, headers: &HeaderMap) -> Result<(), Response> {
+        if self.0.access.is_read_only() {
+            return Err(refuse(StatusCode::FORBIDDEN, "this view takes no commands: it was started with --read-only"));
+        }
+        if !self.rights(headers).may_control {
+            return Err(refuse(StatusCode::UNAUTHORIZED, "a command takes the token that `bench-dragon view` printed"));
+        }
+        if !headers.get(CONTENT_TYPE).is_some_and(is_json) {
+            return Err(refuse(StatusCode::UNSUPPORTED_MEDIA_TYPE, "a command is application/json"));
+        }
+        Ok(())
+    }
+}
+
+/// Whether a media type is that of JSON, with or without a character set.
+fn is_json(media_type: &HeaderValue) -> bool {
+    let media_type = media_type.to_str().unwrap_or_default();
+    media_type.split(';').next().is_some_and(|essence| essence.trim().eq_ignore_ascii_case("application/json"))
+}
+
+fn refuse_look() -> Response {
+    refuse(StatusCode::UNAUTHORIZED, "looking from elsewhere takes the token that `bench-dragon view` printed")
+}
+
+fn page(media_type: &'static str, bytes: &'static [u8]) -> Response {
+    let mut response = text(StatusCode::OK, media_type, bytes);
+    // The next version of the program has other files under the same names.
+    response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+    response
+}
+
+/// Whoever may steer keeps the connection, however many others come.
+async fn keep_operator(State(view): State<View>, request: HttpRequest, next: Next) -> Response {
+    if let Some(connection) = request.extensions().get::<Connection>()
+        && view.rights(request.headers()).may_control
+    {
+        connection.keep();
+    }
+    next.run(request).await
+}
+
+async fn report_access(State(View(view)): State<View>, headers: HeaderMap) -> Response {
+    let Rights { may_view, may_control } = view.access.rights(&headers);
+    let report = AccessReport {
+        version: env!("CARGO_PKG_VERSION"),
+        instance: if may_view { &view.instance } else { "" },
+        read_only: view.access.is_read_only(),
+        may_view,
+        may_control,
+        viewers: MAX_VIEWERS - view.viewers.available_permits(),
+        max_viewers: MAX_VIEWERS,
+    };
+    let mut response = json(StatusCode::OK, &report);
+    response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    response
+}
+
+async fn report_metrics(State(view): State<View>, headers: HeaderMap) -> Response {
+    if !view.rights(&headers).may_view {
+        return refuse_look();
+    }
+    let shown = Arc::clone(&view.0.snapshots.borrow());
+    metrics::reply(&shown.snapshot)
+}
+
+async fn open_stream(State(view): State<View>, request: HttpRequest) -> Response {
+    if !view.rights(request.headers()).may_view {
+        return refuse_look();
+    }
+    let (mut parts, _) = request.into_parts();
+    let Ok(upgrade) = WebSocketUpgrade::from_request_parts(&mut parts, &view).await else {
+        return refuse(StatusCode::UPGRADE_REQUIRED, "a stream is a WebSocket");
+    };
+    let Ok(permit) = Arc::clone(&view.0.viewers).try_acquire_owned() else {
+        return refuse(StatusCode::SERVICE_UNAVAILABLE, "as many look already as can be served: 32");
+    };
+    let (mut snapshots, closing) = (view.0.snapshots.subscribe(), view.0.closing.subscribe());
+    snapshots.mark_changed();
+    upgrade
+        .protocols([PROTOCOL])
+        .max_message_size(MAX_MESSAGE_BYTES)
+        .max_frame_size(MAX_MESSAGE_BYTES)
+        .on_upgrade(move |socket| PageStream::new(socket, snapshots, closing, permit).run())
+}
+
+async fn take_command(State(view): State<View>, request: HttpRequest) -> Response {
+    let (parts, body) = request.into_parts();
+    // Whoever may not steer is not even listened to.
+    if let Err(refusal) = view.check_command(&parts.headers) {
+        return refusal;
+    }
+    let Ok(body) = timeout(BODY_PATIENCE, to_bytes(body, MAX_COMMAND_BYTES)).await else {
+        return refuse(StatusCode::REQUEST_TIMEOUT, "a command is sent within five seconds");
+    };
+    let Ok(body) = body else {
+        return refuse(StatusCode::PAYLOAD_TOO_LARGE, "a command is sent whole, and has at most 1024 bytes");
+    };
+    let request = match read_command(&body) {
+        Ok(request) => request,
+        Err(reason) => return refuse(StatusCode::BAD_REQUEST, &reason),
+    };
+    let (answer, answered) = oneshot::channel();
+    // Where the page is gone meanwhile, the command is carried out all the same.
+    view.0.commands.submit(request, move |outcome| drop(answer.send(outcome)));
+    match answered.await.expect("the queue answers each command") {
+        Ok(reply) => {
+            let reason = reply.outcome().err().map(|refusal| refusal.explain(&request));
+            json(StatusCode::OK, &ReplyReport { accepted: reason.is_none(), tick: reply.tick, reason })
+        }
+        Err(error) => refuse(status_of(&error), &error.to_string()),
+    }
+}
+
+fn status_of(error: &CommandQueueError) -> StatusCode {
+    match error {
+        CommandQueueError::Overtaken | CommandQueueError::Closed => StatusCode::CONFLICT,
+        CommandQueueError::Crowded => StatusCode::TOO_MANY_REQUESTS,
+        CommandQueueError::Bus(BusError::NoAnswer { .. }) => StatusCode::GATEWAY_TIMEOUT,
+        CommandQueueError::Bus(error) if error.is_absent() => StatusCode::SERVICE_UNAVAILABLE,
+        CommandQueueError::Bus(BusError::TooManyClients { .. }) => StatusCode::SERVICE_UNAVAILABLE,
+        CommandQueueError::Bus(_) => StatusCode::INTERNAL_SERVER_ERROR,
+    }
+}

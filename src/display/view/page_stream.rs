@@ -1,19 +1,20 @@
-//! The stream to one page.
+//! The stream to one page: frames as the page acknowledges them, and the messages about everything else.
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
+use axum::body::Bytes;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
 use serde::Serialize;
-use tokio::sync::watch;
+use tokio::sync::{OwnedSemaphorePermit, watch};
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
-use super::seats::Seat;
-use super::shown::Shown;
-use super::wire::{AlertMessage, CommandMessage, PlanMessage, RunMessage, StatusMessage, read_ack};
-use crate::display::observe::{PlannedClearance, Run, Still};
+use super::frame_message::encode_frame;
+use super::messages::{AlertMessage, CommandMessage, PlanMessage, RunMessage, read_ack};
+use super::status_message::StatusMessage;
+use crate::display::observe::{DescribedRun, FrameCopy, PlannedClearance, Snapshot};
 use crate::display::web::closed;
 use crate::system::clock::monotonic_ns;
 
@@ -21,30 +22,31 @@ use crate::system::clock::monotonic_ns;
 pub(super) const MAX_MESSAGE_BYTES: usize = 256;
 /// Frames that a page has not acknowledged, at most.
 const MAX_UNACKNOWLEDGED: usize = 2;
-/// How often a page is told how it goes.
+/// How often a page gets a status.
 const STATUS_PERIOD: Duration = Duration::from_millis(200);
 /// How long a page may take to acknowledge a frame, and the network to take a message.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// What one page has been told.
+/// The stream to one page.
 #[derive(Debug)]
 pub(super) struct PageStream {
     socket: WebSocket,
-    scenes: watch::Receiver<Arc<Shown>>,
+    snapshots: watch::Receiver<Arc<NumberedSnapshot>>,
     closing: watch::Receiver<bool>,
-    told: Told,
+    sent: SentState,
     /// Sequence numbers of the frames that it has not acknowledged, oldest first.
     unacknowledged: VecDeque<u32>,
     /// When it last acknowledged one, or was sent one after it had acknowledged all.
     heard: Instant,
-    _seat: Seat,
+    /// Counts this stream among the viewers.
+    _permit: OwnedSemaphorePermit,
 }
 
-/// What the page knows already.
+/// What the page has got already.
 #[derive(Debug, Default)]
-struct Told {
-    run: Option<Arc<Run>>,
-    still: Option<Arc<Still>>,
+struct SentState {
+    run: Option<Arc<DescribedRun>>,
+    frame: Option<Arc<FrameCopy>>,
     chart_revision: u64,
     plan: Option<Arc<PlannedClearance>>,
     next_alert: u64,
@@ -52,16 +54,16 @@ struct Told {
 }
 
 /// What a stream waits for.
-enum Event {
+enum StreamEvent {
     Message(Option<Result<Message, axum::Error>>),
     StatusDue,
-    Scene,
+    Snapshot,
     Ended,
 }
 
 /// Why a stream ends.
 #[derive(Debug)]
-enum End {
+enum StreamEnd {
     /// The page has gone, or cannot be reached.
     Gone,
     /// The view closes it.
@@ -71,48 +73,48 @@ enum End {
 impl PageStream {
     pub(super) fn new(
         socket: WebSocket,
-        scenes: watch::Receiver<Arc<Shown>>,
+        snapshots: watch::Receiver<Arc<NumberedSnapshot>>,
         closing: watch::Receiver<bool>,
-        seat: Seat,
+        permit: OwnedSemaphorePermit,
     ) -> Self {
         Self {
             socket,
-            scenes,
+            snapshots,
             closing,
-            told: Told::default(),
+            sent: SentState::default(),
             unacknowledged: VecDeque::with_capacity(MAX_UNACKNOWLEDGED),
             heard: Instant::now(),
-            _seat: seat,
+            _permit: permit,
         }
     }
 
     /// Streams until the page or the view ends.
     pub(super) async fn run(mut self) {
         let Err(end) = self.stream().await;
-        if let End::Closed(code, reason) = end {
+        if let StreamEnd::Closed(code, reason) = end {
             let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
             // A page that is gone meanwhile needs no farewell.
             let _ = self.send(Message::Close(Some(frame))).await;
         }
     }
 
-    async fn stream(&mut self) -> Result<Infallible, End> {
-        const ENDED: End = End::Closed(close_code::AWAY, "the view has ended");
+    async fn stream(&mut self) -> Result<Infallible, StreamEnd> {
+        const ENDED: StreamEnd = StreamEnd::Closed(close_code::AWAY, "the view has ended");
         let mut status_due = interval(STATUS_PERIOD);
         status_due.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             let has_room = self.unacknowledged.len() < MAX_UNACKNOWLEDGED;
             let event = tokio::select! {
-                message = self.socket.recv() => Event::Message(message),
-                () = closed(&mut self.closing) => Event::Ended,
-                _ = status_due.tick() => Event::StatusDue,
-                changed = self.scenes.changed(), if has_room => changed.map_or(Event::Ended, |()| Event::Scene),
+                message = self.socket.recv() => StreamEvent::Message(message),
+                () = closed(&mut self.closing) => StreamEvent::Ended,
+                _ = status_due.tick() => StreamEvent::StatusDue,
+                changed = self.snapshots.changed(), if has_room => changed.map_or(StreamEvent::Ended, |()| StreamEvent::Snapshot),
             };
             match event {
-                Event::Message(message) => self.take(message)?,
-                Event::StatusDue => self.send_status().await?,
-                Event::Scene => self.send_frame().await?,
-                Event::Ended => {
+                StreamEvent::Message(message) => self.take(message)?,
+                StreamEvent::StatusDue => self.send_status().await?,
+                StreamEvent::Snapshot => self.send_frame().await?,
+                StreamEvent::Ended => {
                     // The last word of a show comes with its end.
                     self.send_status().await?;
                     return Err(ENDED);
@@ -122,10 +124,11 @@ impl PageStream {
     }
 
     /// Takes what the page says.
-    fn take(&mut self, message: Option<Result<Message, axum::Error>>) -> Result<(), End> {
-        const MALFORMED: End = End::Closed(close_code::POLICY, "a page only acknowledges frames, in a few bytes");
+    fn take(&mut self, message: Option<Result<Message, axum::Error>>) -> Result<(), StreamEnd> {
+        const MALFORMED: StreamEnd =
+            StreamEnd::Closed(close_code::POLICY, "a page only acknowledges frames, in a few bytes");
         let text = match message {
-            None | Some(Ok(Message::Close(_))) => return Err(End::Gone),
+            None | Some(Ok(Message::Close(_))) => return Err(StreamEnd::Gone),
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => return Ok(()),
             Some(Ok(Message::Text(text))) => text,
             // Too long, or torn: to a page that is gone the farewell is lost.
@@ -139,89 +142,111 @@ impl PageStream {
     }
 
     /// Sends the newest frame, unless the page has it already, before it the run that it is of, and behind it what it has set off.
-    async fn send_frame(&mut self) -> Result<(), End> {
-        let shown = Arc::clone(&self.scenes.borrow_and_update());
-        let is_known = match (&self.told.still, &shown.scene.frame) {
-            (Some(told), Some(still)) => Arc::ptr_eq(told, still),
-            (_, still) => still.is_none(),
+    async fn send_frame(&mut self) -> Result<(), StreamEnd> {
+        let newest = Arc::clone(&self.snapshots.borrow_and_update());
+        let is_known = match (&self.sent.frame, &newest.snapshot.frame) {
+            (Some(sent), Some(newest)) => Arc::ptr_eq(sent, newest),
+            (_, newest) => newest.is_none(),
         };
         if is_known {
             return Ok(());
         }
-        self.send_run(&shown).await?;
-        let Some(bytes) = shown.frame() else { return Ok(()) };
-        self.told.still.clone_from(&shown.scene.frame);
+        self.send_run(&newest).await?;
+        let Some(bytes) = newest.frame() else { return Ok(()) };
+        self.sent.frame.clone_from(&newest.snapshot.frame);
         if self.unacknowledged.is_empty() {
             self.heard = Instant::now();
         }
-        self.unacknowledged.push_back(shown.sequence);
+        self.unacknowledged.push_back(newest.sequence);
         self.send(Message::Binary(bytes)).await?;
-        self.send_plan(&shown).await?;
-        self.send_alerts(&shown).await?;
-        self.send_commands(&shown).await
+        self.send_plan(&newest).await?;
+        self.send_alerts(&newest).await?;
+        self.send_commands(&newest).await
     }
 
     /// Sends the planned clearance, unless the page has it already: once a run, and a few times before it is complete.
-    async fn send_plan(&mut self, shown: &Shown) -> Result<(), End> {
-        let (Some(run), Some(plan)) = (&shown.scene.run, &shown.scene.plan) else { return Ok(()) };
-        if self.told.plan.as_ref().is_some_and(|told| Arc::ptr_eq(told, plan)) {
+    async fn send_plan(&mut self, newest: &NumberedSnapshot) -> Result<(), StreamEnd> {
+        let (Some(run), Some(plan)) = (&newest.snapshot.run, &newest.snapshot.plan) else { return Ok(()) };
+        if self.sent.plan.as_ref().is_some_and(|sent| Arc::ptr_eq(sent, plan)) {
             return Ok(());
         }
-        self.told.plan = Some(Arc::clone(plan));
+        self.sent.plan = Some(Arc::clone(plan));
         self.send_json(&PlanMessage::of(run.run_id, plan)).await
     }
 
     /// Sends how it goes, and the alerts that are new.
-    async fn send_status(&mut self) -> Result<(), End> {
+    async fn send_status(&mut self) -> Result<(), StreamEnd> {
         if !self.unacknowledged.is_empty() && self.heard.elapsed() > PATIENCE {
-            return Err(End::Closed(close_code::POLICY, "no frame has been acknowledged for 30 s"));
+            return Err(StreamEnd::Closed(close_code::POLICY, "no frame has been acknowledged for 30 s"));
         }
-        let shown = Arc::clone(&self.scenes.borrow());
-        self.send_run(&shown).await?;
-        self.send_json(&StatusMessage::of(&shown.scene, self.told.chart_revision, monotonic_ns())).await?;
-        self.told.chart_revision = shown.scene.chart.as_ref().map_or(0, |chart| chart.revisions());
-        self.send_alerts(&shown).await
+        let newest = Arc::clone(&self.snapshots.borrow());
+        self.send_run(&newest).await?;
+        self.send_json(&StatusMessage::of(&newest.snapshot, self.sent.chart_revision, monotonic_ns())).await?;
+        self.sent.chart_revision = newest.snapshot.chart.as_ref().map_or(0, |chart| chart.revisions());
+        self.send_alerts(&newest).await
     }
 
     /// Sends the alerts that are new.
-    async fn send_alerts(&mut self, shown: &Shown) -> Result<(), End> {
-        for alert in shown.scene.alerts.since(self.told.next_alert) {
+    async fn send_alerts(&mut self, newest: &NumberedSnapshot) -> Result<(), StreamEnd> {
+        for alert in newest.snapshot.alerts.log.since(self.sent.next_alert) {
             self.send_json(&AlertMessage::from(alert)).await?;
         }
-        self.told.next_alert = shown.scene.alerts.total();
+        self.sent.next_alert = newest.snapshot.alerts.log.total();
         Ok(())
     }
 
     /// Sends the commands that are new.
-    async fn send_commands(&mut self, shown: &Shown) -> Result<(), End> {
-        for command in shown.scene.commands.since(self.told.next_command) {
+    async fn send_commands(&mut self, newest: &NumberedSnapshot) -> Result<(), StreamEnd> {
+        for command in newest.snapshot.commands.log.since(self.sent.next_command) {
             self.send_json(&CommandMessage::from(command)).await?;
         }
-        self.told.next_command = shown.scene.commands.total();
+        self.sent.next_command = newest.snapshot.commands.log.total();
         Ok(())
     }
 
     /// Sends the run, unless the page has it already.
-    async fn send_run(&mut self, shown: &Shown) -> Result<(), End> {
-        let Some(run) = &shown.scene.run else { return Ok(()) };
-        if self.told.run.as_ref().is_some_and(|told| Arc::ptr_eq(told, run)) {
+    async fn send_run(&mut self, newest: &NumberedSnapshot) -> Result<(), StreamEnd> {
+        let Some(run) = &newest.snapshot.run else { return Ok(()) };
+        if self.sent.run.as_ref().is_some_and(|sent| Arc::ptr_eq(sent, run)) {
             return Ok(());
         }
-        self.told.run = Some(Arc::clone(run));
-        self.told.chart_revision = 0;
-        self.told.plan = None;
+        self.sent.run = Some(Arc::clone(run));
+        self.sent.chart_revision = 0;
+        self.sent.plan = None;
         self.send_json(&RunMessage::from(&**run)).await
     }
 
-    async fn send_json(&mut self, value: &impl Serialize) -> Result<(), End> {
-        let text = serde_json::to_string(value).expect("what is told has no keys but strings");
+    async fn send_json(&mut self, value: &impl Serialize) -> Result<(), StreamEnd> {
+        let text = serde_json::to_string(value).expect("a message has no keys but strings");
         self.send(Message::Text(text.into())).await
     }
 
-    async fn send(&mut self, message: Message) -> Result<(), End> {
+    async fn send(&mut self, message: Message) -> Result<(), StreamEnd> {
         match timeout(PATIENCE, self.socket.send(message)).await {
             Ok(Ok(())) => Ok(()),
-            Ok(Err(_)) | Err(_) => Err(End::Gone),
+            Ok(Err(_)) | Err(_) => Err(StreamEnd::Gone),
         }
+    }
+}
+
+/// A snapshot and its number. Its frame is encoded once for all streams, and only if there is one.
+#[derive(Debug, Default)]
+pub(super) struct NumberedSnapshot {
+    /// Grows from snapshot to snapshot; from the largest it goes on at 0.
+    pub(super) sequence: u32,
+    pub(super) snapshot: Snapshot,
+    message: OnceLock<Bytes>,
+}
+
+impl NumberedSnapshot {
+    pub(super) fn new(sequence: u32, snapshot: Snapshot) -> Arc<Self> {
+        Arc::new(Self { sequence, snapshot, message: OnceLock::new() })
+    }
+
+    /// The snapshot's frame as a message, where there is one.
+    fn frame(&self) -> Option<Bytes> {
+        let frame = self.snapshot.frame.as_ref()?;
+        let encode = || encode_frame(self.sequence, frame, self.snapshot.nearest).into();
+        Some(self.message.get_or_init(encode).clone())
     }
 }

@@ -1,50 +1,49 @@
-//! What the monitor has seen, newest first.
+//! The list of alerts, newest first, and which kinds it shows.
 
 use bench_dragon_ipc::{Alert, AlertKind};
 use ratatui::text::{Line, Span};
 
-use super::alert_filter::AlertFilter;
-use super::screen::Look;
-use super::theme::Tone;
-use crate::display::observe::Scene;
+use super::look::Look;
+use super::look::Tone;
+use crate::display::observe::Snapshot;
 
 /// A title and as many of the filter's alerts as there are lines.
-pub(super) fn lines(scene: &Scene, look: Look, filter: AlertFilter, count: usize) -> Vec<Line<'static>> {
-    let total = scene.alerts.total();
+pub(super) fn lines(snapshot: &Snapshot, look: Look, filter: AlertFilter, count: usize) -> Vec<Line<'static>> {
+    let total = snapshot.alerts.log.total();
     let title = match total {
         0 => format!("no alerts{}", filter.words()),
         1 => format!("1 alert{}", filter.words()),
         _ => format!("{total} alerts{}", filter.words()),
     };
     let (mut lines, mut is_past) = (vec![Line::styled(title, look.theme.faint())], false);
-    let listed = scene.alerts.latest().rev().filter(|numbered| filter.takes(&numbered.alert));
+    let listed = snapshot.alerts.log.latest().rev().filter(|numbered| filter.takes(&numbered.event));
     for numbered in listed.take(count) {
-        if !is_past && is_of_another_run(&numbered.alert, scene) {
+        if !is_past && is_of_another_run(&numbered.event, snapshot) {
             is_past = true;
             lines.push(Line::styled("earlier runs", look.theme.faint()));
         }
-        lines.push(line(&numbered.alert, scene, look));
+        lines.push(line(&numbered.event, snapshot, look));
     }
     lines.truncate(count);
     lines
 }
 
 /// The newest of the filter's alerts alone.
-pub(super) fn newest(scene: &Scene, look: Look, filter: AlertFilter) -> Option<Line<'static>> {
-    let alert = scene.alerts.latest().rev().find(|numbered| filter.takes(&numbered.alert))?.alert;
-    let mut line = line(&alert, scene, look);
-    if is_of_another_run(&alert, scene) {
+pub(super) fn newest(snapshot: &Snapshot, look: Look, filter: AlertFilter) -> Option<Line<'static>> {
+    let alert = snapshot.alerts.log.latest().rev().find(|numbered| filter.takes(&numbered.event))?.event;
+    let mut line = line(&alert, snapshot, look);
+    if is_of_another_run(&alert, snapshot) {
         line.push_span(Span::styled("  earlier run", look.theme.faint()));
     }
     Some(line)
 }
 
 /// Whether it is not of the run whose frame is shown.
-fn is_of_another_run(alert: &Alert, scene: &Scene) -> bool {
-    scene.frame.as_ref().is_some_and(|still| still.header.run_id != alert.run_id)
+fn is_of_another_run(alert: &Alert, snapshot: &Snapshot) -> bool {
+    snapshot.header().is_some_and(|header| header.run_id != alert.run_id)
 }
 
-fn line(alert: &Alert, scene: &Scene, look: Look) -> Line<'static> {
+fn line(alert: &Alert, snapshot: &Snapshot, look: Look) -> Line<'static> {
     let kind = alert.alert_kind();
     let name = kind.map_or("unknown", AlertKind::name);
     let tone = match kind {
@@ -53,12 +52,57 @@ fn line(alert: &Alert, scene: &Scene, look: Look) -> Line<'static> {
         Some(AlertKind::Parted | AlertKind::Restarted) => Tone::Calm,
     };
     let benches = alert.pair().map_or_else(String::new, |[one, another]| format!(" {one}-{another}"));
+    let is_past = is_of_another_run(alert, snapshot);
     // Of an earlier run nothing is urgent any more.
-    let style = if is_of_another_run(alert, scene) { look.theme.faint() } else { look.theme.text(tone) };
+    let style = if is_past { look.theme.faint() } else { look.theme.text(tone) };
     let line = Line::from(vec![
         Span::raw(format!("{:>9.3} ", alert.sim_time_ns as f64 * 1e-9)),
         Span::styled(format!("{name:<9}"), style),
         Span::raw(benches),
     ]);
-    if is_of_another_run(alert, scene) { line.style(look.theme.faint()) } else { line }
+    if is_past { line.style(look.theme.faint()) } else { line }
+}
+
+/// All alerts, all but those of near pairs, or those of one kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum AlertFilter {
+    #[default]
+    All,
+    NotNear,
+    Only(AlertKind),
+}
+
+impl AlertFilter {
+    const IN_ORDER: [Self; 7] = [
+        Self::All,
+        Self::NotNear,
+        Self::Only(AlertKind::Contact),
+        Self::Only(AlertKind::Near),
+        Self::Only(AlertKind::Held),
+        Self::Only(AlertKind::Fault),
+        Self::Only(AlertKind::Restarted),
+    ];
+
+    /// The next one; after the last one all alerts again.
+    pub(super) fn next(self) -> Self {
+        let at = Self::IN_ORDER.iter().position(|filter| *filter == self).unwrap_or_default();
+        Self::IN_ORDER[(at + 1) % Self::IN_ORDER.len()]
+    }
+
+    pub(super) fn takes(self, alert: &Alert) -> bool {
+        match self {
+            Self::All => true,
+            Self::NotNear => alert.alert_kind() != Some(AlertKind::Near),
+            Self::Only(kind) => alert.alert_kind() == Some(kind),
+        }
+    }
+
+    /// What is listed, behind the number of all; nothing where that is all of them.
+    pub(super) fn words(self) -> String {
+        match self {
+            Self::All => String::new(),
+            Self::NotNear => ", without near".to_owned(),
+            Self::Only(kind) => format!(", {kind} only"),
+        }
+    }
 }

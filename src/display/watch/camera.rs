@@ -6,8 +6,8 @@ use glam::DVec2;
 use ratatui::crossterm::event::KeyCode;
 use ratatui::layout::Rect;
 
-use super::glyphs::Glyphs;
-use crate::display::observe::{Scene, Still};
+use super::look::Glyphs;
+use crate::display::observe::{FrameCopy, Snapshot, plan_view};
 
 /// One step of the zoom, and how far it may go. 1 shows all of the route.
 const ZOOM_STEP: f64 = 1.25;
@@ -37,7 +37,7 @@ pub(super) struct Extent {
 
 /// The part of the plan that fills an area.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Window {
+pub(super) struct Viewport {
     pub(super) extent: Extent,
     /// Width of a cell in metres; it is twice as high.
     pub(super) cell_m: f64,
@@ -53,16 +53,16 @@ impl Default for Camera {
 
 impl Camera {
     /// Takes a key, if it is one of the camera's.
-    pub(super) fn press(&mut self, code: KeyCode, scene: &Scene) -> bool {
+    pub(super) fn press(&mut self, code: KeyCode, snapshot: &Snapshot) -> bool {
         match code {
-            KeyCode::Char('f') => self.toggle_follow(scene),
+            KeyCode::Char('f') => self.toggle_follow(snapshot),
             KeyCode::Char('0') => *self = Self::default(),
             KeyCode::Char('z' | ']') => self.zoom_by(ZOOM_STEP),
             KeyCode::Char('x' | '[') => self.zoom_by(1.0 / ZOOM_STEP),
-            KeyCode::Left => self.pan(DVec2::NEG_X, scene),
-            KeyCode::Right => self.pan(DVec2::X, scene),
-            KeyCode::Up => self.pan(DVec2::Y, scene),
-            KeyCode::Down => self.pan(DVec2::NEG_Y, scene),
+            KeyCode::Left => self.pan(DVec2::NEG_X, snapshot),
+            KeyCode::Right => self.pan(DVec2::X, snapshot),
+            KeyCode::Up => self.pan(DVec2::Y, snapshot),
+            KeyCode::Down => self.pan(DVec2::NEG_Y, snapshot),
             _ => return false,
         }
         true
@@ -74,8 +74,8 @@ impl Camera {
     }
 
     /// What is seen in an area of cells; `None` where there is nothing to see or nowhere to show it.
-    pub(super) fn window(&self, area: Rect, glyphs: Glyphs, scene: &Scene) -> Option<Window> {
-        let all = Extent::of(scene)?;
+    pub(super) fn viewport(&self, area: Rect, glyphs: Glyphs, snapshot: &Snapshot) -> Option<Viewport> {
+        let all = Extent::of(snapshot)?;
         if area.is_empty() {
             return None;
         }
@@ -85,21 +85,21 @@ impl Camera {
         let (columns, rows) = (f64::from(area.width) - 1.0 / across, f64::from(area.height) - 1.0 / up);
         let cell_m = (size.x / columns.max(0.5)).max(size.y / (2.0 * rows.max(0.5))).max(1e-6) / self.zoom;
         let half = 0.5 * DVec2::new(cell_m * columns, 2.0 * cell_m * rows);
-        let centre = self.centre(&all, scene);
+        let centre = self.centre(&all, snapshot);
         let extent = Extent { low: centre - half, high: centre + half };
-        Some(Window { extent, cell_m, dot_m: 2.0 * cell_m / up })
+        Some(Viewport { extent, cell_m, dot_m: 2.0 * cell_m / up })
     }
 
-    fn centre(&self, all: &Extent, scene: &Scene) -> DVec2 {
-        let head = scene.frame.as_deref().and_then(head).filter(|_| self.follows);
+    fn centre(&self, all: &Extent, snapshot: &Snapshot) -> DVec2 {
+        let head = snapshot.frame.as_deref().and_then(head).filter(|_| self.follows);
         head.unwrap_or_else(|| all.middle()) + self.offset
     }
 
     /// Follows the head, or stays where it has been followed to.
-    fn toggle_follow(&mut self, scene: &Scene) {
-        let all = Extent::of(scene);
+    fn toggle_follow(&mut self, snapshot: &Snapshot) {
+        let all = Extent::of(snapshot);
         if self.follows {
-            self.offset = all.map_or(DVec2::ZERO, |all| self.centre(&all, scene) - all.middle());
+            self.offset = all.map_or(DVec2::ZERO, |all| self.centre(&all, snapshot) - all.middle());
             self.follows = false;
         } else {
             *self = Self { follows: true, zoom: self.zoom.max(FOLLOW_ZOOM), offset: DVec2::ZERO };
@@ -110,8 +110,8 @@ impl Camera {
         self.zoom = (self.zoom * factor).clamp(*ZOOM.start(), *ZOOM.end());
     }
 
-    fn pan(&mut self, direction: DVec2, scene: &Scene) {
-        if let Some(all) = Extent::of(scene) {
+    fn pan(&mut self, direction: DVec2, snapshot: &Snapshot) {
+        if let Some(all) = Extent::of(snapshot) {
             let step_m = PAN_STEP * (all.high - all.low).max_element() / self.zoom;
             self.offset += direction * step_m;
         }
@@ -120,15 +120,10 @@ impl Camera {
 
 impl Extent {
     /// All that there is: the route, along which the dragon lies; without a description the handles.
-    pub(super) fn of(scene: &Scene) -> Option<Self> {
-        let still = scene.frame.as_deref();
-        let handles = still.into_iter().flat_map(|still| &still.handles).map(|handle| {
-            let [x, y, _] = handle.position_m;
-            DVec2::new(x, y)
-        });
-        match &scene.run {
+    pub(super) fn of(snapshot: &Snapshot) -> Option<Self> {
+        match &snapshot.run {
             Some(run) => Self::around(run.route.iter().copied()),
-            None => Self::around(handles),
+            None => Self::around(snapshot.frame.iter().flat_map(|frame| &frame.handles).map(plan_view)),
         }
     }
 
@@ -150,9 +145,8 @@ impl Extent {
 }
 
 /// Where the head is.
-pub(super) fn head(still: &Still) -> Option<DVec2> {
-    let [x, y, _] = still.handles.first()?.position_m;
-    Some(DVec2::new(x, y))
+pub(super) fn head(frame: &FrameCopy) -> Option<DVec2> {
+    frame.handles.first().map(plan_view)
 }
 
 #[cfg(test)]
@@ -160,17 +154,17 @@ mod tests {
     use bench_dragon_ipc::ShowState;
 
     use super::*;
-    use crate::display::watch::sample::scene;
+    use crate::display::watch::sample::snapshot;
 
     #[test]
     fn a_metre_is_as_long_on_either_axis_and_all_of_the_route_is_seen() {
-        let scene = scene(ShowState::Running, 100.0);
-        let all = Extent::of(&scene).expect("a run");
+        let snapshot = snapshot(ShowState::Running, 100.0);
+        let all = Extent::of(&snapshot).expect("a run");
         for (glyphs, cell) in [(Glyphs::Braille, [2.0, 4.0]), (Glyphs::Blocks, [1.0, 2.0])] {
             for (width, height) in [(49, 21), (153, 57), (40, 7), (3, 30), (1, 1)] {
                 let area = Rect::new(0, 0, width, height);
-                let window = Camera::default().window(area, glyphs, &scene).expect("there is something to see");
-                let size = window.extent.high - window.extent.low;
+                let viewport = Camera::default().viewport(area, glyphs, &snapshot).expect("there is something to see");
+                let size = viewport.extent.high - viewport.extent.low;
                 // Dots are as far apart across as they are up: a cell is twice as high as wide, and so are its dots more.
                 let across = f64::from(width) * cell[0] - 1.0;
                 let up = f64::from(height) * cell[1] - 1.0;
@@ -179,7 +173,7 @@ mod tests {
                     assert!((ratio - 1.0).abs() < 1e-12, "{glyphs:?} {width} by {height}: {ratio}");
                 }
                 if width > 1 && height > 1 {
-                    assert!(window.extent.low.cmple(all.low).all() && window.extent.high.cmpge(all.high).all());
+                    assert!(viewport.extent.low.cmple(all.low).all() && viewport.extent.high.cmpge(all.high).all());
                 }
             }
         }
@@ -187,31 +181,31 @@ mod tests {
 
     #[test]
     fn what_is_no_longer_followed_stays_in_view() {
-        let (before, after) = (scene(ShowState::Running, 100.0), scene(ShowState::Running, 130.0));
+        let (before, after) = (snapshot(ShowState::Running, 100.0), snapshot(ShowState::Running, 130.0));
         let area = Rect::new(0, 0, 49, 21);
         let mut camera = Camera::default();
         camera.press(KeyCode::Char('f'), &before);
-        let followed = camera.window(area, Glyphs::Braille, &before);
+        let followed = camera.viewport(area, Glyphs::Braille, &before);
         camera.press(KeyCode::Char('f'), &before);
-        assert_eq!(camera.window(area, Glyphs::Braille, &after), followed);
+        assert_eq!(camera.viewport(area, Glyphs::Braille, &after), followed);
     }
 
     #[test]
     fn zoom_and_arrows_come_back_to_all_of_the_route() {
-        let scene = scene(ShowState::Running, 100.0);
+        let snapshot = snapshot(ShowState::Running, 100.0);
         let mut camera = Camera::default();
         for code in [KeyCode::Char('z'), KeyCode::Char(']'), KeyCode::Left, KeyCode::Up] {
             let before = camera;
-            assert!(camera.press(code, &scene));
+            assert!(camera.press(code, &snapshot));
             assert_ne!(camera, before);
         }
         for code in [KeyCode::Right, KeyCode::Down, KeyCode::Char('x'), KeyCode::Char('[')] {
-            camera.press(code, &scene);
+            camera.press(code, &snapshot);
         }
         assert!((camera.zoom - 1.0).abs() < 1e-12 && camera.offset.length() < 1e-12, "{camera:?}");
-        (0..100).for_each(|_| assert!(camera.press(KeyCode::Char('z'), &scene)));
+        (0..100).for_each(|_| assert!(camera.press(KeyCode::Char('z'), &snapshot)));
         assert_eq!(camera.zoom, *ZOOM.end());
-        camera.press(KeyCode::Char('0'), &scene);
+        camera.press(KeyCode::Char('0'), &snapshot);
         assert_eq!(camera, Camera::default());
     }
 }

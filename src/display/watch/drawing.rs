@@ -1,13 +1,12 @@
-//! A scene on a screen.
+//! A snapshot on a screen.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::widgets::Paragraph;
 
-use super::areas::{Areas, cut_top};
 use super::screen::{Overlay, Screen};
-use super::{alerts, banner, charts, facts, footer, help, lamps, plan, status_line, traffic};
-use crate::display::observe::Scene;
+use super::{alerts, charts, footer, header, overlays, panel, plan};
+use crate::display::observe::Snapshot;
 
 /// Lines of figures.
 const FACTS: u16 = 6;
@@ -19,42 +18,94 @@ const LINES_A_BAR: u16 = 10;
 const TALLEST: u16 = 5;
 
 /// Draws everything, on a screen of whatever size.
-pub fn draw(frame: &mut Frame<'_>, scene: &Scene, screen: &Screen) {
+pub fn draw(frame: &mut Frame<'_>, snapshot: &Snapshot, screen: &Screen) {
     let areas = Areas::of(frame.area());
-    plan::draw(frame, areas.plan, scene, screen);
-    draw_panel(frame, areas.panel, scene, screen);
-    draw_strip(frame, areas.strip, scene, screen);
-    banner::draw(frame, areas.plan, scene, screen);
+    plan::draw(frame, areas.plan, snapshot, screen);
+    draw_panel(frame, areas.panel, snapshot, screen);
+    draw_strip(frame, areas.strip, snapshot, screen);
+    overlays::draw_banner(frame, areas.plan, snapshot, screen);
     match screen.overlay {
-        Some(Overlay::Help) => help::draw(frame, areas.plan, screen),
-        Some(Overlay::Lamps) => lamps::draw_all(frame, areas.plan.union(areas.panel), scene, screen),
+        Some(Overlay::Help) => overlays::draw_help(frame, areas.plan, screen),
+        Some(Overlay::Lamps) => overlays::draw_all_lamps(frame, areas.plan.union(areas.panel), snapshot, screen),
         None => {}
     }
-    lamps::draw_row(frame, areas.lamps, scene, screen);
+    header::draw_lamps(frame, areas.lamps, snapshot, screen);
     footer::draw_reply(frame, areas.reply, screen);
-    footer::draw_keys(frame, areas.keys, scene, screen);
-    status_line::draw(frame, areas.status, scene, screen);
+    footer::draw_keys(frame, areas.keys, snapshot, screen);
+    header::draw_status(frame, areas.status, snapshot, screen);
 }
 
-fn draw_panel(frame: &mut Frame<'_>, area: Rect, scene: &Scene, screen: &Screen) {
+fn draw_panel(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
     let look = screen.look();
     let bar = area.height.checked_sub(CHARTED).map_or(0, |more| (1 + more / LINES_A_BAR).min(TALLEST));
     let (lines, rest) = cut_top(area, FACTS);
-    frame.render_widget(Paragraph::new(facts::lines(scene, look)), lines);
+    frame.render_widget(Paragraph::new(panel::lines(snapshot, look)), lines);
     let (chart, rest) = cut_top(rest, if bar > 0 { bar + 1 } else { 0 });
-    charts::draw_clearance(frame, chart, scene, screen);
+    charts::draw_clearance(frame, chart, snapshot, screen);
     let (lines, rest) = cut_top(rest, TRAFFIC);
-    frame.render_widget(Paragraph::new(traffic::lines(scene, look)), lines);
+    frame.render_widget(Paragraph::new(panel::timing_lines(snapshot, look)), lines);
     let (chart, rest) = cut_top(rest, if bar > 0 { bar + 1 } else { 0 });
     charts::draw_lateness(frame, chart, screen);
-    frame.render_widget(Paragraph::new(alerts::lines(scene, look, screen.alert_filter, rest.height.into())), rest);
+    frame.render_widget(Paragraph::new(alerts::lines(snapshot, look, screen.alert_filter, rest.height.into())), rest);
 }
 
 /// Where there is no room for a panel.
-fn draw_strip(frame: &mut Frame<'_>, area: Rect, scene: &Scene, screen: &Screen) {
-    let mut lines = facts::short_lines(scene, screen.look());
-    lines.extend(alerts::newest(scene, screen.look(), screen.alert_filter));
+fn draw_strip(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
+    let mut lines = panel::short_lines(snapshot, screen.look());
+    lines.extend(alerts::newest(snapshot, screen.look(), screen.alert_filter));
     frame.render_widget(Paragraph::new(lines), area);
+}
+
+/// From this width on there is room for a column of figures beside the plan.
+const WIDE: u16 = 64;
+/// Widths of that column.
+const PANEL: [u16; 2] = [30, 46];
+/// A screen of so many lines has lamps.
+pub(super) const LAMPED: u16 = 13;
+/// Lines of figures under the plan where there is none.
+const STRIP: u16 = 4;
+
+/// The parts of the screen; what there is no room for is empty.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Areas {
+    pub(super) status: Rect,
+    pub(super) lamps: Rect,
+    pub(super) plan: Rect,
+    /// Beside the plan.
+    pub(super) panel: Rect,
+    /// Under the plan, where there is no panel.
+    pub(super) strip: Rect,
+    pub(super) reply: Rect,
+    pub(super) keys: Rect,
+}
+
+impl Areas {
+    /// Parts a screen. The status comes first, then the reply, the keys and the lamps; the plan gets what is left.
+    pub(super) fn of(screen: Rect) -> Self {
+        let (status, rest) = cut_top(screen, 1);
+        let (rest, keys) = cut_bottom(rest, u16::from(screen.height >= 4));
+        let (rest, reply) = cut_bottom(rest, u16::from(screen.height >= 3));
+        let (lamps, rest) = cut_top(rest, u16::from(screen.height >= LAMPED));
+        if screen.width < WIDE {
+            let (plan, strip) = cut_bottom(rest, if rest.height > 2 * STRIP { STRIP } else { rest.height / 3 });
+            return Self { status, lamps, plan, panel: Rect::ZERO, strip, reply, keys };
+        }
+        let width = (screen.width * 3 / 8).clamp(PANEL[0], PANEL[1]);
+        let plan = Rect { width: rest.width - width - 1, ..rest };
+        let panel = Rect { x: rest.right() - width, width, ..rest };
+        Self { status, lamps, plan, panel, strip: Rect::ZERO, reply, keys }
+    }
+}
+
+/// The first rows, at most as many as there are, and the others.
+pub(super) fn cut_top(area: Rect, rows: u16) -> (Rect, Rect) {
+    let rows = rows.min(area.height);
+    (Rect { height: rows, ..area }, Rect { y: area.y + rows, height: area.height - rows, ..area })
+}
+
+/// All but the last rows, and those.
+fn cut_bottom(area: Rect, rows: u16) -> (Rect, Rect) {
+    cut_top(area, area.height.saturating_sub(rows))
 }
 
 #[cfg(test)]
@@ -67,24 +118,24 @@ mod tests {
     use ratatui::style::Color;
 
     use super::*;
-    use crate::display::observe::{GuardSituation, Link};
-    use crate::display::watch::sample::scene;
+    use crate::display::observe::{GuardSituation, SourcePresence};
+    use crate::display::watch::sample::snapshot;
     use crate::display::watch::{Glyphs, Look, Theme};
 
     const GLYPHS: [Glyphs; 3] = [Glyphs::Braille, Glyphs::Blocks, Glyphs::Ascii];
 
-    fn screen(look: Look, keys: &str, scene: &Scene) -> Screen {
+    fn screen(look: Look, keys: &str, snapshot: &Snapshot) -> Screen {
         let mut screen = Screen::new("dragon", look, false);
-        screen.see(scene, 0);
+        screen.see(snapshot, 0);
         for key in keys.chars() {
-            screen.press(KeyEvent::new(KeyCode::Char(key), KeyModifiers::NONE), scene, 0);
+            screen.press(KeyEvent::new(KeyCode::Char(key), KeyModifiers::NONE), snapshot, 0);
         }
         screen
     }
 
-    fn drawn(scene: &Scene, screen: &Screen, width: u16, height: u16) -> Buffer {
+    fn drawn(snapshot: &Snapshot, screen: &Screen, width: u16, height: u16) -> Buffer {
         let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("memory");
-        terminal.draw(|frame| draw(frame, scene, screen)).expect("memory takes it");
+        terminal.draw(|frame| draw(frame, snapshot, screen)).expect("memory takes it");
         terminal.backend().buffer().clone()
     }
 
@@ -94,20 +145,26 @@ mod tests {
         buffer.content.chunks(width.max(1)).map(symbols).collect()
     }
 
-    fn text(scene: &Scene, screen: &Screen, width: u16, height: u16) -> String {
-        rows(&drawn(scene, screen, width, height)).join("\n")
+    fn text(snapshot: &Snapshot, screen: &Screen, width: u16, height: u16) -> String {
+        rows(&drawn(snapshot, screen, width, height)).join("\n")
     }
 
-    fn links() -> [Link; 5] {
+    fn presences() -> [SourcePresence; 5] {
         let age_ns = 3_200_000_000;
         let reason = "the bus cannot be read".to_owned();
-        [Link::Live, Link::Waiting, Link::Silent { age_ns }, Link::Gone { age_ns }, Link::Failed { reason }]
+        [
+            SourcePresence::Live,
+            SourcePresence::Waiting,
+            SourcePresence::Silent { age_ns },
+            SourcePresence::Gone { age_ns },
+            SourcePresence::Failed { reason },
+        ]
     }
 
     #[test]
     fn a_screen_of_80_by_24_has_all_that_a_show_is_watched_for() {
-        let scene = scene(ShowState::Running, 300.0);
-        let text = text(&scene, &screen(Look::default(), "", &scene), 80, 24);
+        let snapshot = snapshot(ShowState::Running, 300.0);
+        let text = text(&snapshot, &screen(Look::default(), "", &snapshot), 80, 24);
         for told in [
             "RUNNING",
             "t 300.000 s",
@@ -137,36 +194,36 @@ mod tests {
         let widths = (0..6).chain([13, 30, 40, 63, 64, 80, 200]);
         for (width, height) in widths.flat_map(|width| (0..6).chain([9, 12, 24, 60]).map(move |height| (width, height)))
         {
-            for link in links() {
-                let scene = Scene { link, ..scene_of_few() };
+            for presence in presences() {
+                let snapshot = Snapshot { presence, ..snapshot_of_few() };
                 for (glyphs, keys) in GLYPHS.into_iter().zip(["s12", "?", "l"]) {
                     let look = Look { glyphs, theme: Theme::Coloured };
-                    drawn(&scene, &screen(look, keys, &scene), width, height);
+                    drawn(&snapshot, &screen(look, keys, &snapshot), width, height);
                 }
             }
-            drawn(&Scene::default(), &screen(Look::default(), "", &Scene::default()), width, height);
+            drawn(&Snapshot::default(), &screen(Look::default(), "", &Snapshot::default()), width, height);
         }
     }
 
     /// The first benches alone, without a description: drawn quickly.
-    fn scene_of_few() -> Scene {
-        let mut scene = scene(ShowState::Running, 12.0);
-        let mut still = (**scene.frame.as_ref().expect("a frame")).clone();
-        still.handles.truncate(9);
-        scene.frame = Some(std::sync::Arc::new(still));
-        scene.run = None;
-        scene
+    fn snapshot_of_few() -> Snapshot {
+        let mut snapshot = snapshot(ShowState::Running, 12.0);
+        let mut copy = (**snapshot.frame.as_ref().expect("a frame")).clone();
+        copy.handles.truncate(9);
+        snapshot.frame = Some(std::sync::Arc::new(copy));
+        snapshot.run = None;
+        snapshot
     }
 
     #[test]
     fn a_source_that_says_nothing_is_told_across_the_plan_and_in_the_first_line() {
         let words = ["WAITING", "SILENT", "LOST", "FAILED"];
-        for ((width, height), (link, word)) in [(40, 12), (80, 24), (200, 60)]
+        for ((width, height), (presence, word)) in [(40, 12), (80, 24), (200, 60)]
             .into_iter()
-            .flat_map(|size| links().into_iter().skip(1).zip(words).map(move |it| (size, it)))
+            .flat_map(|size| presences().into_iter().skip(1).zip(words).map(move |it| (size, it)))
         {
-            let scene = Scene { link, ..scene(ShowState::Running, 300.0) };
-            let rows = rows(&drawn(&scene, &screen(Look::default(), "", &scene), width, height));
+            let snapshot = Snapshot { presence, ..snapshot(ShowState::Running, 300.0) };
+            let rows = rows(&drawn(&snapshot, &screen(Look::default(), "", &snapshot), width, height));
             assert!(rows[0].contains(word) && !rows[0].contains("RUNNING"), "{}", rows[0]);
             assert!(rows[1..].iter().any(|row| row.contains(word)), "{}", rows.join("\n"));
         }
@@ -174,18 +231,19 @@ mod tests {
 
     #[test]
     fn a_show_that_has_ended_in_order_is_not_lost() {
-        let scene = Scene { link: Link::Ended { age_ns: 1_000_000_000 }, ..scene(ShowState::Ended, 300.0) };
-        let text = text(&scene, &screen(Look::default(), "", &scene), 80, 24);
+        let snapshot =
+            Snapshot { presence: SourcePresence::Ended { age_ns: 1_000_000_000 }, ..snapshot(ShowState::Ended, 300.0) };
+        let text = text(&snapshot, &screen(Look::default(), "", &snapshot), 80, 24);
         assert!(text.contains("ENDED") && !text.contains("LOST"), "{text}");
     }
 
     #[test]
     fn without_colours_everything_is_still_told_by_words() {
         let look = Look { theme: Theme::Plain, glyphs: Glyphs::Braille };
-        for link in links() {
-            let scene = Scene { link, ..scene(ShowState::Held, 300.0) };
+        for presence in presences() {
+            let snapshot = Snapshot { presence, ..snapshot(ShowState::Held, 300.0) };
             let [plain, coloured] =
-                [look, Look::default()].map(|look| drawn(&scene, &screen(look, "", &scene), 80, 24));
+                [look, Look::default()].map(|look| drawn(&snapshot, &screen(look, "", &snapshot), 80, 24));
             assert!(plain.content.iter().all(|cell| (cell.fg, cell.bg) == (Color::Reset, Color::Reset)));
             assert!(coloured.content.iter().any(|cell| cell.fg != Color::Reset));
             assert_eq!(rows(&plain), rows(&coloured));
@@ -196,9 +254,9 @@ mod tests {
     fn a_terminal_without_other_characters_gets_ascii_alone() {
         let look = Look { glyphs: Glyphs::Ascii, theme: Theme::Coloured };
         for keys in ["", "?", "l", "f", "s300"] {
-            for link in links() {
-                let scene = Scene { link, ..scene(ShowState::Paused, 300.0) };
-                let text = text(&scene, &screen(look, keys, &scene), 80, 24);
+            for presence in presences() {
+                let snapshot = Snapshot { presence, ..snapshot(ShowState::Paused, 300.0) };
+                let text = text(&snapshot, &screen(look, keys, &snapshot), 80, 24);
                 assert!(text.is_ascii(), "{text}");
             }
         }
@@ -206,15 +264,15 @@ mod tests {
 
     #[test]
     fn the_keys_of_a_screen_of_80_by_24_are_whole() {
-        let scene = scene(ShowState::Running, 300.0);
-        let rows = rows(&drawn(&scene, &screen(Look::default(), "", &scene), 80, 24));
+        let snapshot = snapshot(ShowState::Running, 300.0);
+        let rows = rows(&drawn(&snapshot, &screen(Look::default(), "", &snapshot), 80, 24));
         let keys = "h hold  space pause  r release  ? help  q quit  + - v speed  s seek  f follow";
         assert_eq!(rows[23].trim_end(), keys);
     }
 
     #[test]
     fn the_guards_situations_have_a_word_each_and_for_good_is_not_said_under_timecode() {
-        let of = |guard| Scene { guard, ..scene(ShowState::Held, 300.0) };
+        let of = |guard| Snapshot { guard, ..snapshot(ShowState::Held, 300.0) };
         let text = |guard| text(&of(guard), &screen(Look::default(), "", &of(guard)), 80, 24);
         for (guard, words) in [
             (GuardSituation::None, ["HELD", "in "]),
@@ -232,9 +290,9 @@ mod tests {
 
     #[test]
     fn a_contact_that_has_passed_is_shown_on_every_screen_until_a_is_hit() {
-        let mut touching = scene(ShowState::Running, 300.0);
+        let mut touching = snapshot(ShowState::Running, 300.0);
         touching.nearest.as_mut().expect("a pair").clearance_m = -0.001;
-        let parted = scene(ShowState::Running, 301.0);
+        let parted = snapshot(ShowState::Running, 301.0);
         for (width, height) in [(80, 24), (60, 14), (40, 12)] {
             let mut screen = screen(Look::default(), "", &touching);
             screen.see(&parted, 0);
@@ -246,18 +304,18 @@ mod tests {
 
     #[test]
     fn alerts_are_filtered_by_their_kind() {
-        let scene = scene(ShowState::Running, 300.0);
-        let near = |keys| text(&scene, &screen(Look::default(), keys, &scene), 80, 24).contains("near      0-11");
+        let snapshot = snapshot(ShowState::Running, 300.0);
+        let near = |keys| text(&snapshot, &screen(Look::default(), keys, &snapshot), 80, 24).contains("near      0-11");
         assert_eq!(["", "k", "kk", "kkk", "kkkkkkk"].map(near), [true, false, false, true, true]);
-        let without = text(&scene, &screen(Look::default(), "k", &scene), 80, 24);
+        let without = text(&snapshot, &screen(Look::default(), "k", &snapshot), 80, 24);
         assert!(without.contains("2 alerts, without near") && without.contains("restarted"), "{without}");
     }
 
     #[test]
     fn all_lamps_are_listed_over_the_plan() {
-        let scene = scene(ShowState::Running, 300.0);
-        let text = text(&scene, &screen(Look::default(), "l", &scene), 80, 24);
-        for lamp in crate::display::observe::lamps(&scene, scene.seen_ns) {
+        let snapshot = snapshot(ShowState::Running, 300.0);
+        let text = text(&snapshot, &screen(Look::default(), "l", &snapshot), 80, 24);
+        for lamp in crate::display::observe::lamps(&snapshot, snapshot.seen_ns) {
             let line = format!("{:<9} {}", lamp.name, lamp.text);
             assert!(text.contains(&line), "{line} is missing in\n{text}");
         }
@@ -265,23 +323,23 @@ mod tests {
 
     #[test]
     fn a_release_is_asked_for_where_replies_are() {
-        let scene = scene(ShowState::Held, 300.0);
-        let rows = rows(&drawn(&scene, &screen(Look::default(), "r", &scene), 80, 24));
+        let snapshot = snapshot(ShowState::Held, 300.0);
+        let rows = rows(&drawn(&snapshot, &screen(Look::default(), "r", &snapshot), 80, 24));
         assert_eq!(rows[22].trim_end(), "release the hold? r again");
         assert_eq!(rows[23].trim_end(), "h hold  r release  esc leave");
     }
 
     #[test]
     fn alerts_of_earlier_runs_are_told_apart() {
-        let mut scene = scene(ShowState::Running, 300.0);
-        let mut still = (**scene.frame.as_ref().expect("a frame")).clone();
-        still.header.run_id += 1;
-        let restarted = crate::safety::monitor::run_alert(&still.header, bench_dragon_ipc::AlertKind::Restarted);
-        scene.frame = Some(std::sync::Arc::new(still));
-        let strip = text(&scene, &screen(Look::default(), "", &scene), 40, 12);
+        let mut snapshot = snapshot(ShowState::Running, 300.0);
+        let mut copy = (**snapshot.frame.as_ref().expect("a frame")).clone();
+        copy.header.run_id += 1;
+        let restarted = crate::safety::monitor::run_alert(&copy.header, bench_dragon_ipc::AlertKind::Restarted);
+        snapshot.frame = Some(std::sync::Arc::new(copy));
+        let strip = text(&snapshot, &screen(Look::default(), "", &snapshot), 40, 12);
         assert!(strip.contains("near      0-11  earlier run"), "{strip}");
-        std::sync::Arc::make_mut(&mut scene.alerts).push(restarted);
-        let text = text(&scene, &screen(Look::default(), "", &scene), 80, 24);
+        std::sync::Arc::make_mut(&mut snapshot.alerts).push(restarted);
+        let text = text(&snapshot, &screen(Look::default(), "", &snapshot), 80, 24);
         let at = |told: &str| text.find(told).unwrap_or_else(|| panic!("{told} is missing in\n{text}"));
         let order = ["3 alerts", "restarted", "earlier runs", "near  "].map(at);
         assert!(order.is_sorted(), "{text}");
@@ -290,8 +348,8 @@ mod tests {
     #[test]
     fn the_head_stands_in_the_middle_of_a_plan_that_follows_it() {
         for time_s in [0.0, 60.0, 300.0] {
-            let scene = scene(ShowState::Running, time_s);
-            let rows = rows(&drawn(&scene, &screen(Look::default(), "f", &scene), 80, 24));
+            let snapshot = snapshot(ShowState::Running, time_s);
+            let rows = rows(&drawn(&snapshot, &screen(Look::default(), "f", &snapshot), 80, 24));
             let found: Vec<(usize, usize)> = rows
                 .iter()
                 .enumerate()
@@ -304,5 +362,25 @@ mod tests {
             let [(column, row)] = found[..] else { panic!("one head: {found:?} in\n{}", rows.join("\n")) };
             assert!((23..=25).contains(&column) && (10..=12).contains(&row), "at column {column}, row {row}");
         }
+    }
+
+    #[test]
+    fn the_parts_of_any_screen_lie_in_it_and_apart() {
+        for (width, height) in (0..=130).flat_map(|width| (0..=40).map(move |height| (width, height))) {
+            let screen = Rect::new(0, 0, width, height);
+            let Areas { status, lamps, plan, panel, strip, reply, keys } = Areas::of(screen);
+            let parts = [status, lamps, plan, panel, strip, reply, keys];
+            for (index, part) in parts.iter().enumerate() {
+                assert!(part.is_empty() || screen.union(*part) == screen, "{part} of {screen}");
+                let others = parts[index + 1..].iter();
+                assert!(others.clone().all(|other| !part.intersects(*other)), "{part} of {screen}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_screen_of_80_by_24_has_a_plan_of_49_by_20_beside_the_figures() {
+        let areas = Areas::of(Rect::new(0, 0, 80, 24));
+        assert_eq!((areas.plan, areas.panel), (Rect::new(0, 2, 49, 20), Rect::new(50, 2, 30, 20)));
     }
 }

@@ -1,15 +1,17 @@
-//! The last two lines: what became of the last command, or what is being typed; and the keys.
+//! The last two lines: the outcome of the last command, or a prompt; and the keys.
 
-use bench_dragon_ipc::Request;
+use bench_dragon_ipc::{CommandEvent, CommandReply, Request};
 use ratatui::Frame;
 use ratatui::layout::{Position, Rect};
 use ratatui::text::{Line, Span};
 
-use super::areas::LAMPED;
+use super::drawing::LAMPED;
 use super::keys::space_request;
+use super::look::{Tone, strong};
 use super::screen::Screen;
-use super::theme::{Tone, strong};
-use crate::display::observe::{Controls, Scene};
+use crate::command_queue::CommandQueueError;
+use crate::display::observe::{Controls, Snapshot};
+use crate::output::report::{CommandWords, request_words};
 
 /// Keys that are always shown.
 const HELP: (&str, &str) = ("?", "help");
@@ -26,8 +28,8 @@ pub(super) fn draw_reply(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
         let column = (line.width() as u16).min(area.width.saturating_sub(1));
         frame.render_widget(line, area);
         frame.set_cursor_position(Position::new(area.x + column, area.y));
-    } else if let Some(question) = &screen.question {
-        frame.render_widget(Line::styled(question.text(), look.theme.block(Tone::Danger)), area);
+    } else if let Some(confirmation) = &screen.confirmation {
+        frame.render_widget(Line::styled(confirmation.text(), look.theme.block(Tone::Danger)), area);
     } else if let (Some(contact), true) = (&screen.past_contact, frame.area().height < LAMPED) {
         frame.render_widget(Line::styled(format!("{contact}, a to acknowledge"), look.theme.block(Tone::Danger)), area);
     } else if let Some(reply) = &screen.reply {
@@ -36,13 +38,13 @@ pub(super) fn draw_reply(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
 }
 
 /// Draws the keys, those that matter most first, and of each all or nothing. Help and the way out are always among them.
-pub(super) fn draw_keys(frame: &mut Frame<'_>, area: Rect, scene: &Scene, screen: &Screen) {
+pub(super) fn draw_keys(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
     let look = screen.look();
-    let (space, controls) = (space_request(scene), Controls::of(scene));
-    let question = screen.question.map_or(("", ""), |question| question.keys());
-    let keys: &[(&str, &str)] = match (screen.entry.is_some(), screen.question.is_some(), screen.is_read_only()) {
+    let (space, controls) = (space_request(snapshot), Controls::of(snapshot));
+    let confirmation = screen.confirmation.map_or(("", ""), |confirmation| confirmation.keys());
+    let keys: &[(&str, &str)] = match (screen.entry.is_some(), screen.confirmation.is_some(), screen.is_read_only()) {
         (true, _, _) => &[("h", "hold"), ("enter", "send"), ("esc", "leave")],
-        (_, true, _) => &[("h", "hold"), question, ("esc", "leave")],
+        (_, true, _) => &[("h", "hold"), confirmation, ("esc", "leave")],
         (_, _, true) => &[HELP, QUIT, ("f", "follow"), ("0", "all"), ("[ ]", "zoom")],
         _ => &[
             ("h", "hold"),
@@ -92,6 +94,68 @@ fn fitting<'a>(keys: &[(&'a str, &'a str)], columns: usize) -> Vec<(&'a str, &'a
         has_room
     };
     keys.iter().filter(fits).copied().collect()
+}
+
+/// One line about a command.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CommandOutcome {
+    pub(super) text: String,
+    pub(super) tone: Tone,
+    /// Where the command was a speed: the tick from which it holds, or that it will not be walked at.
+    pub(super) speed: Option<Result<u64, ()>>,
+}
+
+impl CommandOutcome {
+    /// The command is on its way.
+    pub fn sent(request: Request) -> Self {
+        Self::new(format!("{}: sent", request_words(request)), Tone::Calm)
+    }
+
+    /// Nothing was sent, for it would be refused.
+    pub(super) fn not_sent(request: Request, reason: &str) -> Self {
+        Self::new(format!("{}: not sent: {reason}", request_words(request)), Tone::Caution)
+    }
+
+    /// A command that somebody else has given.
+    pub(super) fn of_others(event: &CommandEvent) -> Self {
+        let words = CommandWords::from(event);
+        Self::new(format!("{} {}", words.clock, words.text), Tone::Calm)
+    }
+
+    /// Nothing was sent.
+    pub(super) fn mistaken(why: String) -> Self {
+        Self::new(why, Tone::Caution)
+    }
+
+    /// What the server said, or why it said nothing.
+    pub fn to(request: Request, answer: Result<CommandReply, CommandQueueError>) -> Self {
+        let name = request_words(request);
+        let outcome = answer.map(|reply| reply.outcome());
+        let from_tick = match &outcome {
+            Ok(Ok(tick)) => Ok(*tick),
+            _ => Err(()),
+        };
+        let reply = match outcome {
+            Ok(Ok(tick)) => Self::new(format!("{name}: accepted, from tick {tick} on"), Tone::Good),
+            Ok(Err(refusal)) => Self::new(format!("{name}: refused: {}", refusal.explain(&request)), Tone::Danger),
+            Err(CommandQueueError::Bus(error)) => Self::new(format!("{name}: {error}"), Tone::Danger),
+            Err(error) => Self::new(format!("{name}: not sent: {error}"), Tone::Caution),
+        };
+        Self { speed: is_speed(request).then_some(from_tick), ..reply }
+    }
+
+    /// The line.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    fn new(text: String, tone: Tone) -> Self {
+        Self { text, tone, speed: None }
+    }
+}
+
+fn is_speed(request: Request) -> bool {
+    matches!(request, Request::Speed { .. })
 }
 
 #[cfg(test)]

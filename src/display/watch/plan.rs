@@ -9,12 +9,11 @@ use ratatui::style::Color;
 use ratatui::text::{Line as Text, Span};
 use ratatui::widgets::canvas::{Canvas, Context, Line};
 
-use super::camera::{Window, head};
-use super::facts::{near_m, tone};
+use super::camera::{Viewport, head};
+use super::look::{Theme, Tone, strong};
+use super::panel::{near_m, short, tone};
 use super::screen::Screen;
-use super::theme::{Theme, Tone, strong};
-use super::wording::short;
-use crate::display::observe::{Run, Scene, Still};
+use crate::display::observe::{DescribedRun, FrameCopy, Snapshot, plan_view};
 
 /// A board that is so many dots wide is drawn with its outline, and as a line where it is less.
 const OUTLINED_DOTS: f64 = 3.0;
@@ -24,51 +23,51 @@ const ROUTE_DOTS: f64 = 4.0;
 const SCALE_SHARE: f64 = 0.25;
 
 /// Draws it, with a scale.
-pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, scene: &Scene, screen: &Screen) {
+pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
     let look = screen.look();
-    let Some(window) = screen.camera.window(area, look.glyphs, scene) else { return };
-    let extent = window.extent;
+    let Some(viewport) = screen.camera.viewport(area, look.glyphs, snapshot) else { return };
+    let extent = viewport.extent;
     let canvas = Canvas::default()
         .marker(look.glyphs.marker())
         .x_bounds([extent.low.x, extent.high.x])
         .y_bounds([extent.low.y, extent.high.y])
-        .paint(|context| paint(context, &window, scene, screen));
+        .paint(|context| paint(context, &viewport, snapshot, screen));
     frame.render_widget(canvas, area);
     let bottom = Rect { y: area.bottom() - 1, height: 1, ..area };
-    frame.render_widget(scale(&window, area.width, screen), bottom);
+    frame.render_widget(scale(&viewport, area.width, screen), bottom);
 }
 
-fn paint(context: &mut Context<'_>, window: &Window, scene: &Scene, screen: &Screen) {
+fn paint(context: &mut Context<'_>, viewport: &Viewport, snapshot: &Snapshot, screen: &Screen) {
     let look = screen.look();
-    if let Some(run) = scene.run.as_ref().filter(|run| turns_are_apart(run, window)) {
+    if let Some(run) = snapshot.run.as_ref().filter(|run| turns_are_apart(run, viewport)) {
         for ends in run.route.windows(2) {
             line(context, [ends[0], ends[1]], look.theme.colour(Color::DarkGray));
         }
     }
-    let Some(still) = scene.frame.as_deref() else { return };
-    paint_boards(context, window, still, scene, look.theme);
-    if let Some(nearest) = scene.nearest {
-        let tone = tone(nearest.clearance_m, near_m(scene)).unwrap_or(Tone::Calm);
+    let Some(copy) = snapshot.frame.as_deref() else { return };
+    paint_boards(context, viewport, copy, snapshot, look.theme);
+    if let Some(nearest) = snapshot.nearest {
+        let tone = tone(nearest.clearance_m, near_m(snapshot)).unwrap_or(Tone::Calm);
         let cross = Span::styled(look.glyphs.cross(), look.theme.text(tone).patch(strong()));
         context.print(nearest.point.x, nearest.point.y, cross);
     }
-    if let Some(at) = head(still) {
+    if let Some(at) = head(copy) {
         let style = strong().fg(look.theme.colour(Color::Red));
         context.print(at.x, at.y, Span::styled(look.glyphs.head(), style));
     }
 }
 
 /// The tail first, so that the head lies on top, and over it the nearest pair.
-fn paint_boards(context: &mut Context<'_>, window: &Window, still: &Still, scene: &Scene, theme: Theme) {
-    let nearest = scene.nearest.map(|nearest| nearest.benches);
-    let mut boards = Boards::of(still, scene.run.as_deref());
-    boards.outlined = boards.width_m() >= OUTLINED_DOTS * window.dot_m;
+fn paint_boards(context: &mut Context<'_>, viewport: &Viewport, copy: &FrameCopy, snapshot: &Snapshot, theme: Theme) {
+    let nearest = snapshot.nearest.map(|nearest| nearest.benches);
+    let mut boards = Boards::of(copy, snapshot.run.as_deref());
+    boards.outlined = boards.width_m() >= OUTLINED_DOTS * viewport.dot_m;
     for bench in (0..boards.count()).rev() {
         let colour = if bench == 0 { Color::Red } else { Color::Cyan };
-        boards.draw(context, window, bench, theme.colour(colour));
+        boards.draw(context, viewport, bench, theme.colour(colour));
     }
     for bench in nearest.into_iter().flatten() {
-        boards.draw(context, window, bench, theme.colour(Color::Magenta));
+        boards.draw(context, viewport, bench, theme.colour(Color::Magenta));
     }
 }
 
@@ -80,12 +79,12 @@ struct Boards<'a> {
 }
 
 impl<'a> Boards<'a> {
-    fn of(still: &'a Still, run: Option<&Run>) -> Self {
+    fn of(copy: &'a FrameCopy, run: Option<&DescribedRun>) -> Self {
         let mut placed = Vec::new();
-        if let Some(run) = run.filter(|run| run.config.dragon().dimensions().handles() == still.handles.len()) {
-            run.config.dragon().place_boards_at(&still.handles, seen_from_above, &mut placed);
+        if let Some(run) = run.filter(|run| run.config.dragon().dimensions().handles() == copy.handles.len()) {
+            run.config.dragon().place_boards_at(&copy.handles, plan_view, &mut placed);
         }
-        Self { handles: &still.handles, placed, outlined: false }
+        Self { handles: &copy.handles, placed, outlined: false }
     }
 
     fn count(&self) -> usize {
@@ -96,14 +95,14 @@ impl<'a> Boards<'a> {
         self.placed.first().map_or(0.0, |board| 2.0 * board.half_width)
     }
 
-    fn draw(&self, context: &mut Context<'_>, window: &Window, bench: usize, colour: Color) {
+    fn draw(&self, context: &mut Context<'_>, viewport: &Viewport, bench: usize, colour: Color) {
         let Some(board) = self.placed.get(bench) else {
             if let [front, rear] = self.handles.get(bench..bench + 2).unwrap_or_default() {
-                line(context, [seen_from_above(front), seen_from_above(rear)], colour);
+                line(context, [plan_view(front), plan_view(rear)], colour);
             }
             return;
         };
-        if !window.extent.reaches(board.centre, board.radius_m()) {
+        if !viewport.extent.reaches(board.centre, board.radius_m()) {
             return;
         }
         if self.outlined {
@@ -122,22 +121,18 @@ fn line(context: &mut Context<'_>, [from, to]: [DVec2; 2], colour: Color) {
     context.draw(&Line::new(from.x, from.y, to.x, to.y, colour));
 }
 
-fn seen_from_above(handle: &HandleState) -> DVec2 {
-    DVec2::new(handle.position_m[0], handle.position_m[1])
-}
-
-fn turns_are_apart(run: &Run, window: &Window) -> bool {
-    run.config.dragon().route().pitch_m() >= ROUTE_DOTS * window.dot_m
+fn turns_are_apart(run: &DescribedRun, viewport: &Viewport) -> bool {
+    run.config.dragon().route().pitch_m() >= ROUTE_DOTS * viewport.dot_m
 }
 
 /// A line of a round length, and what the camera does.
-fn scale(window: &Window, width: u16, screen: &Screen) -> Text<'static> {
+fn scale(viewport: &Viewport, width: u16, screen: &Screen) -> Text<'static> {
     let look = screen.look();
-    let longest_m = SCALE_SHARE * f64::from(width) * window.cell_m;
+    let longest_m = SCALE_SHARE * f64::from(width) * viewport.cell_m;
     let power = 10_f64.powf(longest_m.log10().floor());
     let length_m = [5.0, 2.0, 1.0].map(|digit| digit * power).into_iter().find(|length_m| *length_m <= longest_m);
     let Some(length_m) = length_m else { return Text::default() };
-    let cells = ((length_m / window.cell_m).round() as usize).saturating_sub(2);
+    let cells = ((length_m / viewport.cell_m).round() as usize).saturating_sub(2);
     let [begin, between, end] = look.glyphs.span();
     let camera = if screen.camera.follows() { "  following the head" } else { "" };
     let text = format!("{begin}{}{end} {} m{camera}", between.repeat(cells), short(length_m));

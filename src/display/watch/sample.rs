@@ -1,4 +1,4 @@
-//! A scene of the paper's dragon, for tests.
+//! A snapshot of the paper's dragon, for tests.
 
 use std::sync::Arc;
 
@@ -6,12 +6,14 @@ use bench_dragon_geometry::clearance::ClearanceSearch;
 use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState, ShowState};
 
 use crate::config::{Config, Overrides};
-use crate::display::observe::{AlertLog, Arrival, ClearanceChart, Link, Outlook, Run, Scene, Still};
+use crate::display::observe::{
+    AlertLog, Arrival, ClearanceChart, DescribedRun, FrameCopy, LeastClearance, ShowForecast, Snapshot, SourcePresence,
+};
 use crate::safety::monitor::run_alert;
 
 /// The paper's dragon at a show time, live.
-pub(super) fn scene(state: ShowState, time_s: f64) -> Scene {
-    let run = Run::new(7, Config::load(None, Overrides::default()).expect("the paper's"));
+pub(super) fn snapshot(state: ShowState, time_s: f64) -> Snapshot {
+    let run = DescribedRun::new(7, Config::load(None, Overrides::default()).expect("the paper's"));
     let dragon = run.config.dragon();
     let positions: Vec<_> = dragon.chain(time_s).expect("within the run").map(|handle| handle.position).collect();
     let mut boards = Vec::new();
@@ -35,15 +37,15 @@ pub(super) fn scene(state: ShowState, time_s: f64) -> Scene {
     alerts.push(Alert { bench_a: 0, bench_b: 11, ..run_alert(&header, AlertKind::Near) });
     let contact_s = 412.473_838;
     let arrival = Arrival { travel_m: contact_s, time_s: contact_s, wall_s: (contact_s - time_s) / 20.0 };
-    Scene {
-        link: Link::Live,
-        frame: Some(Arc::new(Still { header, handles: handles.collect() })),
+    Snapshot {
+        presence: SourcePresence::Live,
+        frame: Some(Arc::new(FrameCopy { header, handles: handles.collect() })),
         nearest: Some(nearest),
-        least: Some((nearest.clearance_m, time_s)),
-        outlook: Outlook::Contact { at: arrival, benches: [0, 8] },
+        least: Some(LeastClearance { clearance_m: nearest.clearance_m, time_s }),
+        forecast: ShowForecast::Contact { at: arrival, benches: [0, 8] },
         chart: Some(Arc::new(chart)),
         run: Some(Arc::new(run)),
         alerts: Arc::new(alerts),
-        ..Scene::default()
+        ..Snapshot::default()
     }
 }

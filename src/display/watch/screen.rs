@@ -1,28 +1,17 @@
-//! What the one who looks has chosen.
+//! The state of the screen: what its user has chosen, and what it keeps of the past.
 
-use bench_dragon_ipc::{AlertKind, CommandEvent, Sender};
+use bench_dragon_ipc::{AlertKind, CommandEvent, FrameHeader, Sender};
 
-use super::alert_filter::AlertFilter;
+use super::alerts::AlertFilter;
 use super::camera::Camera;
-use super::entry::Entry;
-use super::glyphs::Glyphs;
-use super::lateness_history::LatenessHistory;
-use super::pace::Pace;
-use super::question::Question;
-use super::reply::Reply;
-use super::theme::Theme;
-use crate::display::observe::Scene;
+use super::charts::LatenessHistory;
+use super::footer::CommandOutcome;
+use super::look::Look;
+use super::prompt::{Confirmation, NumberEntry};
+use super::speed_steps::SpeedSteps;
+use crate::display::observe::{GuardSituation, Lamp, LeastClearance, ShowForecast, Snapshot, SourcePresence, lamps};
 
-/// How a terminal is drawn on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Look {
-    /// With colours or without.
-    pub theme: Theme,
-    /// With which characters.
-    pub glyphs: Glyphs,
-}
-
-/// All that is shown beside the scene, and how.
+/// All that is shown beside the snapshot, and how.
 #[derive(Clone, Debug)]
 pub struct Screen {
     instance: String,
@@ -30,15 +19,15 @@ pub struct Screen {
     read_only: bool,
     pub(super) camera: Camera,
     pub(super) lateness: LatenessHistory,
-    pub(super) pace: Pace,
-    pub(super) entry: Option<Entry>,
-    pub(super) question: Option<Question>,
-    pub(super) reply: Option<Reply>,
+    pub(super) speed_steps: SpeedSteps,
+    pub(super) entry: Option<NumberEntry>,
+    pub(super) confirmation: Option<Confirmation>,
+    pub(super) reply: Option<CommandOutcome>,
     pub(super) overlay: Option<Overlay>,
     pub(super) alert_filter: AlertFilter,
     /// The last contact that has not been acknowledged, in words.
     pub(super) past_contact: Option<String>,
-    /// Whether benches touched in the last scene.
+    /// Whether benches touched in the last snapshot.
     touches: bool,
     /// How many alerts, and how many commands, have been seen.
     seen_alerts: u64,
@@ -61,9 +50,9 @@ impl Screen {
             read_only,
             camera: Camera::default(),
             lateness: LatenessHistory::default(),
-            pace: Pace::default(),
+            speed_steps: SpeedSteps::default(),
             entry: None,
-            question: None,
+            confirmation: None,
             reply: None,
             overlay: None,
             alert_filter: AlertFilter::default(),
@@ -74,47 +63,47 @@ impl Screen {
         }
     }
 
-    /// Takes note of a scene, at this instant of a clock that never goes back: what is shown of the past is kept from here on.
-    /// Whether the screen now looks different beside the scene.
-    pub fn see(&mut self, scene: &Scene, now_ns: u64) -> bool {
-        self.pace.see(scene);
-        self.see_contacts(scene);
-        self.see_commands(scene);
-        if let Some(status) = &scene.status {
+    /// Takes note of a snapshot, at this instant of a clock that never goes back: what is shown of the past is kept from here on.
+    /// Whether the screen now looks different beside the snapshot.
+    pub fn see(&mut self, snapshot: &Snapshot, now_ns: u64) -> bool {
+        self.speed_steps.see(snapshot);
+        self.see_contacts(snapshot);
+        self.see_commands(snapshot);
+        if let Some(status) = &snapshot.status {
             self.lateness.note(status);
         }
-        self.question.take_if(|question| !question.stands(scene, now_ns)).is_some()
+        self.confirmation.take_if(|confirmation| !confirmation.stands(snapshot, now_ns)).is_some()
     }
 
     /// Keeps a contact until it is acknowledged, whether a monitor has found it or this program.
-    fn see_contacts(&mut self, scene: &Scene) {
-        let touching = scene.nearest.filter(|pair| pair.clearance_m <= 0.0);
-        if let (Some(pair), false, Some(still)) = (touching, self.touches, &scene.frame) {
-            let [one, another] = pair.benches;
-            self.past_contact = Some(contact([one, another], still.header.sim_time_s()));
+    fn see_contacts(&mut self, snapshot: &Snapshot) {
+        let touching = snapshot.nearest.filter(|pair| pair.clearance_m <= 0.0);
+        if let (Some(pair), false, Some(header)) = (touching, self.touches, snapshot.header()) {
+            self.past_contact = Some(contact(pair.benches, header.sim_time_s()));
         }
         self.touches = touching.is_some();
-        let found = scene.alerts.since(self.seen_alerts).filter(|it| it.alert.alert_kind() == Some(AlertKind::Contact));
-        if let Some(alert) = found.last().map(|numbered| numbered.alert) {
+        let found =
+            snapshot.alerts.log.since(self.seen_alerts).filter(|it| it.event.alert_kind() == Some(AlertKind::Contact));
+        if let Some(alert) = found.last().map(|numbered| numbered.event) {
             self.past_contact = alert.pair().map(|pair| contact(pair, alert.sim_time_ns as f64 * 1e-9));
         }
-        self.seen_alerts = scene.alerts.total();
+        self.seen_alerts = snapshot.alerts.log.total();
     }
 
     /// Shows the newest command, unless it was given here: of that there is a reply.
-    fn see_commands(&mut self, scene: &Scene) {
+    fn see_commands(&mut self, snapshot: &Snapshot) {
         let is_own = |event: &CommandEvent| event.sent_by() == Some(Sender::Watch) && event.pid == std::process::id();
-        let newest = scene.commands.since(self.seen_commands).filter(|command| !is_own(&command.event)).last();
+        let newest = snapshot.commands.log.since(self.seen_commands).filter(|command| !is_own(&command.event)).last();
         if let Some(command) = newest {
-            self.reply = Some(Reply::of_others(&command.event));
+            self.reply = Some(CommandOutcome::of_others(&command.event));
         }
-        self.seen_commands = scene.commands.total();
+        self.seen_commands = snapshot.commands.log.total();
     }
 
     /// Shows what became of a command.
-    pub fn answer(&mut self, reply: Reply) {
+    pub fn answer(&mut self, reply: CommandOutcome) {
         if let Some(answer) = reply.speed {
-            self.pace.answer(answer);
+            self.speed_steps.answer(answer);
         }
         self.reply = Some(reply);
     }
@@ -135,4 +124,58 @@ impl Screen {
 fn contact(benches: [impl std::fmt::Display; 2], time_s: f64) -> String {
     let [one, another] = benches;
     format!("CONTACT {one}-{another} at {time_s:.3} s")
+}
+
+/// All of a snapshot that a screen shows and that changes, to the digits that it shows. Two snapshots with the same look alike.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Appearance {
+    presence: &'static str,
+    age_tenths: u64,
+    header: FrameHeader,
+    forecast: ShowForecast,
+    least: Option<LeastClearance>,
+    run: Option<u64>,
+    statistics: [u64; 4],
+    lateness_ns: [u64; 5],
+    alerts: u64,
+    guard: GuardSituation,
+    lamps: Vec<Lamp>,
+    commands: u64,
+    /// What keeps the head from walking, and the kind of source.
+    stops: [u32; 2],
+}
+
+impl Appearance {
+    /// The appearance of a snapshot.
+    pub fn of(snapshot: &Snapshot) -> Self {
+        let header = snapshot.header().copied().unwrap_or_default();
+        let (statistics, status) = (&snapshot.statistics, snapshot.status.as_ref());
+        Self {
+            presence: match &snapshot.presence {
+                SourcePresence::Live => "",
+                other => other.name(),
+            },
+            age_tenths: (snapshot.presence.age_s().unwrap_or_default() * 10.0) as u64,
+            // A head that stands is the same from tick to tick.
+            header: FrameHeader { tick: 0, scheduled_ns: 0, published_ns: 0, ..header },
+            forecast: snapshot.forecast,
+            least: snapshot.least,
+            run: snapshot.run.as_ref().map(|run| run.run_id),
+            statistics: [
+                statistics.lost,
+                statistics.restarts,
+                statistics.rate_hz.to_bits(),
+                statistics.latency.count(),
+            ],
+            lateness_ns: status.map_or([0; 5], |status| {
+                let [p50_ns, p99_ns, max_ns] = [status.lateness_p50_ns, status.lateness_p99_ns, status.lateness_max_ns];
+                [status.overruns, status.behind_ns, p50_ns, p99_ns, max_ns]
+            }),
+            alerts: snapshot.alerts.log.total(),
+            guard: snapshot.guard,
+            lamps: lamps(snapshot, snapshot.seen_ns),
+            commands: snapshot.commands.log.total(),
+            stops: status.map_or([0; 2], |status| [status.stops, status.source]),
+        }
+    }
 }

@@ -1,19 +1,15 @@
-//! Serving people and scrapers over HTTP/1.1: what every page of ours has in common.
+//! HTTP/1.1 for people and scrapers: what all our pages have in common.
 //!
-//! - *Where:* one address, loopback unless told otherwise.
-//! - *Who:* a request has to call this machine by a name that it has ([`Hosts`]), so that a page of elsewhere cannot reach it
-//!   by a name that it has bent to this address (DNS rebinding); and where a browser says from which page it comes, that has
-//!   to be one of ours.
-//! - *How much:* so many connections at a time, fewer from another machine, each with its first line and headers within seconds, of a bounded
-//!   length. Where all places are taken, the connection that has been idle the longest makes room for a new one.
+//! - *Where:* one address, loopback by default.
+//! - *Who:* a request has to name this machine by a name that it has ([`Hosts`]), so that a foreign page cannot reach it by a
+//!   name that it has bent to this address (DNS rebinding). Where a browser reports the page of origin, that has to be one of ours.
+//! - *How much:* a [limit](MAX_CONNECTIONS) of connections, a smaller one for each other machine. The first line and the headers
+//!   have a bounded length, and come within seconds. At the limit, a new connection replaces the one idle the longest.
 
-mod hosts;
-mod reply;
+mod connection_limit;
 mod same_site;
-mod seats;
 mod site;
 
-pub use hosts::Hosts;
-pub use reply::{json, refuse, text};
-pub use seats::{Connection, MAX_CONNECTIONS, MAX_FROM_ADDRESS};
-pub use site::{Site, closed};
+pub use connection_limit::{Connection, MAX_CONNECTIONS, MAX_FROM_ADDRESS};
+pub use same_site::Hosts;
+pub use site::{Site, closed, json, refuse, text};

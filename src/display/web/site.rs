@@ -1,4 +1,4 @@
-//! A listening address, and the loop that answers there.
+//! A listening address, the loop that answers there, and the replies: text, JSON, and refusals of one line.
 
 use std::convert::Infallible;
 use std::io;
@@ -7,6 +7,9 @@ use std::pin::pin;
 use std::sync::Arc;
 use std::time::Duration;
 
+use axum::body::Body;
+use axum::http::header::CONTENT_TYPE;
+use axum::http::{HeaderValue, StatusCode};
 use axum::response::Response;
 use axum::{Router, middleware};
 use hyper::Request;
@@ -15,13 +18,13 @@ use hyper::server::conn::http1;
 use hyper::service::{Service as _, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
+use serde::Serialize;
 use tokio::net::TcpStream;
 use tokio::sync::watch;
 use tokio::time::{sleep, timeout};
 
-use super::hosts::Hosts;
-use super::same_site::admit;
-use super::seats::{Connection, Seat, Seats};
+use super::connection_limit::{Connection, ConnectionLimit, Permit};
+use super::same_site::{Hosts, admit};
 use crate::system::stop::StopFlag;
 
 /// How long a client may take for its first line and headers, and rest between two requests.
@@ -95,13 +98,13 @@ async fn until(stop: &StopFlag) {
 }
 
 async fn accept(listener: &tokio::net::TcpListener, router: &Router, closing: &watch::Sender<bool>) {
-    let seats = Seats::default();
+    let limit = ConnectionLimit::default();
     loop {
         match listener.accept().await {
             Ok((stream, peer)) => {
-                // One that there is no place for, for all others are being answered, is closed at once.
-                if let Some(seat) = seats.take(peer.ip()) {
-                    tokio::spawn(answer(stream, router.clone(), closing.subscribe(), seat));
+                // Over the limit, while all others are being answered, it is closed at once.
+                if let Some(permit) = limit.take(peer.ip()) {
+                    tokio::spawn(answer(stream, router.clone(), closing.subscribe(), permit));
                 }
             }
             Err(_) => sleep(ACCEPT_PERIOD).await,
@@ -109,10 +112,10 @@ async fn accept(listener: &tokio::net::TcpListener, router: &Router, closing: &w
     }
 }
 
-async fn answer(stream: TcpStream, router: Router, mut closing: watch::Receiver<bool>, mut seat: Seat) {
+async fn answer(stream: TcpStream, router: Router, mut closing: watch::Receiver<bool>, mut permit: Permit) {
     // Small messages go out at once; a socket that refuses sends them a little later.
     let _ = stream.set_nodelay(true);
-    let connection = seat.connection();
+    let connection = permit.connection.clone();
     let service = service_fn(move |request| reply(router.clone(), connection.clone(), request));
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
@@ -125,7 +128,7 @@ async fn answer(stream: TcpStream, router: Router, mut closing: watch::Receiver<
     // A client that breaks off or speaks no HTTP has had its answer, if any.
     tokio::select! {
         _ = connection.as_mut() => return,
-        () = seat.lost() => return,
+        () = permit.closed() => return,
         () = closed(&mut closing) => {}
         () = sleep(LIFE) => {}
     }
@@ -135,10 +138,10 @@ async fn answer(stream: TcpStream, router: Router, mut closing: watch::Receiver<
 
 /// The router's reply to a request, which bears its connection.
 async fn reply(router: Router, connection: Connection, mut request: Request<Incoming>) -> Result<Response, Infallible> {
-    let answering = connection.answering();
+    let in_progress = connection.begin_request();
     request.extensions_mut().insert(connection);
     let response = TowerToHyperService::new(router).call(request).await;
-    drop(answering);
+    drop(in_progress);
     response
 }
 
@@ -146,4 +149,29 @@ async fn reply(router: Router, connection: Connection, mut request: Request<Inco
 pub async fn closed(closing: &mut watch::Receiver<bool>) {
     // Where its sender is gone, the site has ended too.
     let _ = closing.wait_for(|closing| *closing).await;
+}
+
+/// A refusal, as JSON, for a page reads it too.
+#[derive(Serialize)]
+struct Refused<'a> {
+    error: &'a str,
+}
+
+/// Text of this media type.
+pub fn text(status: StatusCode, media_type: &'static str, body: impl Into<Body>) -> Response {
+    let mut response = Response::new(body.into());
+    *response.status_mut() = status;
+    response.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static(media_type));
+    response
+}
+
+/// A value as JSON.
+pub fn json(status: StatusCode, value: &impl Serialize) -> Response {
+    let body = serde_json::to_string(value).expect("a reply has no keys but strings");
+    text(status, "application/json", body + "\n")
+}
+
+/// A refusal and its reason, in one line.
+pub fn refuse(status: StatusCode, reason: &str) -> Response {
+    json(status, &Refused { error: reason })
 }

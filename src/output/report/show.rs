@@ -8,7 +8,9 @@ use jiff::Zoned;
 use serde::{Deserialize, Serialize};
 
 use super::{CommandWords, ContactReport, GuardReport};
-use crate::display::observe::{Arrival, Controls, GuardSituation, Lamp, LampLevel, Link, Outlook, Scene, lamps};
+use crate::display::observe::{
+    Arrival, Controls, GuardSituation, Lamp, LampLevel, ShowForecast, Snapshot, SourcePresence, lamps,
+};
 use crate::output::histogram::Percentiles;
 
 /// The state of a show as one object of JSON, as `ctl status` prints it. An unknown value is null. Metres, seconds.
@@ -37,7 +39,7 @@ pub struct StatusReport {
     /// The nearest pair of benches.
     pub nearest: Option<NearestReport>,
     /// What lies ahead.
-    pub ahead: Outlook,
+    pub ahead: ShowForecast,
     /// How it stands with the guard.
     pub guard: GuardSituation,
     /// Each part of the show.
@@ -58,15 +60,15 @@ pub struct NearestReport {
 }
 
 impl StatusReport {
-    /// The report of a scene at an instant of `CLOCK_MONOTONIC`, in nanoseconds, and at this time on the wall.
-    pub fn new(scene: &Scene, now_ns: u64, wall_time: &Zoned) -> Self {
-        let (link, lamps) = (scene.link_at(now_ns), lamps(scene, now_ns));
-        let header = scene.frame.as_ref().map(|still| &still.header);
-        let nearest = scene.nearest;
+    /// The report of a snapshot at an instant of `CLOCK_MONOTONIC`, in nanoseconds, and at this time on the wall.
+    pub fn new(snapshot: &Snapshot, now_ns: u64, wall_time: &Zoned) -> Self {
+        let (link, lamps) = (snapshot.presence_at(now_ns), lamps(snapshot, now_ns));
+        let header = snapshot.header();
+        let nearest = snapshot.nearest;
         Self {
-            well: link == Link::Live && lamps.iter().all(|lamp| lamp.level != LampLevel::Danger),
+            well: link == SourcePresence::Live && lamps.iter().all(|lamp| lamp.level != LampLevel::Danger),
             link: link.name(),
-            state: scene.state().map(ShowState::name),
+            state: snapshot.state().map(ShowState::name),
             wall_time: wall_time.strftime("%Y-%m-%dT%H:%M:%S%:z").to_string(),
             run_id: header.map(|header| header.run_id),
             tick: header.map(|header| header.tick),
@@ -75,11 +77,11 @@ impl StatusReport {
             speed_mps: header.map(|header| header.head_speed_mps),
             travel_m: header.map(|header| header.head_travel_m),
             nearest: nearest.map(|pair| NearestReport { clearance_m: pair.clearance_m, benches: pair.benches }),
-            ahead: scene.outlook,
-            guard: scene.guard,
+            ahead: snapshot.forecast,
+            guard: snapshot.guard,
             lamps,
-            refusals: Controls::of(scene),
-            last_command: scene.commands.latest().next_back().map(|command| CommandWords::from(&command.event)),
+            refusals: Controls::of(snapshot),
+            last_command: snapshot.commands.log.latest().next_back().map(|command| CommandWords::from(&command.event)),
         }
     }
 
@@ -103,7 +105,7 @@ impl StatusReport {
             return format!("no frames ({}), {clock} on the wall", self.link);
         };
         let state = self.state.unwrap_or("in an unknown state");
-        let link = if self.link == Link::Live.name() { "" } else { self.link };
+        let link = if self.link == SourcePresence::Live.name() { "" } else { self.link };
         let scale = if time_scale == 1.0 { String::new() } else { format!(" at {time_scale} times real time") };
         let link = if link.is_empty() { String::new() } else { format!(" ({link})") };
         format!("{state}{link}, show time {time_s:.3} s{scale}, head at {speed_mps:.3} m/s, {clock} on the wall")
@@ -119,24 +121,24 @@ impl StatusReport {
         }
         let when = |at: Arrival| self.when(at);
         Some(match self.ahead {
-            Outlook::Unknown => return None,
-            Outlook::Free { to, is_end: true } => format!("no contact to the end, show time {:.3} s", to.time_s),
-            Outlook::Free { to, is_end: false } => {
+            ShowForecast::Unknown => return None,
+            ShowForecast::Free { to, is_end: true } => format!("no contact to the end, show time {:.3} s", to.time_s),
+            ShowForecast::Free { to, is_end: false } => {
                 format!("no contact to show time {:.3} s; the search goes on", to.time_s)
             }
-            Outlook::Contact { at, benches: [one, another] } => {
+            ShowForecast::Contact { at, benches: [one, another] } => {
                 format!("benches {one} and {another} touch {}", when(at))
             }
-            Outlook::GuardStop { at, benches: Some([one, another]) } => {
+            ShowForecast::GuardStop { at, benches: Some([one, another]) } => {
                 format!("the guard stops the head {}, before benches {one} and {another}", when(at))
             }
-            Outlook::GuardStop { at, benches: None } if at.wall_s == 0.0 => {
+            ShowForecast::GuardStop { at, benches: None } if at.wall_s == 0.0 => {
                 "no guard runs: the head stands until one does".to_owned()
             }
-            Outlook::GuardStop { at, benches: None } => {
+            ShowForecast::GuardStop { at, benches: None } => {
                 format!("no guard runs: the head stands at {:.3} m of travel {}", at.travel_m, when(at))
             }
-            Outlook::Rest { at } => format!("the head stands at {:.3} m of travel {}", at.travel_m, when(at)),
+            ShowForecast::Rest { at } => format!("the head stands at {:.3} m of travel {}", at.travel_m, when(at)),
         })
     }
 
@@ -229,19 +231,16 @@ pub struct Restarts {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use jiff::Timestamp;
     use jiff::tz::TimeZone;
 
     use super::*;
-    use crate::display::observe::Still;
 
-    fn report(scene: &Scene) -> StatusReport {
-        StatusReport::new(scene, scene.seen_ns, &Timestamp::UNIX_EPOCH.to_zoned(TimeZone::UTC))
+    fn report(snapshot: &Snapshot) -> StatusReport {
+        StatusReport::new(snapshot, snapshot.seen_ns, &Timestamp::UNIX_EPOCH.to_zoned(TimeZone::UTC))
     }
 
-    fn scene(state: ShowState) -> Scene {
+    fn snapshot(state: ShowState) -> Snapshot {
         let header = FrameHeader {
             sim_time_ns: 12_345_000_000,
             head_speed_mps: 1.0,
@@ -250,28 +249,23 @@ mod tests {
             ..FrameHeader::default()
         };
         let at = Arrival { travel_m: 412.5, time_s: 412.5, wall_s: 80.0 };
-        Scene {
-            link: Link::Live,
-            frame: Some(Arc::new(Still { header, handles: Vec::new() })),
-            outlook: Outlook::Contact { at, benches: [0, 8] },
-            ..Scene::default()
-        }
+        Snapshot { forecast: ShowForecast::Contact { at, benches: [0, 8] }, ..Snapshot::live(header) }
     }
 
     #[test]
     fn a_show_is_reported_in_wall_time_with_show_time_beside_it() {
-        let running = report(&scene(ShowState::Running));
+        let running = report(&snapshot(ShowState::Running));
         assert!(running.well);
         let lines = running.lines();
         let first = "running, show time 12.345 s at 5 times real time, head at 1.000 m/s, 00:00:00 on the wall";
         assert_eq!(lines[..2], [first, "ahead: benches 0 and 8 touch in 80.0 s (show time 412.500 s)"]);
-        let paused = report(&scene(ShowState::Paused)).lines();
+        let paused = report(&snapshot(ShowState::Paused)).lines();
         assert_eq!(paused[1], "ahead: benches 0 and 8 touch in 80.0 s of walking (show time 412.500 s)");
     }
 
     #[test]
     fn without_a_server_nothing_is_well() {
-        let nobody = report(&Scene::default());
+        let nobody = report(&Snapshot::default());
         assert!(!nobody.well);
         let lines = nobody.lines();
         assert_eq!(lines[0], "no frames (waiting), 00:00:00 on the wall");

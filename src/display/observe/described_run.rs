@@ -1,0 +1,149 @@
+//! A run as its description has it, and the clearance that was seen of it so far.
+
+use bench_dragon_geometry::route::Route;
+use glam::DVec2;
+
+use crate::config::Config;
+
+/// How far the drawn line may lie beside the route, in metres.
+const SAGITTA_M: f64 = 0.002;
+/// Greatest distance between two points of it, in metres.
+const LONGEST_STEP_M: f64 = 1.0;
+/// Most points of it; a longer route gets them further apart.
+const MAX_POINTS: usize = 20_000;
+
+/// A run's number, its configuration, and the curve that its head follows.
+#[derive(Clone, Debug)]
+pub struct DescribedRun {
+    /// The run's number.
+    pub run_id: u64,
+    /// The configuration.
+    pub config: Config,
+    /// The route from point to point, from as far behind the start as the dragon is long, to its end, in metres.
+    pub route: Vec<DVec2>,
+}
+
+impl DescribedRun {
+    /// The run of this number, with this configuration.
+    pub fn new(run_id: u64, config: Config) -> Self {
+        let route = points(&config);
+        Self { run_id, config, route }
+    }
+}
+
+fn points(config: &Config) -> Vec<DVec2> {
+    let dragon = config.dragon();
+    let dimensions = dragon.dimensions();
+    let length_m: f64 = (0..dimensions.benches()).map(|bench| dimensions.link_m(bench)).sum();
+    let route: &Route = dragon.route();
+    let to_m = route.end_travel_m();
+    let mut travel_m = dragon.start_travel_m() - length_m;
+    let least_step_m = (to_m - travel_m) / (MAX_POINTS - 1) as f64;
+    let mut points = Vec::new();
+    while travel_m < to_m {
+        let parameter = route.parameter(travel_m);
+        points.push(route.point(parameter).position);
+        // A chord of an arc with curvature k lies k s² / 8 beside it.
+        let step_m = (8.0 * SAGITTA_M / route.curvature_bound(parameter, parameter)).sqrt();
+        travel_m += step_m.min(LONGEST_STEP_M).max(least_step_m);
+    }
+    points.push(route.point(route.parameter(to_m)).position);
+    points
+}
+
+/// Stretches that a run is cut into.
+const BINS: usize = 480;
+
+/// The least clearance that was seen in each stretch of a run, all equally long.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClearanceChart {
+    start_s: f64,
+    step_s: f64,
+    least_m: Vec<Option<f64>>,
+    revision: Vec<u64>,
+    revisions: u64,
+}
+
+impl ClearanceChart {
+    /// An empty chart from one show time to another, in seconds.
+    pub fn new(start_s: f64, end_s: f64) -> Self {
+        let step_s = ((end_s - start_s) / BINS as f64).max(f64::MIN_POSITIVE);
+        Self { start_s, step_s, least_m: vec![None; BINS], revision: vec![0; BINS], revisions: 0 }
+    }
+
+    /// Takes note of a clearance at a show time; one outside the run is counted to its first or last stretch.
+    pub fn note(&mut self, time_s: f64, clearance_m: f64) {
+        let bin = (((time_s - self.start_s) / self.step_s) as usize).min(BINS - 1);
+        if self.least_m[bin].is_none_or(|least_m| clearance_m < least_m) {
+            self.least_m[bin] = Some(clearance_m);
+            self.revisions += 1;
+            self.revision[bin] = self.revisions;
+        }
+    }
+
+    /// Show time at which the first stretch begins, in seconds.
+    pub fn start_s(&self) -> f64 {
+        self.start_s
+    }
+
+    /// Length of a stretch in seconds.
+    pub fn step_s(&self) -> f64 {
+        self.step_s
+    }
+
+    /// How often the chart has changed.
+    pub fn revisions(&self) -> u64 {
+        self.revisions
+    }
+
+    /// The least clearance of each stretch in metres; `None` where the head has not been seen.
+    pub fn least_m(&self) -> &[Option<f64>] {
+        &self.least_m
+    }
+
+    /// The stretches that have changed since a revision, by index, and their least clearance in metres.
+    pub fn since(&self, revision: u64) -> impl Iterator<Item = (usize, f64)> {
+        let bins = self.revision.iter().zip(&self.least_m).enumerate();
+        bins.filter(move |(_, (changed, _))| **changed > revision)
+            .filter_map(|(bin, (_, least_m))| least_m.map(|least_m| (bin, least_m)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+    use crate::config::Overrides;
+
+    #[test]
+    fn the_drawn_route_leads_from_behind_the_tail_through_the_start_to_the_end() {
+        let config = Config::load(None, Overrides::default()).expect("the paper's");
+        let run = DescribedRun::new(7, config);
+        let nearest_m = |point: DVec2| run.route.iter().map(|at| at.distance(point)).fold(f64::INFINITY, f64::min);
+        assert!(nearest_m(DVec2::new(8.8, 0.0)) < 0.5, "the head starts on it");
+        assert!(run.route.len() <= MAX_POINTS);
+        let middles = run.route.windows(2).map(|ends| (ends[0] + ends[1]) / 2.0);
+        // In the innermost turn a difference of radii is no distance from the curve.
+        for middle in middles.filter(|middle| middle.length() > 0.55) {
+            // On the spiral r = b θ the turn is told by the angle, the radius by the turn.
+            let turns = (middle.length() / 0.55 - middle.to_angle() / TAU).round();
+            let beside_m = middle.length() - 0.55 * (turns + middle.to_angle() / TAU);
+            assert!(beside_m.abs() < 2.0 * SAGITTA_M, "{beside_m} m beside the route at {middle}");
+        }
+    }
+
+    #[test]
+    fn each_stretch_keeps_its_least_clearance_and_tells_what_has_changed() {
+        let mut chart = ClearanceChart::new(-100.0, 100.0);
+        chart.note(-100.0, 0.3);
+        chart.note(-100.0, 0.2);
+        let seen = chart.revisions();
+        chart.note(-100.0, 0.25);
+        chart.note(1e9, 0.1);
+        chart.note(-1e9, 0.05);
+        let changed: Vec<(usize, f64)> = chart.since(seen).collect();
+        assert_eq!(changed, [(0, 0.05), (BINS - 1, 0.1)]);
+        assert_eq!(chart.least_m().iter().flatten().count(), 2);
+    }
+}

@@ -1,0 +1,418 @@
+//! The lamps: the condition of each part of a show, in one short text.
+
+use std::collections::BTreeMap;
+
+use bench_dragon_ipc::{ReaderReport, SourceKind, Status, TimecodeState};
+use serde::Serialize;
+
+use super::guard_situation::GuardSituation;
+use super::snapshot::Snapshot;
+use super::snapshot::SourcePresence;
+
+/// A reader reports about once a second. One whose last report is so much older than the last frame hangs, or was killed.
+const HANGS_NS: u64 = 3_000_000_000;
+/// For so long nobody is missed, for no report may have come yet.
+const FIRST_REPORTS_NS: u64 = 2_000_000_000;
+/// A disk that is full in less is warned of, in seconds.
+const DISK_WARNING_S: f64 = 600.0;
+/// A disk that is full in less needs to be acted upon, in seconds.
+const DISK_DANGER_S: f64 = 60.0;
+/// One missed release in so many is warned of, once there are more than a few.
+const RELEASES_A_MISS: u64 = 1_000;
+const FEW_MISSED: u64 = 10;
+
+/// How urgent a lamp is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LampLevel {
+    /// It is not there, and need not be; or it is not known yet.
+    Off,
+    /// As it should be.
+    Good,
+    /// To be kept an eye on.
+    Warning,
+    /// To be acted upon: red.
+    Danger,
+}
+
+impl LampLevel {
+    /// Lower-case name, as in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Good => "good",
+            Self::Warning => "warning",
+            Self::Danger => "danger",
+        }
+    }
+}
+
+/// A part of the show.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Lamp {
+    /// `server`, `source`, `monitor`, `guard`, `recorder`, `psn`, `osc`, `zenoh`, `timecode` or `readers`.
+    pub name: &'static str,
+    /// How urgent it is.
+    pub level: LampLevel,
+    /// How it does, in a few words.
+    pub text: String,
+}
+
+impl Lamp {
+    fn new(name: &'static str, level: LampLevel, text: impl Into<String>) -> Self {
+        Self { name, level, text: text.into() }
+    }
+}
+
+/// The lamps of a snapshot at an instant of `CLOCK_MONOTONIC`, in nanoseconds: always all ten, in the same order.
+pub fn lamps(snapshot: &Snapshot, now_ns: u64) -> Vec<Lamp> {
+    let presence = snapshot.presence_at(now_ns);
+    let readers = Readers { snapshot, now_ns, is_live: presence == SourcePresence::Live };
+    vec![
+        server(snapshot, &presence),
+        source(snapshot),
+        readers.required("monitor", "monitor"),
+        guard(snapshot, &presence),
+        readers.recorder(),
+        readers.optional("psn", "bridge-psn"),
+        readers.optional("osc", "bridge-osc"),
+        readers.optional("zenoh", "bridge-zenoh"),
+        timecode(snapshot),
+        readers.losing(),
+    ]
+}
+
+fn server(snapshot: &Snapshot, presence: &SourcePresence) -> Lamp {
+    let lamp = |level, text: String| Lamp::new("server", level, text);
+    let seconds = |age_ns: u64| age_ns as f64 * 1e-9;
+    match presence {
+        SourcePresence::Waiting if snapshot.has_source => lamp(LampLevel::Warning, "no frame yet".to_owned()),
+        SourcePresence::Waiting => lamp(LampLevel::Danger, "no server".to_owned()),
+        SourcePresence::Silent { age_ns } => lamp(LampLevel::Danger, format!("silent for {:.1} s", seconds(*age_ns))),
+        SourcePresence::Gone { age_ns } => lamp(LampLevel::Danger, format!("lost {:.1} s ago", seconds(*age_ns))),
+        SourcePresence::Ended { .. } => lamp(LampLevel::Off, "ended".to_owned()),
+        SourcePresence::Failed { reason } => lamp(LampLevel::Danger, reason.clone()),
+        SourcePresence::Live => live_server(snapshot),
+    }
+}
+
+fn live_server(snapshot: &Snapshot) -> Lamp {
+    let (mut level, mut text) = (LampLevel::Good, String::new());
+    if let Some(status) = snapshot.status.as_deref() {
+        let Status { rate_hz, overruns, behind_ns, .. } = *status;
+        text = if rate_hz > 0 { format!("{rate_hz} Hz") } else { "rate unknown".to_owned() };
+        if behind_ns > 0 {
+            level = LampLevel::Warning;
+            text = format!("{text}, {:.2} s behind", behind_ns as f64 * 1e-9);
+        }
+        if overruns > 0 {
+            text = format!("{text}, {overruns} missed release{}", if overruns == 1 { "" } else { "s" });
+            let releases = status.tick.saturating_add(overruns);
+            level = level.max(if overruns > (releases / RELEASES_A_MISS).max(FEW_MISSED) {
+                LampLevel::Warning
+            } else {
+                level
+            });
+        }
+    }
+    match snapshot.statistics.crashes {
+        0 => {}
+        1 => (level, text) = (LampLevel::Warning, text + ", restarted once"),
+        times => (level, text) = (LampLevel::Warning, format!("{text}, restarted {times} times")),
+    }
+    Lamp::new("server", level, if text.is_empty() { "frames come".to_owned() } else { text })
+}
+
+fn source(snapshot: &Snapshot) -> Lamp {
+    let kind = snapshot.status.as_deref().and_then(Status::source_kind);
+    let (level, text) = match kind {
+        None => (LampLevel::Off, "unknown yet"),
+        Some(SourceKind::Server) => (LampLevel::Good, "live"),
+        Some(SourceKind::Replay) => (LampLevel::Warning, "a replay of a recording"),
+        Some(SourceKind::Remote) => (LampLevel::Good, "another host"),
+    };
+    Lamp::new("source", level, text)
+}
+
+fn guard(snapshot: &Snapshot, presence: &SourcePresence) -> Lamp {
+    let (level, text) = match snapshot.guard {
+        _ if matches!(presence, SourcePresence::Ended { .. }) => return Lamp::new("guard", LampLevel::Off, "ended"),
+        GuardSituation::None => return Lamp::new("guard", LampLevel::Off, "not guarded"),
+        GuardSituation::Working => (LampLevel::Good, ""),
+        GuardSituation::Waiting => (LampLevel::Warning, "the head waits for a grant, "),
+        GuardSituation::AtEnd { for_good: true } => (LampLevel::Warning, "stops the head for good, "),
+        GuardSituation::AtEnd { for_good: false } => (LampLevel::Warning, "stops the head, "),
+        GuardSituation::Missing => (LampLevel::Danger, "missing, "),
+    };
+    let margin = snapshot.run.as_ref().map(|run| format!("margin {} mm", millimetres(run.config.margin_m())));
+    Lamp::new("guard", level, text.to_owned() + margin.as_deref().unwrap_or("margin unknown"))
+}
+
+fn timecode(snapshot: &Snapshot) -> Lamp {
+    let lamp = |level, text: &str| Lamp::new("timecode", level, text);
+    let Some(status) = snapshot.status.as_deref() else { return lamp(LampLevel::Off, "unknown yet") };
+    let (level, text) = match status.timecode_state() {
+        None | Some(TimecodeState::None) => return lamp(LampLevel::Off, "not followed"),
+        Some(TimecodeState::Waiting) => (LampLevel::Warning, "none has come yet"),
+        Some(TimecodeState::Locked) => (LampLevel::Good, "locked"),
+        Some(TimecodeState::Standing) => (LampLevel::Good, "stands"),
+        Some(TimecodeState::Lost) => (LampLevel::Danger, "lost"),
+    };
+    let protocol = status.timecode_protocol().map_or("unknown", |kind| kind.name());
+    lamp(level, &format!("{protocol}, {text}"))
+}
+
+/// The readers as they have reported of themselves.
+struct Readers<'a> {
+    snapshot: &'a Snapshot,
+    now_ns: u64,
+    is_live: bool,
+}
+
+impl Readers<'_> {
+    /// A reader that each show should have.
+    fn required(&self, name: &'static str, reader: &str) -> Lamp {
+        self.heard(name, reader).unwrap_or_else(|| self.unheard(name, LampLevel::Warning, "missing"))
+    }
+
+    fn optional(&self, name: &'static str, reader: &str) -> Lamp {
+        self.heard(name, reader).unwrap_or_else(|| self.unheard(name, LampLevel::Off, "not started"))
+    }
+
+    fn recorder(&self) -> Lamp {
+        let reader = "record";
+        let Some(lamp) = self.heard("recorder", reader) else {
+            return self.unheard("recorder", LampLevel::Off, "not started");
+        };
+        let room_s = self.of_name(reader).filter_map(ReaderReport::room).reduce(f64::min);
+        match room_s.filter(|_| lamp.level == LampLevel::Good) {
+            None => lamp,
+            Some(room_s) => {
+                let level = match room_s {
+                    _ if room_s < DISK_DANGER_S => LampLevel::Danger,
+                    _ if room_s < DISK_WARNING_S => LampLevel::Warning,
+                    _ => LampLevel::Good,
+                };
+                Lamp { level, text: format!("{} of disk left", long_span(room_s)), ..lamp }
+            }
+        }
+    }
+
+    /// The readers that have lost frames.
+    fn losing(&self) -> Lamp {
+        let mut lost: BTreeMap<&str, u64> = BTreeMap::new();
+        for report in self.snapshot.readers.awaited().filter(|report| report.lost > 0) {
+            *lost.entry(report.name()).or_default() += report.lost;
+        }
+        if lost.is_empty() {
+            let is_known = self.snapshot.readers.awaited().next().is_some();
+            let text = if is_known { "none has lost a frame" } else { "unknown yet" };
+            return Lamp::new("readers", if is_known { LampLevel::Good } else { LampLevel::Off }, text);
+        }
+        let lost: Vec<String> = lost.into_iter().map(|(name, lost)| format!("{} lost {lost}", shown(name))).collect();
+        Lamp::new("readers", LampLevel::Warning, lost.join(", "))
+    }
+
+    /// The lamp of a reader that has reported and not ended; by the one that has been silent for longest, if there are several.
+    fn heard(&self, name: &'static str, reader: &str) -> Option<Lamp> {
+        let sent_ns = self.of_name(reader).map(|report| report.sent_ns).min()?;
+        let published_ns = self.snapshot.header().map_or(0, |header| header.published_ns);
+        let age_ns = published_ns.saturating_sub(sent_ns);
+        Some(if age_ns > HANGS_NS {
+            Lamp::new(name, LampLevel::Danger, format!("silent for {:.0} s", age_ns as f64 * 1e-9))
+        } else {
+            Lamp::new(name, LampLevel::Good, "runs")
+        })
+    }
+
+    fn unheard(&self, name: &'static str, level: LampLevel, text: &'static str) -> Lamp {
+        let since_ns = self.snapshot.reading_since_ns;
+        let is_early = since_ns.is_none_or(|since_ns| self.now_ns.saturating_sub(since_ns) < FIRST_REPORTS_NS);
+        // Readers report while frames come.
+        if is_early || !self.is_live {
+            Lamp::new(name, LampLevel::Off, "unknown yet")
+        } else {
+            Lamp::new(name, level, text)
+        }
+    }
+
+    fn of_name(&self, reader: &str) -> impl Iterator<Item = &ReaderReport> {
+        self.snapshot.readers.awaited().filter(move |report| report.name() == reader)
+    }
+}
+
+/// A name of somebody else's, without what a terminal would act upon.
+fn shown(name: &str) -> String {
+    name.chars().map(|character| if character.is_control() { '?' } else { character }).collect()
+}
+
+/// A length in millimetres, without idle decimals.
+fn millimetres(length_m: f64) -> f64 {
+    (length_m * 1e6).round() / 1e3
+}
+
+/// A time in two units.
+///
+/// Seconds under a minute, minutes under an hour, else hours and minutes.
+fn long_span(seconds: f64) -> String {
+    let minutes = (seconds / 60.0) as u64;
+    match minutes {
+        0 => format!("{seconds:.0} s"),
+        1..60 => format!("{minutes} min"),
+        _ => format!("{} h {:02} min", minutes / 60, minutes % 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use bench_dragon_ipc::{FrameHeader, TimecodeKind};
+
+    use super::*;
+    use crate::config::{Config, Overrides};
+    use crate::display::observe::{DescribedRun, ReaderLog};
+
+    const NOW_NS: u64 = 20_000_000_000;
+
+    fn snapshot(status: &Status, reports: &[ReaderReport]) -> Snapshot {
+        let header = FrameHeader { published_ns: NOW_NS, ..FrameHeader::default() };
+        let mut readers = ReaderLog::default();
+        for report in reports {
+            readers.push(*report);
+        }
+        Snapshot {
+            seen_ns: NOW_NS,
+            has_source: true,
+            status: Some(Arc::new(*status)),
+            readers: Arc::new(readers),
+            reading_since_ns: Some(0),
+            ..Snapshot::live(header)
+        }
+    }
+
+    fn report(name: &str, age_s: u64) -> ReaderReport {
+        let mut report = ReaderReport { sent_ns: NOW_NS - age_s * 1_000_000_000, ..ReaderReport::default() };
+        report.reader = [name.len() as u64, age_s];
+        report.set_name(name);
+        report
+    }
+
+    fn lamp(snapshot: &Snapshot, name: &str) -> (LampLevel, String) {
+        let lamp = lamps(snapshot, NOW_NS).into_iter().find(|lamp| lamp.name == name).expect("a lamp");
+        (lamp.level, lamp.text)
+    }
+
+    fn expected(level: LampLevel, text: &str) -> (LampLevel, String) {
+        (level, text.to_owned())
+    }
+
+    #[test]
+    fn a_missing_monitor_is_a_warning_once_it_could_have_reported() {
+        let nobody = snapshot(&Status::default(), &[]);
+        assert_eq!(lamp(&nobody, "monitor"), expected(LampLevel::Warning, "missing"));
+        let early = Snapshot { reading_since_ns: Some(NOW_NS - 1_999_999_999), ..nobody.clone() };
+        assert_eq!(lamp(&early, "monitor"), expected(LampLevel::Off, "unknown yet"));
+        assert_eq!(lamp(&nobody, "psn"), expected(LampLevel::Off, "not started"));
+        let ended = snapshot(&Status::default(), &[ReaderReport { ended: 1, ..report("monitor", 1) }]);
+        assert_eq!(lamp(&ended, "monitor"), expected(LampLevel::Warning, "missing"));
+    }
+
+    #[test]
+    fn a_reader_that_reports_no_more_is_red() {
+        let runs = snapshot(&Status::default(), &[report("monitor", 3), report("bridge-psn", 0)]);
+        assert_eq!(lamp(&runs, "monitor"), expected(LampLevel::Good, "runs"));
+        assert_eq!(lamp(&runs, "psn"), expected(LampLevel::Good, "runs"));
+        let hangs = snapshot(&Status::default(), &[report("monitor", 4)]);
+        assert_eq!(lamp(&hangs, "monitor"), expected(LampLevel::Danger, "silent for 4 s"));
+    }
+
+    #[test]
+    fn the_recorder_says_how_long_its_disk_lasts() {
+        for (room_s, expected) in [
+            (ReaderReport::NO_ROOM, expected(LampLevel::Good, "runs")),
+            (11_100.0, expected(LampLevel::Good, "3 h 05 min of disk left")),
+            (599.0, expected(LampLevel::Warning, "9 min of disk left")),
+            (59.0, expected(LampLevel::Danger, "59 s of disk left")),
+        ] {
+            let snapshot = snapshot(&Status::default(), &[ReaderReport { room_s, ..report("record", 1) }]);
+            assert_eq!(lamp(&snapshot, "recorder"), expected);
+        }
+    }
+
+    #[test]
+    fn readers_that_lose_frames_are_named_with_their_counts() {
+        let lost = |lost, report: ReaderReport| ReaderReport { lost, ..report };
+        let snapshot = snapshot(
+            &Status::default(),
+            &[
+                lost(3, report("hz", 1)),
+                ReaderReport { reader: [9, 9], ..lost(4, report("hz", 1)) },
+                lost(0, report("echo", 1)),
+                lost(2, report("d\u{1b}sk", 1)),
+            ],
+        );
+        assert_eq!(lamp(&snapshot, "readers"), expected(LampLevel::Warning, "d?sk lost 2, hz lost 7"));
+    }
+
+    #[test]
+    fn a_missing_guard_is_red_until_the_run_has_ended() {
+        let unguarded = Snapshot { guard: GuardSituation::Missing, ..snapshot(&Status::default(), &[]) };
+        assert_eq!(lamp(&unguarded, "guard").0, LampLevel::Danger);
+        let ended = Snapshot { presence: SourcePresence::Ended { age_ns: 1 }, ..unguarded };
+        assert_eq!(lamp(&ended, "guard"), expected(LampLevel::Off, "ended"));
+    }
+
+    #[test]
+    fn a_server_that_keeps_its_schedule_is_good_and_any_other_is_not() {
+        let status = Status { rate_hz: 1000, tick: 100_000, ..Status::default() };
+        let of =
+            |tick, overruns, behind_ns| lamp(&snapshot(&Status { tick, overruns, behind_ns, ..status }, &[]), "server");
+        assert_eq!(of(100_000, 0, 0), expected(LampLevel::Good, "1000 Hz"));
+        assert_eq!(of(10, 1, 0), expected(LampLevel::Good, "1000 Hz, 1 missed release"));
+        assert_eq!(of(100_000, 100, 0), expected(LampLevel::Good, "1000 Hz, 100 missed releases"));
+        assert_eq!(of(100_000, 101, 0), expected(LampLevel::Warning, "1000 Hz, 101 missed releases"));
+        assert_eq!(of(100_000, 0, 1_500_000_000), expected(LampLevel::Warning, "1000 Hz, 1.50 s behind"));
+        let mut restarted = snapshot(&status, &[]);
+        restarted.statistics.crashes = 1;
+        assert_eq!(lamp(&restarted, "server"), expected(LampLevel::Warning, "1000 Hz, restarted once"));
+        let presence = |presence| lamp(&Snapshot { presence, ..snapshot(&status, &[]) }, "server");
+        assert_eq!(presence(SourcePresence::Ended { age_ns: 1 }), expected(LampLevel::Off, "ended"));
+        assert_eq!(
+            presence(SourcePresence::Gone { age_ns: 1_200_000_000 }),
+            expected(LampLevel::Danger, "lost 1.2 s ago")
+        );
+        assert_eq!(
+            lamp(&Snapshot { seen_ns: NOW_NS, ..Snapshot::default() }, "server"),
+            expected(LampLevel::Danger, "no server")
+        );
+    }
+
+    #[test]
+    fn timecode_replay_and_guard_have_their_words() {
+        let status = |timecode: TimecodeState| Status {
+            timecode: timecode.to_wire(),
+            timecode_kind: TimecodeKind::ArtNet.to_wire(),
+            source: SourceKind::Replay.to_wire(),
+            ..Status::default()
+        };
+        let lost = snapshot(&status(TimecodeState::Lost), &[]);
+        assert_eq!(lamp(&lost, "timecode"), expected(LampLevel::Danger, "Art-Net, lost"));
+        assert_eq!(lamp(&lost, "source"), expected(LampLevel::Warning, "a replay of a recording"));
+        assert_eq!(
+            lamp(&snapshot(&status(TimecodeState::None), &[]), "timecode"),
+            expected(LampLevel::Off, "not followed")
+        );
+        let run = DescribedRun::new(0, Config::load(None, Overrides::default()).expect("the paper's"));
+        let guarded = Snapshot { guard: GuardSituation::Missing, run: Some(Arc::new(run)), ..lost };
+        assert_eq!(lamp(&guarded, "guard"), expected(LampLevel::Danger, "missing, margin 0.5 mm"));
+    }
+
+    #[test]
+    fn a_span_has_the_units_that_matter() {
+        assert_eq!(
+            [0.4, 59.0, 60.0, 3_599.0, 3_600.0].map(long_span),
+            ["0 s", "59 s", "1 min", "59 min", "1 h 00 min"]
+        );
+    }
+}

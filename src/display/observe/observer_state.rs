@@ -1,0 +1,235 @@
+//! The state of an observer: everything that it has read so far.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use bench_dragon_ipc::{BusError, Description, Domain, Frame, FrameSubscriber, ShowState, SourceLock, Status};
+
+use super::current_run::CurrentRun;
+use super::frame_statistics::FrameCounter;
+use super::guard_situation::GuardSituation;
+use super::observer::Ports;
+use super::snapshot::{FrameCopy, Snapshot, SourcePresence};
+use crate::config::Config;
+use crate::system::clock::monotonic_ns;
+
+/// How often it is asked whether the source's process is there, in nanoseconds.
+const SOURCE_PERIOD_NS: u64 = 100_000_000;
+/// Frames that are taken at a time at most, so that a reader that falls behind still shows something.
+const MOST_FRAMES: usize = 1_000;
+
+/// The last snapshot, which each reading brings up to date, and what the next ones need.
+#[derive(Debug)]
+pub(super) struct ObserverState {
+    /// Without what depends on the run and on the status: [`ObserverState::snapshot`] adds that.
+    seen: Snapshot,
+    /// The newest frame, in shared memory, until it has been copied.
+    newest: Option<Frame>,
+    run: Option<CurrentRun>,
+    description: Option<Description>,
+    /// The run whose description this version cannot read.
+    unreadable_run: Option<u64>,
+    /// The newest status; it may be of another run than the newest frame.
+    status: Option<Arc<Status>>,
+    counter: FrameCounter,
+    source_asked_ns: u64,
+    /// Whether the clearance over each run is planned.
+    plans: bool,
+}
+
+impl ObserverState {
+    pub(super) fn new(now_ns: u64, plans: bool) -> Self {
+        Self {
+            seen: Snapshot::default(),
+            newest: None,
+            run: None,
+            description: None,
+            unreadable_run: None,
+            status: None,
+            counter: FrameCounter::new(now_ns),
+            source_asked_ns: 0,
+            plans,
+        }
+    }
+
+    /// Waits for a frame, and counts it and all that are there by then.
+    pub(super) fn take_frames(&mut self, frames: &mut FrameSubscriber, wait: Duration) -> Result<(), BusError> {
+        let mut next = frames.wait(wait)?;
+        for _ in 0..MOST_FRAMES {
+            let Some(frame) = next else { break };
+            self.counter.count(frame.header(), frame.continuity(), monotonic_ns());
+            self.newest = Some(frame);
+            next = frames.receive()?;
+        }
+        Ok(())
+    }
+
+    /// Takes everything else that has come, and works out what follows from the newest frame.
+    pub(super) fn renew(&mut self, ports: &Ports) -> Result<(), BusError> {
+        while let Some(alert) = ports.alerts.receive()? {
+            Arc::make_mut(&mut self.seen.alerts).push(alert);
+        }
+        if let Some(reports) = &ports.reports {
+            while let Some(report) = reports.receive()? {
+                Arc::make_mut(&mut self.seen.readers).push(report);
+            }
+        }
+        if let Some(commands) = &ports.commands {
+            while let Some(event) = commands.receive()? {
+                Arc::make_mut(&mut self.seen.commands).push(event);
+            }
+        }
+        if let Some(status) = ports.statuses.poll()? {
+            self.status = Some(Arc::new(status));
+        }
+        if let Some(description) = ports.descriptions.poll()? {
+            self.description = Some(description);
+        }
+        if let Some(frame) = self.newest.take() {
+            let copy = FrameCopy { header: *frame.header(), handles: frame.handles().to_vec() };
+            drop(frame);
+            self.see(copy);
+        }
+        self.look_ahead();
+        Ok(())
+    }
+
+    /// Takes the newest frame.
+    fn see(&mut self, frame: FrameCopy) {
+        self.seen.frame = Some(Arc::new(frame));
+        self.follow_run();
+        self.seen.nearest = self.current_run().and_then(|(run, frame)| run.measure(&frame.header, &frame.handles));
+    }
+
+    /// Asks what lies ahead, also where the head stands: the search goes on.
+    fn look_ahead(&mut self) {
+        let (nearest, status) = (self.seen.nearest, self.current_status());
+        let forecast = self.current_run().map(|(run, frame)| run.look_ahead(&frame.header, nearest, status.as_deref()));
+        self.seen.forecast = forecast.unwrap_or_default();
+    }
+
+    /// Judges whether the source is there.
+    pub(super) fn judge(&mut self, domain: &Domain, now_ns: u64) {
+        if now_ns.saturating_sub(self.source_asked_ns) >= SOURCE_PERIOD_NS {
+            self.source_asked_ns = now_ns;
+            self.seen.has_source = SourceLock::holder(domain).is_some();
+        }
+        let Some(header) = self.seen.header() else { return };
+        let age_ns = now_ns.saturating_sub(header.published_ns);
+        if !matches!(self.seen.presence, SourcePresence::Failed { .. }) {
+            let rate_hz = self.status.as_ref().map_or(0, |status| status.rate_hz);
+            self.seen.presence = match SourcePresence::judge(age_ns, rate_hz, self.seen.has_source) {
+                _ if self.has_ended() => SourcePresence::Ended { age_ns },
+                presence => presence,
+            };
+        }
+    }
+
+    /// Whether the run of the newest frame has ended in order: that frame says so, or the last status.
+    fn has_ended(&self) -> bool {
+        let frame = self.seen.header().and_then(|header| header.show_state());
+        let status = self.current_status().and_then(|status| status.show_state());
+        [frame, status].contains(&Some(ShowState::Ended))
+    }
+
+    /// The status, where it is of the run that the newest frame is of.
+    fn current_status(&self) -> Option<Arc<Status>> {
+        let run_id = self.seen.header()?.run_id;
+        self.status.clone().filter(|status| status.run_id == run_id)
+    }
+
+    /// Takes note that the bus is read from now on.
+    pub(super) fn begin_reading(&mut self, now_ns: u64) {
+        self.seen.reading_since_ns = Some(now_ns);
+    }
+
+    /// Takes note that the bus cannot be read.
+    pub(super) fn fail(&mut self, error: &BusError) {
+        self.seen.reading_since_ns = None;
+        self.seen.presence = SourcePresence::Failed { reason: error.to_string() };
+        self.newest = None;
+    }
+
+    /// Takes note that the bus can be read, or could be if it were there.
+    pub(super) fn can_read(&mut self) {
+        if matches!(self.seen.presence, SourcePresence::Failed { .. }) {
+            self.seen.presence = SourcePresence::Waiting;
+        }
+    }
+
+    /// Everything, as it is now.
+    pub(super) fn snapshot(&mut self, now_ns: u64) -> Snapshot {
+        let status = self.current_status();
+        let statistics = self.counter.statistics(now_ns).clone();
+        let mut snapshot = Snapshot { seen_ns: now_ns, statistics, ..self.seen.clone() };
+        if let Some((run, frame)) = self.current_run() {
+            snapshot.run = Some(Arc::clone(&run.run));
+            snapshot.least = run.least;
+            snapshot.chart = Some(Arc::clone(&run.chart));
+            snapshot.plan = run.plan();
+            snapshot.clock = Some(run.clock(&frame.header));
+            let guard = status
+                .as_deref()
+                .map(|status| GuardSituation::of(status, &frame.header, snapshot.nearest, run.run.config.margin_m()));
+            snapshot.guard = guard.unwrap_or_default();
+        }
+        Snapshot { status, ..snapshot }
+    }
+
+    /// Begins with the run that the newest frame is of, once its description is there.
+    fn follow_run(&mut self) {
+        let Some(header) = self.seen.header().copied() else { return };
+        if self.current_run().is_some() || self.unreadable_run == Some(header.run_id) {
+            return;
+        }
+        let description = self.description.as_ref().filter(|description| description.run_id == header.run_id);
+        match description.map(|description| Config::from_toml(&description.toml)) {
+            Some(Ok(config)) => match CurrentRun::begin(config, &header, self.run.take(), self.plans) {
+                Ok(run) => self.run = Some(run),
+                Err(error) => {
+                    tracing::warn!("the run is shown without what lies ahead: cannot start a thread: {error}");
+                    self.unreadable_run = Some(header.run_id);
+                }
+            },
+            // A source of another version describes what this one may not know: then the frames are shown without it.
+            Some(Err(_)) => self.unreadable_run = Some(header.run_id),
+            None => {}
+        }
+    }
+
+    /// The run that the newest frame is of, and that frame.
+    fn current_run(&mut self) -> Option<(&mut CurrentRun, &FrameCopy)> {
+        let (run, frame) = (self.run.as_mut()?, self.seen.frame.as_ref()?);
+        (run.run.run_id == frame.header.run_id).then_some((run, frame))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bench_dragon_ipc::FrameHeader;
+
+    use super::super::ShowForecast;
+    use super::*;
+    use crate::config::Overrides;
+
+    fn see(state: &mut ObserverState, run_id: u64, toml: &str) -> Snapshot {
+        state.description = Some(Description { run_id, toml: toml.to_owned() });
+        state.see(FrameCopy { header: FrameHeader { run_id, ..FrameHeader::default() }, handles: Vec::new() });
+        state.look_ahead();
+        state.snapshot(7)
+    }
+
+    #[test]
+    fn of_a_run_that_cannot_be_read_nothing_is_said_but_its_frames() {
+        let mut state = ObserverState::new(0, false);
+        let toml = Config::load(None, Overrides::default()).expect("the paper's").to_toml();
+        let known = see(&mut state, 1, &toml);
+        assert!(known.run.is_some() && known.chart.is_some(), "{known:?}");
+        assert_ne!(known.forecast, ShowForecast::Unknown);
+        let unknown = see(&mut state, 2, "[carousel]\nhorses = 7\n");
+        assert_eq!(unknown.frame.map(|frame| frame.header.run_id), Some(2));
+        assert_eq!((unknown.forecast, unknown.least, unknown.chart), (ShowForecast::Unknown, None, None));
+        assert_eq!((unknown.run.map(|run| run.run_id), state.unreadable_run), (None, Some(2)));
+        assert_eq!(see(&mut state, 3, &toml).run.map(|run| run.run_id), Some(3));
+    }
+}

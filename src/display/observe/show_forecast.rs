@@ -1,0 +1,219 @@
+//! The next event of the show: a contact, a stop by the guard, or a rest.
+
+use bench_dragon_ipc::ShowState;
+use serde::Serialize;
+
+use super::head_motion::{Arrival, HeadMotion};
+use crate::safety::forecast::Forecast;
+
+/// What will happen first. Of a head that stands: once it walks on.
+///
+/// As JSON it has a `kind`, and the [`Arrival`]'s fields beside the others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum ShowForecast {
+    /// Nothing is known of what lies ahead, or the run has ended.
+    #[default]
+    Unknown,
+    /// No two benches touch up to here, nor does the guard stop the head; the search may go on.
+    Free {
+        /// How far that is known.
+        #[serde(flatten)]
+        to: Arrival,
+        /// Whether that is the end of the run.
+        is_end: bool,
+    },
+    /// Two benches touch.
+    Contact {
+        /// When, and where the head is then.
+        #[serde(flatten)]
+        at: Arrival,
+        /// Which ones, the lower index first.
+        benches: [usize; 2],
+    },
+    /// The guard lets the head go no further: it comes to rest before two benches are nearer than the margin.
+    GuardStop {
+        /// When and where it rests.
+        #[serde(flatten)]
+        at: Arrival,
+        /// The two benches, the lower index first; `None` where no guard runs, so that the head rests where its grants end.
+        benches: Option<[usize; 2]>,
+    },
+    /// A pause, a hold, a stop or the timecode has the head come to rest.
+    Rest {
+        /// When and where.
+        #[serde(flatten)]
+        at: Arrival,
+    },
+}
+
+/// What ends the head's walk.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct WalkLimits {
+    /// The run's end, in metres of travel.
+    pub(super) end_m: f64,
+    /// Of a guarded head.
+    pub(super) guard: Option<GuardLimits>,
+}
+
+/// What the guard lets the head walk.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct GuardLimits {
+    /// Whether a guard runs, which may grant more.
+    pub(super) runs: bool,
+    /// Travel up to which it has granted.
+    pub(super) granted_to_m: f64,
+    /// Travel at which the proven travel ends for good, where it is known.
+    pub(super) end_m: Option<f64>,
+}
+
+impl ShowForecast {
+    /// What a forecast says of a head in motion. The forecast of a guarded head is of the guard's margin, and of any other
+    /// one of contacts.
+    pub(super) fn of(forecast: &Forecast, motion: &HeadMotion, state: Option<ShowState>, limits: &WalkLimits) -> Self {
+        match state {
+            Some(ShowState::Stopping) => return Self::of_stopping(forecast, motion, limits),
+            Some(ShowState::Ended) => return Self::Unknown,
+            _ => {}
+        }
+        match limits.guard {
+            Some(GuardLimits { runs: false, granted_to_m, .. }) if granted_to_m < limits.end_m => {
+                return Self::GuardStop { at: motion.resting_at(granted_to_m), benches: None };
+            }
+            _ => {}
+        }
+        if !forecast.covers(motion.travel_m()) {
+            return Self::Unknown;
+        }
+        match (forecast.contact, limits.guard) {
+            (Some(contact), Some(guard)) => {
+                let rest_m = guard.end_m.filter(|end_m| *end_m < contact.travel_m).unwrap_or(contact.travel_m);
+                Self::GuardStop { at: motion.resting_at(rest_m), benches: Some(contact.benches) }
+            }
+            (Some(contact), None) => Self::Contact { at: motion.passing(contact.travel_m), benches: contact.benches },
+            (None, _) => {
+                let (to_m, is_end) = (forecast.free_to_m.max(motion.travel_m()), forecast.free_to_m >= limits.end_m);
+                Self::Free { to: if is_end { motion.resting_at(to_m) } else { motion.passing(to_m) }, is_end }
+            }
+        }
+    }
+
+    /// A contact counts only where it comes before the rest. In granted travel there is none.
+    fn of_stopping(forecast: &Forecast, motion: &HeadMotion, limits: &WalkLimits) -> Self {
+        let granted_to_m = limits.guard.map_or(f64::INFINITY, |guard| guard.granted_to_m);
+        let at = motion.braking(limits.end_m.min(granted_to_m));
+        let contact = forecast.contact.filter(|_| limits.guard.is_none() && forecast.covers(motion.travel_m()));
+        match contact.filter(|contact| contact.travel_m <= at.travel_m) {
+            Some(contact) => Self::Contact { at: motion.passing_braking(contact.travel_m), benches: contact.benches },
+            None => Self::Rest { at },
+        }
+    }
+
+    /// Show time of the contact ahead, in seconds.
+    pub fn contact_s(&self) -> Option<f64> {
+        match self {
+            Self::Contact { at, .. } => Some(at.time_s),
+            Self::Unknown | Self::Free { .. } | Self::GuardStop { .. } | Self::Rest { .. } => None,
+        }
+    }
+
+    /// When it happens, or up to when it is known.
+    pub fn arrival(&self) -> Option<Arrival> {
+        match *self {
+            Self::Unknown => None,
+            Self::Free { to, .. } => Some(to),
+            Self::Contact { at, .. } | Self::GuardStop { at, .. } | Self::Rest { at } => Some(at),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bench_dragon_geometry::clearance::Contact;
+    use bench_dragon_ipc::FrameHeader;
+    use glam::DVec2;
+
+    use super::*;
+    use crate::display::observe::TravelClock;
+
+    const UNGUARDED: WalkLimits = WalkLimits { end_m: 50.0, guard: None };
+
+    /// At 10 m and 10 s of show time, at a metre a show second, five times as fast as the clock, with 0.25 m/s².
+    fn motion() -> HeadMotion {
+        let header = FrameHeader { head_speed_mps: 1.0, time_scale: 5.0, ..FrameHeader::default() };
+        HeadMotion::new(&header, TravelClock { travel_m: 10.0, time_s: 10.0, speed_mps: 1.0 }, Some(0.25))
+    }
+
+    fn forecast(contact_m: Option<f64>) -> Forecast {
+        let contact = contact_m.map(|travel_m| Contact { travel_m, benches: [0, 8], point: DVec2::ZERO });
+        Forecast { from_m: 0.0, free_to_m: contact_m.unwrap_or(50.0), contact }
+    }
+
+    fn ahead(contact_m: Option<f64>, state: ShowState, limits: WalkLimits) -> ShowForecast {
+        ShowForecast::of(&forecast(contact_m), &motion(), Some(state), &limits)
+    }
+
+    fn guarded(runs: bool, granted_to_m: f64, end_m: Option<f64>) -> WalkLimits {
+        WalkLimits { end_m: 50.0, guard: Some(GuardLimits { runs, granted_to_m, end_m }) }
+    }
+
+    #[test]
+    fn a_contact_is_counted_down_by_the_clock_on_the_wall() {
+        let ahead = ahead(Some(13.7), ShowState::Running, UNGUARDED);
+        let ShowForecast::Contact { at, benches: [0, 8] } = ahead else { panic!("{ahead:?}") };
+        assert!((at.time_s - 13.7).abs() < 1e-12 && (at.wall_s - 0.74).abs() < 1e-12, "{at:?}");
+    }
+
+    #[test]
+    fn a_stopping_head_touches_only_what_comes_before_it_stands() {
+        let rest = ahead(Some(13.0), ShowState::Stopping, UNGUARDED);
+        assert_eq!(rest, ShowForecast::Rest { at: Arrival { travel_m: 12.0, time_s: 14.0, wall_s: 0.8 } });
+        let contact = ahead(Some(11.5), ShowState::Stopping, UNGUARDED);
+        assert_eq!(contact.contact_s(), Some(12.0));
+        let at_grants_end = ahead(None, ShowState::Stopping, guarded(true, 11.0, None));
+        assert_eq!(at_grants_end.arrival().map(|at| at.travel_m), Some(11.0));
+    }
+
+    #[test]
+    fn of_a_run_that_has_ended_nothing_lies_ahead() {
+        assert_eq!(ahead(Some(13.0), ShowState::Ended, UNGUARDED), ShowForecast::Unknown);
+    }
+
+    #[test]
+    fn a_guarded_head_has_no_contact_ahead_but_a_stop() {
+        let stop = ahead(Some(20.0), ShowState::Running, guarded(true, 11.5, None));
+        // Eight metres at speed, and two in which it brakes for four seconds.
+        assert_eq!(
+            stop,
+            ShowForecast::GuardStop {
+                at: Arrival { travel_m: 20.0, time_s: 22.0, wall_s: 2.4 },
+                benches: Some([0, 8])
+            }
+        );
+        let known = ahead(Some(20.0), ShowState::Running, guarded(true, 19.0, Some(19.0)));
+        assert_eq!(known.arrival().map(|at| at.travel_m), Some(19.0));
+        let free = ahead(None, ShowState::Running, guarded(true, 11.5, None));
+        assert!(matches!(free, ShowForecast::Free { is_end: true, .. }), "{free:?}");
+    }
+
+    #[test]
+    fn without_its_guard_a_head_stops_where_its_grants_end() {
+        let stop = ahead(Some(40.0), ShowState::Running, guarded(false, 15.0, None));
+        let ShowForecast::GuardStop { at, benches: None } = stop else { panic!("{stop:?}") };
+        assert_eq!((at.travel_m, at.wall_s), (15.0, 1.4));
+        let whole = ahead(None, ShowState::Running, guarded(false, 50.0, Some(50.0)));
+        assert!(matches!(whole, ShowForecast::Free { is_end: true, .. }), "{whole:?}");
+    }
+
+    #[test]
+    fn as_json_it_has_its_arrival_beside_its_kind() {
+        let json = serde_json::to_value(ahead(Some(15.0), ShowState::Running, UNGUARDED)).expect("JSON");
+        assert_eq!(
+            json,
+            serde_json::json!({
+                "kind": "contact", "travel_m": 15.0, "time_s": 15.0, "wall_s": 1.0, "benches": [0, 8]
+            })
+        );
+        assert_eq!(serde_json::to_value(ShowForecast::Unknown).expect("JSON")["kind"], "unknown");
+    }
+}

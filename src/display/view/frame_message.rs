@@ -1,0 +1,108 @@
+//! The frame message: a frame in bytes, as a page draws it.
+
+use bench_dragon_geometry::clearance::PairClearance;
+
+use crate::display::observe::FrameCopy;
+
+/// Bytes before the handles.
+const HEADER_LEN: usize = 96;
+/// Bytes of one handle.
+const HANDLE_LEN: usize = 12;
+/// What kind of message a frame is.
+const KIND: u32 = 1;
+/// No bench.
+const NO_BENCH: u32 = u32::MAX;
+
+/// A frame under its sequence number, little-endian.
+///
+/// | offset | type | what |
+/// |---|---|---|
+/// | 0 | u32 | 1 |
+/// | 4 | u32 | sequence number, to be acknowledged |
+/// | 8 | u32 | number of benches, N |
+/// | 12 | u32 | state, as on the bus |
+/// | 16 | f64 | run id |
+/// | 24 | f64 | tick |
+/// | 32 | f64 | show time in seconds |
+/// | 40 | f64 | the head's travel in metres |
+/// | 48 | f64 | the head's speed in metres per show second |
+/// | 56 | f64 | show seconds per wall-clock second |
+/// | 64 | f64 | least clearance in metres, or not a number |
+/// | 72 | u32, u32 | the two benches that it is between, or 2³² − 1 |
+/// | 80 | f64, f64 | the point midway between the two, in metres |
+/// | 96 | 3 × f32 each | of the N + 1 handles: x and y in metres, speed in metres per show second |
+pub(super) fn encode_frame(sequence: u32, frame: &FrameCopy, nearest: Option<PairClearance>) -> Vec<u8> {
+    let header = &frame.header;
+    let mut bytes = Vec::with_capacity(HEADER_LEN + frame.handles.len() * HANDLE_LEN);
+    let benches = nearest.map_or([NO_BENCH; 2], |pair| pair.benches.map(|bench| bench as u32));
+    let (clearance_m, point_m) = nearest.map_or((f64::NAN, [0.0; 2]), |pair| (pair.clearance_m, pair.point.to_array()));
+    for word in [KIND, sequence, header.bench_count, header.state] {
+        bytes.extend_from_slice(&word.to_le_bytes());
+    }
+    for value in [
+        header.run_id as f64,
+        header.tick as f64,
+        header.sim_time_s(),
+        header.head_travel_m,
+        header.head_speed_mps,
+        header.time_scale,
+        clearance_m,
+    ] {
+        bytes.extend_from_slice(&value.to_le_bytes());
+    }
+    for bench in benches {
+        bytes.extend_from_slice(&bench.to_le_bytes());
+    }
+    for value in point_m {
+        bytes.extend_from_slice(&value.to_le_bytes());
+    }
+    for handle in &frame.handles {
+        let [x_m, y_m, _] = handle.position_m;
+        for value in [x_m, y_m, handle.speed_mps()] {
+            bytes.extend_from_slice(&(value as f32).to_le_bytes());
+        }
+    }
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use bench_dragon_ipc::{FrameHeader, HandleState, ShowState};
+    use glam::DVec2;
+
+    use super::*;
+
+    #[test]
+    fn a_frame_has_its_values_where_the_table_says() {
+        let header = FrameHeader {
+            run_id: (1 << 53) - 1,
+            tick: 77,
+            sim_time_ns: -1_500_000_000,
+            head_travel_m: -1.5,
+            head_speed_mps: 1.0,
+            time_scale: 20.0,
+            bench_count: 1,
+            state: ShowState::Held.to_wire(),
+            ..FrameHeader::default()
+        };
+        let handle = HandleState { position_m: [1.25, -2.5, 0.0], velocity_mps: [3.0, 4.0, 0.0] };
+        let frame = FrameCopy { header, handles: vec![handle; 2] };
+        let pair = PairClearance { benches: [3, 9], clearance_m: 0.125, point: DVec2::new(6.0, 7.0) };
+        let bytes = encode_frame(u32::MAX, &frame, Some(pair));
+        assert_eq!(bytes.len(), HEADER_LEN + 2 * HANDLE_LEN);
+        let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four"));
+        let double = |at: usize| f64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight"));
+        assert_eq!([0, 4, 8, 12, 72, 76].map(word), [1, u32::MAX, 1, 2, 3, 9]);
+        let doubles = [16, 24, 32, 40, 48, 56, 64, 80, 88].map(double);
+        assert_eq!(doubles, [9_007_199_254_740_991.0, 77.0, -1.5, -1.5, 1.0, 20.0, 0.125, 6.0, 7.0]);
+        assert_eq!([96, 100, 104, 108].map(|at| f32::from_bits(word(at))), [1.25, -2.5, 5.0, 1.25]);
+    }
+
+    #[test]
+    fn a_frame_without_a_pair_says_so() {
+        let frame = FrameCopy { header: FrameHeader::default(), handles: Vec::new() };
+        let bytes = encode_frame(0, &frame, None);
+        assert!(f64::from_le_bytes(bytes[64..72].try_into().expect("eight")).is_nan());
+        assert_eq!(bytes[72..80], [0xff; 8]);
+    }
+}

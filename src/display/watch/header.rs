@@ -1,0 +1,129 @@
+//! The first two lines: what the show is doing, and the lamps.
+
+use bench_dragon_ipc::{ShowState, SourceKind};
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+
+use super::look::{Glyphs, Look, Tone, strong};
+use super::panel::short;
+use super::screen::Screen;
+use crate::display::observe::{GuardSituation, Lamp, LampLevel, Snapshot, SourcePresence, lamps};
+
+/// Draws the first line.
+pub(super) fn draw_status(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
+    let look = screen.look();
+    let condition = Condition::of(snapshot);
+    let sign = condition.sign(look.glyphs);
+    let mut spans = vec![Span::styled(format!(" {sign} {:<8} ", condition.word), look.theme.block(condition.tone))];
+    let is_live = snapshot.presence == SourcePresence::Live;
+    let style = if is_live { strong() } else { look.theme.faint() };
+    if let Some(header) = snapshot.header() {
+        spans.push(Span::styled(format!("  t {:.3} s", header.sim_time_s()), style));
+        spans.push(Span::styled(format!("   {:.3} m/s", header.head_speed_mps), Style::new()));
+        spans.push(Span::raw(format!("   {} {}", look.glyphs.cross(), short(header.time_scale))));
+    }
+    spans.push(Span::raw(format!("   {}", screen.instance())));
+    let (name, tone) = match snapshot.status.as_ref().and_then(|status| status.source_kind()) {
+        Some(SourceKind::Replay) if is_live => ("REPLAY", Tone::Caution),
+        Some(SourceKind::Remote) if is_live => ("other host", condition.tone),
+        _ => (snapshot.presence.name(), condition.tone),
+    };
+    spans.push(Span::styled(format!("   {name}"), look.theme.text(tone)));
+    if screen.is_read_only() {
+        spans.push(Span::styled("   read-only", look.theme.faint()));
+    }
+    frame.render_widget(Line::from(spans), area);
+}
+
+/// A word, and how urgent it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Condition {
+    pub(super) word: &'static str,
+    pub(super) tone: Tone,
+    sign: usize,
+}
+
+impl Condition {
+    /// The source's silence comes before what it said last.
+    pub(super) fn of(snapshot: &Snapshot) -> Self {
+        use SourcePresence::{Ended, Failed, Gone, Live, Silent, Waiting};
+        let new = |word, tone, sign| Self { word, tone, sign };
+        match (&snapshot.presence, snapshot.state()) {
+            (Waiting, _) => new("WAITING", Tone::Caution, 1),
+            (Failed { .. }, _) => new("FAILED", Tone::Danger, 2),
+            (Ended { .. }, _) | (Live, Some(ShowState::Ended)) => new("ENDED", Tone::Calm, 3),
+            (Gone { .. }, _) => new("LOST", Tone::Danger, 2),
+            (Silent { .. }, _) => new("SILENT", Tone::Danger, 2),
+            (Live, Some(ShowState::Running)) => new("RUNNING", Tone::Good, 0),
+            (Live, Some(ShowState::Stopping)) => new("STOPPING", Tone::Caution, 1),
+            (Live, Some(ShowState::Paused)) => new("PAUSED", Tone::Caution, 1),
+            (Live, Some(ShowState::Held)) => match by_guard(snapshot) {
+                GuardSituation::Missing => new("NO GUARD", Tone::Danger, 2),
+                GuardSituation::Waiting => new("GUARD WAITS", Tone::Caution, 1),
+                GuardSituation::AtEnd { .. } => new("GUARD STOP", Tone::Caution, 2),
+                GuardSituation::None | GuardSituation::Working => new("HELD", Tone::Danger, 2),
+            },
+            (Live, Some(ShowState::Finished)) => new("FINISHED", Tone::Calm, 3),
+            (Live, None) => new("UNKNOWN", Tone::Caution, 1),
+        }
+    }
+
+    /// A sign that says the same.
+    pub(super) fn sign(&self, glyphs: Glyphs) -> &'static str {
+        glyphs.signs()[self.sign]
+    }
+}
+
+/// How it stands with the guard of a show that no operator holds.
+fn by_guard(snapshot: &Snapshot) -> GuardSituation {
+    let is_held = snapshot.status.as_ref().is_some_and(|status| status.stops().held);
+    if is_held { GuardSituation::None } else { snapshot.guard }
+}
+
+/// Draws a contact that has not been acknowledged, then the lamps, the most urgent ones first, each whole or not at all.
+pub(super) fn draw_lamps(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
+    let (look, mut spans, mut room) = (screen.look(), Vec::new(), usize::from(area.width));
+    if let Some(contact) = &screen.past_contact {
+        let text = format!(" {contact}, a to acknowledge ");
+        room = room.saturating_sub(text.chars().count() + 1);
+        spans.extend([Span::styled(text, look.theme.block(Tone::Danger)), Span::raw(" ")]);
+    }
+    let mut lamps: Vec<Lamp> = lamps(snapshot, snapshot.seen_ns).into_iter().filter(is_in_row).collect();
+    lamps.sort_by_key(|lamp| std::cmp::Reverse(lamp.level.max(LampLevel::Good)));
+    for lamp in &lamps {
+        let lamp_spans = short_lamp(lamp, look);
+        let width: usize = lamp_spans.iter().map(Span::width).sum();
+        if width > room {
+            break;
+        }
+        room -= width;
+        spans.extend(lamp_spans);
+    }
+    frame.render_widget(Line::from(spans), area);
+}
+
+/// Whether a lamp belongs into the line: it burns, and says more than that a source publishes and nobody loses frames.
+fn is_in_row(lamp: &Lamp) -> bool {
+    lamp.level > LampLevel::Good || lamp.level == LampLevel::Good && !["source", "readers"].contains(&lamp.name)
+}
+
+fn short_lamp(lamp: &Lamp, look: Look) -> Vec<Span<'static>> {
+    let (sign, style) = lamp_sign(lamp.level, look);
+    let has_text = lamp.level > LampLevel::Good || ["guard", "recorder", "timecode"].contains(&lamp.name);
+    let text = if has_text { format!("{} {}  ", lamp.name, lamp.text) } else { format!("{}  ", lamp.name) };
+    let text_style = if lamp.level > LampLevel::Good { style } else { strong() };
+    vec![Span::styled(format!("{sign} "), style), Span::styled(text, text_style)]
+}
+
+/// The sign of a level, which says the same as its colour, and its style.
+pub(super) fn lamp_sign(level: LampLevel, look: Look) -> (&'static str, Style) {
+    let style = match level {
+        LampLevel::Off => look.theme.faint(),
+        LampLevel::Good => look.theme.text(Tone::Good),
+        LampLevel::Warning => look.theme.text(Tone::Caution),
+        LampLevel::Danger => look.theme.text(Tone::Danger),
+    };
+    (look.glyphs.lamps()[level as usize], style)
+}

@@ -1,0 +1,209 @@
+//! The figures beside the plan: clearances, the forecast, and the rates and times of frames.
+
+use bench_dragon_ipc::ShowState;
+use ratatui::text::{Line, Span};
+
+use super::look::Look;
+use super::look::{Glyphs, Tone, strong};
+use crate::display::observe::{Arrival, GuardSituation, LeastClearance, ShowForecast, Snapshot};
+
+/// In six lines: the clearance and its pair, the least so far, and what lies ahead.
+pub(super) fn lines(snapshot: &Snapshot, look: Look) -> Vec<Line<'static>> {
+    let [clearance, benches] = nearest(snapshot, look);
+    let [least, least_when] = least(snapshot, look);
+    let [ahead, ahead_when] = ahead(snapshot, look);
+    vec![clearance, benches, least, least_when, ahead, ahead_when]
+}
+
+/// The same in three lines.
+pub(super) fn short_lines(snapshot: &Snapshot, look: Look) -> Vec<Line<'static>> {
+    let [clearance, benches] = nearest(snapshot, look);
+    let [ahead, _] = ahead(snapshot, look);
+    vec![clearance, benches, ahead]
+}
+
+fn named(name: &'static str, value: String, tone: Option<Tone>, look: Look) -> Line<'static> {
+    let style = tone.map_or(strong(), |tone| look.theme.text(tone));
+    Line::from(vec![Span::styled(format!("{name:<10}"), look.theme.faint()), Span::styled(value, style)])
+}
+
+fn detail(text: &str) -> Line<'static> {
+    Line::from(format!("{:<10}{text}", ""))
+}
+
+/// How urgent a clearance is.
+pub(super) fn tone(clearance_m: f64, near_m: f64) -> Option<Tone> {
+    match clearance_m {
+        _ if clearance_m <= 0.0 => Some(Tone::Danger),
+        _ if clearance_m <= near_m => Some(Tone::Caution),
+        _ => None,
+    }
+}
+
+/// From here on a pair is near.
+pub(super) fn near_m(snapshot: &Snapshot) -> f64 {
+    snapshot.run.as_ref().map_or(0.0, |run| run.config.near_m())
+}
+
+fn nearest(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
+    match snapshot.nearest {
+        None => [named("clearance", "unknown".to_owned(), None, look), Line::default()],
+        Some(nearest) => {
+            let tone = tone(nearest.clearance_m, near_m(snapshot));
+            [named("clearance", millimetres(nearest.clearance_m), tone, look), detail(&pair(nearest.benches))]
+        }
+    }
+}
+
+fn least(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
+    match snapshot.least {
+        None => [named("least", "unknown".to_owned(), None, look), Line::default()],
+        Some(LeastClearance { clearance_m, time_s }) => {
+            let line = named("least", millimetres(clearance_m), tone(clearance_m, near_m(snapshot)), look);
+            [line, detail(&format!("at {time_s:.3} s"))]
+        }
+    }
+}
+
+/// The guard's stop of a head that stands there comes before all that a forecast says.
+fn ahead(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
+    let caution = |name, value: &str| named(name, value.to_owned(), Some(Tone::Caution), look);
+    match snapshot.guard {
+        GuardSituation::AtEnd { for_good: true } => {
+            return [caution("guard", "has stopped the head"), detail("for good: seek back")];
+        }
+        GuardSituation::AtEnd { for_good: false } => {
+            return [caution("guard", "has stopped the head"), detail("until timecode moves")];
+        }
+        _ => {}
+    }
+    let counted = |at: Arrival| countdown(snapshot, at);
+    match snapshot.forecast {
+        ShowForecast::Unknown if snapshot.state() == Some(ShowState::Ended) => {
+            [named("contact", "the run has ended".to_owned(), None, look), Line::default()]
+        }
+        ShowForecast::Unknown => [named("contact", "unknown".to_owned(), None, look), Line::default()],
+        ShowForecast::Free { to, is_end: true } => {
+            let line = named("contact", "none ahead".to_owned(), Some(Tone::Good), look);
+            [line, detail(&format!("to the end, {:.2} s", to.time_s))]
+        }
+        ShowForecast::Free { to, is_end: false } => {
+            [named("contact", "none yet".to_owned(), None, look), detail(&format!("searched to {:.2} s", to.time_s))]
+        }
+        ShowForecast::Contact { at, benches: [one, another] } => {
+            [caution("contact", &counted(at)), detail(&format!("{one}-{another} at {:.3} s", at.time_s))]
+        }
+        ShowForecast::GuardStop { at, benches: Some([one, another]) } => {
+            let line = caution("guard", &format!("stops {}", counted(at)));
+            [line, detail(&format!("{one}-{another} at {:.3} s", at.time_s))]
+        }
+        ShowForecast::GuardStop { at, benches: None } if at.wall_s == 0.0 => {
+            let line = named("no guard", "runs".to_owned(), Some(Tone::Danger), look);
+            [line, detail("run monitor --guard")]
+        }
+        ShowForecast::GuardStop { at, benches: None } => {
+            let line = named("no guard", format!("stops {}", counted(at)), Some(Tone::Danger), look);
+            [line, detail(&format!("at {:.2} m, {:.1} s", at.travel_m, at.time_s))]
+        }
+        ShowForecast::Rest { at } => {
+            let line = caution("stands", &format!("in {:.1} s", at.wall_s));
+            [line, detail(&format!("at {:.2} m, {:.1} s", at.travel_m, at.time_s))]
+        }
+    }
+}
+
+/// Seconds of the clock on the wall; of a head that stands, those for which it has to walk.
+fn countdown(snapshot: &Snapshot, at: Arrival) -> String {
+    let walks = snapshot.state().is_some_and(ShowState::walks);
+    if walks { format!("in {:.1} s", at.wall_s) } else { format!("{:.1} s of walk", at.wall_s) }
+}
+
+/// How the frames come, and how the server keeps its schedule, in six lines.
+pub(super) fn timing_lines(snapshot: &Snapshot, look: Look) -> Vec<Line<'static>> {
+    let statistics = &snapshot.statistics;
+    let (overruns, behind_ns) = snapshot.status.as_ref().map(|status| (status.overruns, status.behind_ns)).unzip();
+    let count = |count: Option<u64>| count.map(|count| (count.to_string(), count > 0));
+    let behind = behind_ns.map(|behind_ns| (span(behind_ns, look.glyphs).replace(' ', ""), behind_ns > 0));
+    let latency = [0.5, 0.99, 1.0].map(|share| statistics.recent_latency.quantile_ns(share));
+    let lateness = snapshot.status.as_ref().map(|it| [it.lateness_p50_ns, it.lateness_p99_ns, it.lateness_max_ns]);
+    vec![
+        Line::from(vec![
+            Span::styled(format!("{:<10}", "frames"), look.theme.faint()),
+            Span::styled(format!("{:.1} Hz", statistics.rate_hz), strong()),
+        ]),
+        troubles([("lost", count(Some(statistics.lost))), ("restarts", count(Some(statistics.restarts)))], look),
+        troubles([("overruns", count(overruns)), ("behind", behind)], look),
+        Line::styled(format!("{:10}{:>6} {:>6} {:>6}", "", "p50", "p99", "max"), look.theme.faint()),
+        row("latency", (statistics.recent_latency.count() > 0).then_some(latency), look),
+        row("lateness", lateness, look),
+    ]
+}
+
+/// Figures that should be 0, each with whether it is not.
+fn troubles(troubles: [(&'static str, Option<(String, bool)>); 2], look: Look) -> Line<'static> {
+    let mut spans = Vec::new();
+    for (name, trouble) in troubles {
+        let Some((figure, is_bad)) = trouble else { continue };
+        let style = if is_bad { look.theme.text(Tone::Caution) } else { strong() };
+        spans.push(Span::styled(format!("{name:<10}"), look.theme.faint()));
+        spans.push(Span::styled(format!("{figure:<6}"), style));
+    }
+    Line::from(spans)
+}
+
+fn row(name: &'static str, times_ns: Option<[u64; 3]>, look: Look) -> Line<'static> {
+    let mut spans = vec![Span::styled(format!("{name:<10}"), look.theme.faint())];
+    for time_ns in times_ns.into_iter().flatten() {
+        spans.push(Span::raw(format!("{:>6} ", span(time_ns, look.glyphs).replace(' ', ""))));
+    }
+    Line::from(spans)
+}
+
+/// A duration in two or three digits.
+pub(super) fn span(time_ns: u64, glyphs: Glyphs) -> String {
+    let time_us = time_ns as f64 * 1e-3;
+    let micro = glyphs.micro();
+    match time_ns {
+        0..9_950 => format!("{time_us:.1} {micro}s"),
+        9_950..999_500 => format!("{time_us:.0} {micro}s"),
+        999_500..9_950_000 => format!("{:.1} ms", time_us * 1e-3),
+        9_950_000..999_500_000 => format!("{:.0} ms", time_us * 1e-3),
+        _ => format!("{:.1} s", time_us * 1e-6),
+    }
+}
+
+/// A clearance to the micrometre.
+pub(super) fn millimetres(length_m: f64) -> String {
+    format!("{:.3} mm", length_m * 1e3)
+}
+
+/// Two benches.
+pub(super) fn pair(benches: [impl std::fmt::Display; 2]) -> String {
+    let [one, another] = benches;
+    format!("benches {one} and {another}")
+}
+
+/// A number without decimals that say nothing.
+pub(super) fn short(value: f64) -> String {
+    let text = format!("{value:.2}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_duration_has_the_unit_that_keeps_it_short() {
+        let told = [0, 3_240, 9_949, 9_950, 120_000, 999_499, 999_500, 12_000_000, 999_499_999, 2_500_000_000];
+        let told = told.map(|time_ns| span(time_ns, Glyphs::Ascii));
+        let expected =
+            ["0.0 us", "3.2 us", "9.9 us", "10 us", "120 us", "999 us", "1.0 ms", "12 ms", "999 ms", "2.5 s"];
+        assert_eq!(told, expected);
+    }
+
+    #[test]
+    fn a_short_number_has_no_idle_decimals() {
+        assert_eq!([1.0, 20.0, 0.5, 1.25, 100.0].map(short), ["1", "20", "0.5", "1.25", "100"]);
+    }
+}
