@@ -13,7 +13,7 @@ mod show;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use bench_dragon::recording::{Size, space::DiskSpace};
+use bench_dragon::recording::{DiskSpace, Size};
 use bench_dragon::system::stop::StopFlag;
 use serde_json::Value;
 

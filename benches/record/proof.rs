@@ -38,7 +38,7 @@ pub(crate) fn prove(file: &Path, show: &Show, seconds: u32) {
         assert_eq!(header, stamped, "the header of tick {tick}");
         assert!(bits(&frame.handles).eq(bits(&expected)), "the handles of tick {tick}");
     }
-    assert!(frames.next().is_none() && !frames.was_cut(), "a finished file ends with the last tick");
+    assert!(frames.next().is_none() && !frames.flaws().cut, "a finished file ends with the last tick");
 }
 
 /// Releases between two at which frames were due.

@@ -8,7 +8,7 @@ use clap::{ArgGroup, Args, ValueHint};
 
 use super::flags::{BadInput, BusArgs, FormatArgs, count, nanoseconds, step, within};
 use crate::recording::ShowInterval;
-use crate::recording::export::Subject;
+use crate::recording::export::ExportSubject;
 use crate::source::replay::RATE;
 
 #[derive(Clone, Debug, Args)]
@@ -100,13 +100,13 @@ pub(crate) struct ExportArgs {
 
 impl ExportArgs {
     /// What the rows are about.
-    pub(crate) fn subject(&self) -> Subject {
+    pub(crate) fn subject(&self) -> ExportSubject {
         match self {
-            Self { benches: true, .. } => Subject::Benches,
-            Self { frames: true, .. } => Subject::Frames,
-            Self { alerts: true, .. } => Subject::Alerts,
-            Self { commands: true, .. } => Subject::Commands,
-            _ => Subject::Handles,
+            Self { benches: true, .. } => ExportSubject::Benches,
+            Self { frames: true, .. } => ExportSubject::Frames,
+            Self { alerts: true, .. } => ExportSubject::Alerts,
+            Self { commands: true, .. } => ExportSubject::Commands,
+            _ => ExportSubject::Handles,
         }
     }
 }

@@ -9,12 +9,14 @@ use std::process::ExitCode;
 
 use crate::cli::{BadInput, ExportArgs, Format, TableFile};
 use crate::command::print::{Progress, complain_of_flaws, print_json, print_line};
-use crate::command::whole_file::{self, WholeFile};
 use crate::output::Counted;
 use crate::output::Stdout;
 use crate::output::report::ExportReport;
 use crate::output::terminal_text::Printable;
-use crate::recording::export::{ExportCounts, ExportError, ExportSettings, Selection, Subject, Workbook, write_csv};
+use crate::recording::export::{
+    ExportCounts, ExportError, ExportSettings, ExportSubject, Selection, Workbook, write_csv,
+};
+use crate::system::whole_file::{self, WholeFile};
 
 const WRITE_BUFFER_BYTES: usize = 1 << 20;
 
@@ -31,7 +33,7 @@ pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
             let written = write_csv(&mut selection, sink, |selection| reading.show(selection));
             written.map_err(|error| named(error, "to stdout"))?;
             drop(reading);
-            complain_of_flaws(&args.file, selection.flaws(), "exported");
+            complain_of_flaws(&args.file, selection.reader().flaws(), "exported");
         }
         TableFile::Csv(path) => {
             let mut file = WholeFile::create(path)?;
@@ -40,7 +42,10 @@ pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
             written.map_err(|error| named(error, path.display()))?;
             file.finish()?;
             drop(reading);
-            tell(args, &ExportReport { file: path.clone(), counts: selection.counts(), flaws: selection.flaws() })?;
+            tell(
+                args,
+                &ExportReport { file: path.clone(), counts: selection.counts(), flaws: selection.reader().flaws() },
+            )?;
         }
         TableFile::Xlsx(path) => {
             whole_file::check(path)?;
@@ -49,7 +54,7 @@ pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
             let writing = Progress::new("writing", 1.0);
             whole_file::write(path, &workbook.to_bytes(|rows| writing.add(1.0 / rows as f64))?)?;
             drop(writing);
-            tell(args, &ExportReport { file: path.clone(), counts: workbook.counts(), flaws: workbook.flaws() })?;
+            tell(args, &ExportReport { file: path.clone(), counts: workbook.counts, flaws: workbook.flaws })?;
         }
     }
     Ok(ExitCode::SUCCESS)
@@ -86,7 +91,7 @@ impl Reading {
     }
 
     fn show(&mut self, selection: &Selection) {
-        let before = std::mem::replace(&mut self.position, selection.position());
+        let before = std::mem::replace(&mut self.position, selection.reader().position());
         if self.position > before {
             self.bar.add((self.position - before) as f64);
         }
@@ -103,17 +108,17 @@ fn tell(args: &ExportArgs, report: &ExportReport) -> anyhow::Result<()> {
 }
 
 /// What was written: of comma-separated values the rows, of a workbook what its sheets hold.
-fn written_text(subject: Subject, counts: ExportCounts) -> String {
+fn written_text(subject: ExportSubject, counts: ExportCounts) -> String {
     let ExportCounts { runs, frames, alerts, commands, rows } = counts;
     let runs = if runs > 1 { format!(" of {runs} runs") } else { String::new() };
     let frames = format!("{}{runs}", Counted(frames, "frame"));
     match (rows, subject) {
-        (Some(rows), Subject::Handles | Subject::Benches) => {
+        (Some(rows), ExportSubject::Handles | ExportSubject::Benches) => {
             format!("{} of {}, from {frames},", Counted(rows, "row"), subject.name())
         }
-        (Some(_), Subject::Frames) => frames,
-        (Some(_), Subject::Alerts) => Counted(alerts, "alert").to_string(),
-        (Some(_), Subject::Commands) => Counted(commands, "command event").to_string(),
+        (Some(_), ExportSubject::Frames) => frames,
+        (Some(_), ExportSubject::Alerts) => Counted(alerts, "alert").to_string(),
+        (Some(_), ExportSubject::Commands) => Counted(commands, "command event").to_string(),
         (None, _) if subject.has_frames() => {
             format!("{frames}, {} and {}", Counted(alerts, "alert"), Counted(commands, "command event"))
         }

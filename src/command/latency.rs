@@ -8,7 +8,6 @@ use bench_dragon_ipc::{BusError, Continuity, Domain, Frame, FrameSubscriber, Han
 use crate::cli::{Format, LatencyArgs};
 use crate::command::follow::{WAIT_PERIOD, open_when_there};
 use crate::command::print::{print_bytes, print_json, print_line};
-use crate::command::whole_file;
 use crate::output::Counted;
 use crate::output::histogram::{Bars, LatencyHistogram, PercentileText, Percentiles};
 use crate::output::report::{LatencyReport, ReadMode};
@@ -16,6 +15,7 @@ use crate::output::table::{Cell, Column, Exporter as _, Table, Text};
 use crate::output::wait_for_reader;
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
+use crate::system::whole_file;
 
 /// What has been read.
 #[derive(Default)]

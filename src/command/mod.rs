@@ -40,7 +40,6 @@ mod solve;
 mod timecode;
 mod watch;
 mod web;
-mod whole_file;
 
 /// Runs the program with the arguments of this process.
 pub fn main() -> ExitCode {

@@ -17,8 +17,8 @@ use crate::recording::{
     BackgroundRepair, Recorder, RecorderSettings, Repair, RepairError, Size, SpaceWarning, repair, repair_checked,
 };
 use crate::system::clock::{monotonic_ns, unix_minus_monotonic_ns};
-use crate::system::nameless_file::folder_of;
 use crate::system::stop::StopFlag;
+use crate::system::whole_file::folder_of;
 
 const MEGABYTE: u64 = 1_000_000;
 /// How often it is looked at how much has been written, and at the disk's outlook.

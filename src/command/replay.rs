@@ -13,7 +13,7 @@ use crate::command::print::{Progress, complain, complain_of_flaws, percentiles, 
 use crate::output::Counted;
 use crate::output::report::{ReplayLine, VerificationSummary};
 use crate::output::terminal_text::Printable;
-use crate::source::replay::verify::{RunVerification, Verdict, Verification, verify};
+use crate::source::replay::verify::{RunVerdict, RunVerification, Verification, verify};
 use crate::source::replay::{Pass, PassSummary, Replay, ReplaySettings};
 use crate::system::stop::StopFlag;
 
@@ -107,10 +107,10 @@ fn verify_files(files: &[PathBuf], format: Format) -> anyhow::Result<ExitCode> {
 
 fn status(verification: &Verification) -> u8 {
     let Verification { runs, flawed, is_interrupted } = verification;
-    let is_unverifiable = |run: &RunVerification| matches!(run.verdict, Verdict::Unverifiable { .. });
+    let is_unverifiable = |run: &RunVerification| matches!(run.verdict, RunVerdict::Unverifiable { .. });
     // What a recording lacks at its end was never there to be verified; what is damaged was.
     let is_damaged = flawed.iter().any(|file| file.flaws.skipped_bytes > 0);
-    if runs.iter().any(|run| matches!(run.verdict, Verdict::Differs { .. })) {
+    if runs.iter().any(|run| matches!(run.verdict, RunVerdict::Differs { .. })) {
         DIFFERS
     } else if is_damaged || *is_interrupted || runs.iter().any(is_unverifiable) {
         UNVERIFIABLE
@@ -134,11 +134,11 @@ fn summary(verification: Verification, verified: bool) -> VerificationSummary {
 fn run_text(run: &RunVerification) -> String {
     let RunVerification { run_id, frames, verified, first_tick, last_tick, verdict, .. } = run;
     match verdict {
-        Verdict::Verified => {
+        RunVerdict::Verified => {
             let ticks = format!("ticks {first_tick} to {last_tick}");
             format!("run {run_id}: every frame is as simulated: {frames} frames, {ticks}; {}", done_text(run))
         }
-        Verdict::Differs { difference } => {
+        RunVerdict::Differs { difference } => {
             let rounding = if difference.may_be_rounding() {
                 format!(
                     "; a difference this small may come from another processor or C library (here: {})",
@@ -152,7 +152,7 @@ fn run_text(run: &RunVerification) -> String {
                 done_text(run)
             )
         }
-        Verdict::Unverifiable { from_tick, reason } => {
+        RunVerdict::Unverifiable { from_tick, reason } => {
             format!(
                 "run {run_id}: cannot be verified from tick {from_tick} on: {reason}; {verified} of {frames} frames are as \
                  simulated"

@@ -12,8 +12,8 @@ use clap_mangen::roff::{Roff, bold, roman};
 
 use crate::cli::{BadInput, Cli, CompletionsArgs, Epilogue, ManArgs};
 use crate::command::print::{print_bytes, print_line};
-use crate::command::whole_file;
 use crate::output::terminal_text::Printable;
+use crate::system::whole_file;
 
 const NAME: &str = "bench-dragon";
 /// The name without a hyphen: with one, the script that `clap_complete` writes for bash knows nothing of what follows a command.

@@ -18,15 +18,14 @@ use mcap::{
 };
 
 use super::{
-    channels::Channels,
-    open_file::write_options,
+    mcap_file::write_options,
+    recorder::RecorderSettings,
     records::{Ending, Records},
     repair::{Locked, Repair, RepairError, open_ours, repair},
-    schema,
-    settings::RecorderSettings,
-    summary::declared_in_finished,
+    schema::{self, Channels},
+    summary::Contents,
 };
-use crate::system::nameless_file::folder_of;
+use crate::system::whole_file::folder_of;
 
 /// What the name of the copy adds to that of the recording; a copy left by a killed repair is overwritten by the next.
 pub(super) const COPY_SUFFIX: &str = ".repairing";
@@ -74,12 +73,12 @@ fn sound_frames(file: &File, progress: impl FnMut(u64)) -> McapResult<Option<u64
         }
         Ok(())
     })?;
-    Ok((flaws == Flaws::default()).then_some(frames))
+    Ok((flaws == Damage::default()).then_some(frames))
 }
 
 /// Damage that was found.
 #[derive(Default, PartialEq, Eq)]
-struct Flaws {
+struct Damage {
     skipped_bytes: u64,
     /// Whether the records could be followed to the end of the data.
     breaks_off: bool,
@@ -90,7 +89,7 @@ fn visit(
     mut file: &File,
     mut progress: impl FnMut(u64),
     mut take: impl FnMut(Record<'_>) -> McapResult<()>,
-) -> McapResult<Flaws> {
+) -> McapResult<Damage> {
     file.rewind()?;
     let mut records = Records::new(BufReader::with_capacity(BUFFER_BYTES, file));
     let mut done_to = 0;
@@ -102,7 +101,7 @@ fn visit(
         }
     }
     let breaks_off = records.ending() == Some(Ending::Damaged);
-    Ok(Flaws { skipped_bytes: records.skipped_bytes(), breaks_off })
+    Ok(Damage { skipped_bytes: records.skipped_bytes(), breaks_off })
 }
 
 /// What was copied of a recording.
@@ -163,10 +162,10 @@ fn write_finished_copy(old: &File, copy: &Path, progress: impl FnMut(u64)) -> Mc
     let sink = NoSeek::new(BufWriter::with_capacity(BUFFER_BYTES, file.try_clone()?));
     let options = write_options(RecorderSettings::DEFAULT_COMPRESSION_LEVEL).chunk_size(Some(CHUNK_BYTES));
     let mut copier = Copier { writer: options.create(sink)?, has_channels: false, is_of_this_version: false };
-    for declared in declared_in_finished(old)? {
+    for declared in Contents::of_finished(old)?.unwrap_or_default().into_declarations() {
         copier.take(declared)?;
     }
-    let Flaws { skipped_bytes, .. } = visit(old, progress, |record| copier.take(record))?;
+    let Damage { skipped_bytes, .. } = visit(old, progress, |record| copier.take(record))?;
     let summary = copier.writer.finish()?;
     file.sync_all()?;
     Ok(Copied { frames: frames_in(&summary), skipped_bytes })

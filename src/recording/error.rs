@@ -2,7 +2,7 @@
 
 use std::{io, ops::RangeInclusive, path::PathBuf};
 
-use super::space::Size;
+use super::progress::Size;
 
 /// Why a recording could not begin or had to end.
 #[derive(Debug, thiserror::Error)]

@@ -38,7 +38,7 @@ pub(super) enum Ending {
 pub(super) struct Records<R> {
     source: R,
     reader: LinearReader,
-    chunk: Chunk,
+    chunk: UnpackedChunk,
     /// Where in the file the last record outside of chunks, or the last chunk, begins and ends.
     position: Range<u64>,
     skipped_bytes: u64,
@@ -60,12 +60,17 @@ impl<R: Read> Records<R> {
         let options =
             options.with_emit_chunks(true).with_skip_end_magic(true).with_record_length_limit(LONGEST_RECORD_BYTES);
         let reader = LinearReader::new_with_options(options);
-        Self { source, reader, chunk: Chunk::default(), position: begin..begin, skipped_bytes: 0, ending: None }
+        Self { source, reader, chunk: UnpackedChunk::default(), position: begin..begin, skipped_bytes: 0, ending: None }
     }
 
     /// Where in the file the record that was given out last begins, or the chunk that it was in.
     pub(super) fn position(&self) -> u64 {
         self.position.start
+    }
+
+    /// Where in the file the record, or the chunk, ends that was read last.
+    pub(super) fn end(&self) -> u64 {
+        self.position.end
     }
 
     /// How the file ended, once [`Records::next`] has returned `None`.
@@ -130,7 +135,14 @@ impl<R: Read> Records<R> {
                 Some(Ok(LinearReadEvent::Record { opcode: 0, .. })) => return Ok(Some(Outer::Broken)),
                 // The crate's parser is asked for nothing else: it panics at an attachment that is too short.
                 Some(Ok(LinearReadEvent::Record {
-                    opcode: opcode @ (op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA | op::DATA_END),
+                    opcode:
+                        opcode @ (op::HEADER
+                        | op::SCHEMA
+                        | op::CHANNEL
+                        | op::MESSAGE
+                        | op::METADATA
+                        | op::STATISTICS
+                        | op::DATA_END),
                     data,
                 })) => {
                     let record = mcap::parse_record(opcode, data).ok().map(Record::into_owned);
@@ -153,14 +165,14 @@ enum Outer {
 
 /// The records of one chunk, unpacked and checked.
 #[derive(Default)]
-pub(super) struct Chunk {
+pub(super) struct UnpackedChunk {
     decompressor: Option<Decompressor<'static>>,
     unpacked: Vec<u8>,
     /// Where the next record begins.
     position: usize,
 }
 
-impl Chunk {
+impl UnpackedChunk {
     /// Takes the next chunk. `None` where it is damaged; then it has no records.
     pub(super) fn unpack(&mut self, chunk: &[u8]) -> Option<()> {
         self.unpacked.clear();

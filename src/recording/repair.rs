@@ -31,10 +31,10 @@ use rustix::fs::{FallocateFlags, fallocate};
 
 use super::{
     error::is_disk_full,
+    progress::{DiskSpace, Size},
     records::Records,
     schema,
-    space::{DiskSpace, Size},
-    summary::frames_of_finished,
+    summary::Contents,
     survey::{Survey, SurveyError, survey},
 };
 
@@ -120,21 +120,21 @@ pub fn repair(path: &Path) -> Result<Repair, RepairError> {
     let finished =
         |frames, was_unfinished| Repair { path: path.into(), frames, was_unfinished, skipped_bytes: 0, kept: None };
     let file = open_ours(path)?;
-    if let Some(frames) = frames_of(&file, path)? {
+    if let Some(frames) = frames_of_finished(&file, path)? {
         return Ok(finished(frames, false));
     }
     drop(file);
     let file = File::options().read(true).write(true).open(path);
     let file = Locked::take(file.map_err(|source| RepairError::Write { path: path.into(), source })?, path)?;
     // Another repair may have been at work until now.
-    if let Some(frames) = frames_of(&file.0, path)? {
+    if let Some(frames) = frames_of_finished(&file.0, path)? {
         return Ok(finished(frames, false));
     }
     let survey = survey(&file.0).map_err(|error| match error {
         SurveyError::Io(source) => RepairError::Read { path: path.into(), source },
         SurveyError::Damaged(at_byte) => RepairError::Damaged { path: path.into(), at_byte },
     })?;
-    let frames = survey.contents.frames();
+    let frames = survey.contents.frames().unwrap_or(0);
     finish_in_place(&file.0, path, survey)?;
     Ok(finished(frames, true))
 }
@@ -155,8 +155,9 @@ pub(super) fn open_ours(path: &Path) -> Result<File, RepairError> {
 }
 
 /// The frames of a finished recording; `None` where it is unfinished.
-fn frames_of(file: &File, path: &Path) -> Result<Option<u64>, RepairError> {
-    frames_of_finished(file).map_err(|source| RepairError::Read { path: path.into(), source })
+fn frames_of_finished(file: &File, path: &Path) -> Result<Option<u64>, RepairError> {
+    let contents = Contents::of_finished(file).map_err(|source| RepairError::Read { path: path.into(), source })?;
+    Ok(contents.and_then(|contents| contents.frames()))
 }
 
 /// A file that no other repair and no recorder is at work on.

@@ -1,28 +1,23 @@
 //! Which files a recording consists of: their names, and which of them go when the recording grows too large.
 
-use std::{
-    collections::VecDeque,
-    ffi::OsStr,
-    fs, io,
-    path::{Path, PathBuf},
-};
+use std::{collections::VecDeque, ffi::OsStr, fs, io, path::PathBuf};
 
-use crate::system::nameless_file::folder_of;
+use crate::system::whole_file::folder_of;
 
 /// The names of a recording's files: `show.mcap`, `show-0002.mcap`, `show-0003.mcap`, …
 #[derive(Clone, Debug)]
-pub struct FileNames {
+pub(super) struct FileNames {
     first: PathBuf,
 }
 
 impl FileNames {
     /// Names that begin with `first` itself.
-    pub fn new(first: PathBuf) -> Self {
+    pub(super) fn new(first: PathBuf) -> Self {
         Self { first }
     }
 
     /// Path of the file with a number, counted from 1.
-    pub fn path(&self, number: u64) -> PathBuf {
+    pub(super) fn path(&self, number: u64) -> PathBuf {
         if number <= 1 {
             return self.first.clone();
         }
@@ -39,18 +34,14 @@ impl FileNames {
     ///
     /// # Errors
     /// What listing the folder reports.
-    pub fn taken(&self) -> io::Result<Option<PathBuf>> {
-        for entry in fs::read_dir(self.folder())? {
+    pub(super) fn taken(&self) -> io::Result<Option<PathBuf>> {
+        for entry in fs::read_dir(folder_of(&self.first))? {
             let name = entry?.file_name();
             if self.includes(&name) {
                 return Ok(Some(self.first.with_file_name(name)));
             }
         }
         Ok(None)
-    }
-
-    fn folder(&self) -> &Path {
-        folder_of(&self.first)
     }
 
     fn stem(&self) -> &OsStr {
@@ -70,25 +61,21 @@ impl FileNames {
 
 /// The finished files of a recording, the oldest first.
 #[derive(Clone, Debug, Default)]
-pub struct FinishedFiles {
+pub(super) struct FinishedFiles {
     files: VecDeque<(PathBuf, u64)>,
-    bytes: u64,
+    /// Bytes of all of them.
+    pub(super) bytes: u64,
 }
 
 impl FinishedFiles {
     /// Adds the newest.
-    pub fn push(&mut self, path: PathBuf, bytes: u64) {
+    pub(super) fn push(&mut self, path: PathBuf, bytes: u64) {
         self.bytes += bytes;
         self.files.push_back((path, bytes));
     }
 
-    /// Bytes of all of them.
-    pub fn bytes(&self) -> u64 {
-        self.bytes
-    }
-
     /// Takes out the oldest file where these files and a current one of `current_bytes` exceed `limit_bytes` together.
-    pub fn take_oldest_over(&mut self, limit_bytes: u64, current_bytes: u64) -> Option<PathBuf> {
+    pub(super) fn take_oldest_over(&mut self, limit_bytes: u64, current_bytes: u64) -> Option<PathBuf> {
         if self.bytes + current_bytes <= limit_bytes {
             return None;
         }
@@ -98,13 +85,15 @@ impl FinishedFiles {
     }
 
     /// Their paths, the oldest first.
-    pub fn into_paths(self) -> Vec<PathBuf> {
+    pub(super) fn into_paths(self) -> Vec<PathBuf> {
         self.files.into_iter().map(|(path, _)| path).collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
 
     #[test]
@@ -136,7 +125,7 @@ mod tests {
         assert_eq!(files.take_oldest_over(350, 100), Some("1".into()));
         assert_eq!(files.take_oldest_over(350, 100), Some("2".into()));
         assert_eq!(files.take_oldest_over(350, 100), None);
-        assert_eq!(files.bytes(), 200);
+        assert_eq!(files.bytes, 200);
     }
 
     #[test]

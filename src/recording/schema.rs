@@ -3,9 +3,12 @@
 //! A definition is the text of the message followed by the texts of all that it contains, the form that `rosbag2`
 //! writes and MCAP calls `ros2msg`.
 
-use std::collections::BTreeMap;
+use std::{
+    collections::BTreeMap,
+    io::{Seek, Write},
+};
 
-use mcap::McapResult;
+use mcap::{McapResult, Writer};
 
 /// Topic of the frames, every one of them.
 pub const FRAMES: &str = "/dragon/frames";
@@ -25,32 +28,54 @@ pub const LIBRARY: &str = concat!("bench-dragon/", env!("CARGO_PKG_VERSION"));
 /// What [`LIBRARY`] begins with in every version.
 pub const LIBRARY_FAMILY: &str = "bench-dragon";
 
-/// One topic: its name, the name of its message type and that type's full definition.
-#[derive(Clone, Copy, Debug)]
-pub struct Topic {
-    /// Name of the topic.
-    pub name: &'static str,
-    /// Name of the message type.
-    pub message: &'static str,
-    /// Definition of the message type and of all that it contains.
-    pub definition: &'static str,
+/// What a message is. A topic's place in [`Topic::ALL`] decides on the number of its channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Topic {
+    Frames,
+    Poses,
+    Alerts,
+    Commands,
 }
 
-/// The frame topic.
-pub const FRAME_TOPIC: Topic = Topic { name: FRAMES, message: "bench_dragon_msgs/msg/Frame", definition: FRAME };
-/// The pose topic.
-pub const POSE_TOPIC: Topic = Topic { name: POSES, message: "geometry_msgs/msg/PoseArray", definition: POSE_ARRAY };
-/// The alert topic.
-pub const ALERT_TOPIC: Topic = Topic { name: ALERTS, message: "bench_dragon_msgs/msg/Alert", definition: ALERT };
-/// The topic of the commands.
-pub const COMMAND_TOPIC: Topic =
-    Topic { name: COMMANDS, message: "bench_dragon_msgs/msg/CommandEvent", definition: COMMAND_EVENT };
-
 impl Topic {
-    /// Declares the topic in a file and returns its channel's number.
-    pub(super) fn declare<W: std::io::Write + std::io::Seek>(self, writer: &mut mcap::Writer<W>) -> McapResult<u16> {
-        let schema = writer.add_schema(self.message, "ros2msg", self.definition.as_bytes())?;
-        writer.add_channel(schema, self.name, "cdr", &BTreeMap::new())
+    /// New topics come last: readers of damaged files rely on the numbers.
+    const ALL: [Self; 4] = [Self::Frames, Self::Poses, Self::Alerts, Self::Commands];
+
+    /// The topic of a name; `None` where it is none of ours.
+    pub(super) fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|topic| topic.texts()[0] == name)
+    }
+
+    /// Name of the topic, name of its message type, and that type's full definition.
+    const fn texts(self) -> [&'static str; 3] {
+        match self {
+            Self::Frames => [FRAMES, "bench_dragon_msgs/msg/Frame", FRAME],
+            Self::Poses => [POSES, "geometry_msgs/msg/PoseArray", POSE_ARRAY],
+            Self::Alerts => [ALERTS, "bench_dragon_msgs/msg/Alert", ALERT],
+            Self::Commands => [COMMANDS, "bench_dragon_msgs/msg/CommandEvent", COMMAND_EVENT],
+        }
+    }
+}
+
+/// The numbers of a file's channels, one for each topic.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Channels([u16; Topic::ALL.len()]);
+
+impl Channels {
+    /// Declares all channels in a file.
+    pub(super) fn declare<W: Write + Seek>(writer: &mut Writer<W>) -> McapResult<Self> {
+        let mut numbers = [0; Topic::ALL.len()];
+        for topic in Topic::ALL {
+            let [name, message, definition] = topic.texts();
+            let schema = writer.add_schema(message, "ros2msg", definition.as_bytes())?;
+            numbers[topic as usize] = writer.add_channel(schema, name, "cdr", &BTreeMap::new())?;
+        }
+        Ok(Self(numbers))
+    }
+
+    /// The channel of a topic.
+    pub(super) fn of(self, topic: Topic) -> u16 {
+        self.0[topic as usize]
     }
 }
 

@@ -1,156 +1,219 @@
-//! The summary at the end of a recording that is finished.
+//! The summary of a recording: read from a finished one, and written to finish one.
 
 use std::{
+    collections::BTreeMap,
     fs::File,
-    io::{self, BufReader, Read, Seek, SeekFrom},
+    io::{self, BufRead as _, BufReader, Read as _, Seek as _, SeekFrom},
+    os::unix::fs::FileExt as _,
 };
 
+use binrw::{BinWrite, BinWriterExt as _, io::Cursor};
 use mcap::{
     MAGIC,
-    records::{Channel, Record, Statistics, op},
+    records::{
+        Channel, ChunkIndex, DataEnd, Footer, MessageIndex, MetadataIndex, Record, SchemaHeader, Statistics,
+        SummaryOffset, op,
+    },
 };
 
-use super::schema;
+use super::{heads::split_start, records::Records, schema};
 
-/// Bytes of a record before its body: what it is and how long.
-const RECORD_HEAD_BYTES: u64 = 9;
 /// The footer's body: where the summary begins, where its offsets do, its checksum.
 const FOOTER_BODY_BYTES: u64 = 8 + 8 + 4;
-/// What a finished file ends with.
-const END_BYTES: u64 = RECORD_HEAD_BYTES + FOOTER_BODY_BYTES + MAGIC.len() as u64;
-/// The part of it that the checksum covers.
-const END_CHECKED_BYTES: usize = END_BYTES as usize - MAGIC.len() - 4;
-/// A record of the summary that claims to be longer is not one of ours; those that are not needed may be.
-const LONGEST_RECORD_BYTES: u64 = 1 << 20;
+/// What a finished file ends with: the footer's head and body, and the magic bytes.
+const END_BYTES: usize = 9 + FOOTER_BODY_BYTES as usize + MAGIC.len();
 
-/// The frames of a finished recording, as its summary has them; `None` where the file has no whole summary.
-///
-/// Memory does not grow with the file, nor with what it claims.
-///
-/// # Errors
-/// Where the file cannot be read.
-pub(super) fn frames_of_finished(file: &File) -> io::Result<Option<u64>> {
-    let Some(Summary { channels, statistics: Some(Statistics { channel_message_counts, .. }), .. }) = read(file)?
-    else {
-        return Ok(None);
-    };
-    let is_of_frames = |id: u16| channels.iter().any(|channel| channel.id == id && channel.topic == schema::FRAMES);
-    let of_frames = channel_message_counts.iter().filter(|&(&id, _)| is_of_frames(id));
-    Ok(Some(of_frames.fold(0_u64, |sum, (_, &count)| sum.saturating_add(count))))
-}
-
-/// The channels of a finished recording; none where the file has no whole summary.
-///
-/// # Errors
-/// Where the file cannot be read.
-pub(super) fn channels_of_finished(file: &File) -> io::Result<Vec<Channel>> {
-    Ok(read(file)?.map(|summary| summary.channels).unwrap_or_default())
-}
-
-/// The schemas of a finished recording, and then its channels; none where the file has no whole summary.
-///
-/// # Errors
-/// Where the file cannot be read.
-pub(super) fn declared_in_finished(file: &File) -> io::Result<Vec<Record<'static>>> {
-    let Summary { schemas, channels, .. } = read(file)?.unwrap_or_default();
-    Ok(schemas.into_iter().chain(channels.into_iter().map(Record::Channel)).collect())
-}
-
-/// What is needed of a summary.
-#[derive(Default)]
-struct Summary {
-    schemas: Vec<Record<'static>>,
-    channels: Vec<Channel>,
+/// What is known of a recording. Indexes are kept as the summary has them, about 130 bytes a chunk.
+#[derive(Debug, Default)]
+pub(super) struct Contents {
+    schemas: BTreeMap<u16, (SchemaHeader, Vec<u8>)>,
+    pub(super) channels: BTreeMap<u16, Channel>,
     statistics: Option<Statistics>,
+    chunk_indexes: Vec<u8>,
+    metadata_indexes: Vec<u8>,
 }
 
-/// Reads the summary; `None` where the file has no whole one.
-fn read(mut file: &File) -> io::Result<Option<Summary>> {
-    let Some(section) = Section::find(file)? else { return Ok(None) };
-    if !section.is_sound(file)? {
-        return Ok(None);
-    }
-    file.seek(SeekFrom::Start(section.begin))?;
-    read_records(&mut BufReader::new(file).take(section.length))
-}
-
-/// Where the summary lies.
-struct Section {
-    begin: u64,
-    length: u64,
-    /// What its checksum covers of the file's end.
-    end: [u8; END_CHECKED_BYTES],
-    /// 0 where there is none.
-    checksum: u32,
-}
-
-impl Section {
-    fn find(mut file: &File) -> io::Result<Option<Self>> {
-        let Some(end_begin) = file.seek(SeekFrom::End(0))?.checked_sub(END_BYTES) else { return Ok(None) };
-        file.seek(SeekFrom::Start(end_begin))?;
-        let (mut end, mut checksum, mut magic) = ([0; END_CHECKED_BYTES], [0; 4], [0; MAGIC.len()]);
-        for part in [&mut end[..], &mut checksum, &mut magic] {
-            file.read_exact(part)?;
-        }
-        let [length, begin] = [1, 9].map(|at| u64_at(&end, at));
-        let is_end = end[0] == op::FOOTER && length == FOOTER_BODY_BYTES && magic == MAGIC[..];
+impl Contents {
+    /// What the summary of a finished recording declares and counts, without its indexes; `None` where the file has no whole
+    /// summary.
+    ///
+    /// Memory does not grow with the file, nor with what it claims.
+    ///
+    /// # Errors
+    /// Where the file cannot be read.
+    pub(super) fn of_finished(mut file: &File) -> io::Result<Option<Self>> {
+        let Some(end_begin) = file.metadata()?.len().checked_sub(END_BYTES as u64) else { return Ok(None) };
+        let mut end = [0; END_BYTES];
+        file.read_exact_at(&mut end, end_begin)?;
+        let Some((op::FOOTER, FOOTER_BODY_BYTES, body)) = split_start(&end) else { return Ok(None) };
+        let Ok(Record::Footer(Footer { summary_start, summary_crc, .. })) = mcap::parse_record(op::FOOTER, body) else {
+            return Ok(None);
+        };
         // A summary that begins at 0 is none.
-        let length = end_begin.checked_sub(begin).filter(|_| is_end && begin > 0);
-        let checksum = u32::from_le_bytes(checksum);
-        Ok(length.map(|length| Self { begin, length, end, checksum }))
+        if !end.ends_with(MAGIC) || summary_start == 0 || summary_start > end_begin {
+            return Ok(None);
+        }
+        let checked_end = end_begin + (END_BYTES - MAGIC.len() - size_of_val(&summary_crc)) as u64;
+        if summary_crc != 0 && checksum(file, summary_start, checked_end)? != summary_crc {
+            return Ok(None);
+        }
+        file.seek(SeekFrom::Start(summary_start))?;
+        let mut records = Records::at(BufReader::new(file).take(end_begin - summary_start), summary_start);
+        let mut contents = Self::default();
+        while let Some(record) = records.next()? {
+            contents.declare(record);
+        }
+        Ok((records.end() == end_begin).then_some(contents))
     }
 
-    /// Whether its checksum is right, where it has one.
-    fn is_sound(&self, mut file: &File) -> io::Result<bool> {
-        if self.checksum == 0 {
-            return Ok(true);
+    /// Takes note of a schema, a channel or statistics; other records declare nothing.
+    pub(super) fn declare(&mut self, record: Record<'_>) {
+        match record {
+            Record::Schema { header, data } => {
+                self.schemas.entry(header.id).or_insert((header, data.into_owned()));
+            }
+            Record::Channel(channel) => {
+                self.channels.entry(channel.id).or_insert(channel);
+            }
+            Record::Statistics(statistics) => self.statistics = Some(statistics),
+            _ => {}
         }
-        file.seek(SeekFrom::Start(self.begin))?;
-        let mut hasher = crc32fast::Hasher::new();
-        let (mut rest, mut block) = (file.take(self.length), [0; 1 << 14]);
-        loop {
-            match rest.read(&mut block)? {
-                0 => break,
-                bytes => hasher.update(&block[..bytes]),
+    }
+
+    /// The schemas, and then the channels.
+    pub(super) fn into_declarations(self) -> impl Iterator<Item = Record<'static>> {
+        let schemas = self.schemas.into_values().map(|(header, data)| Record::Schema { header, data: data.into() });
+        schemas.chain(self.channels.into_values().map(Record::Channel))
+    }
+
+    /// Chunks and metadata records.
+    pub(super) fn entries(&self) -> u64 {
+        self.statistics.as_ref().map_or(0, |known| u64::from(known.chunk_count) + u64::from(known.metadata_count))
+    }
+
+    /// Messages on the topic of the frames; `None` where they are not counted.
+    pub(super) fn frames(&self) -> Option<u64> {
+        let is_of_frames = |id: &u16| self.channels.get(id).is_some_and(|channel| channel.topic == schema::FRAMES);
+        let counts = self.statistics.as_ref()?.channel_message_counts.iter();
+        Some(counts.filter(|&(id, _)| is_of_frames(id)).fold(0, |sum, (_, &count)| sum.saturating_add(count)))
+    }
+
+    /// Takes note of a chunk and of how many messages of each channel it holds.
+    pub(super) fn add_chunk(&mut self, index: &ChunkIndex, messages: impl Iterator<Item = (u16, u64)>) {
+        let statistics = self.statistics.get_or_insert_default();
+        let is_first = statistics.message_count == 0;
+        let mut in_chunk = 0;
+        for (channel, count) in messages {
+            *statistics.channel_message_counts.entry(channel).or_default() += count;
+            in_chunk += count;
+        }
+        statistics.chunk_count += 1;
+        statistics.message_count += in_chunk;
+        if in_chunk > 0 {
+            let [start, end] = [index.message_start_time, index.message_end_time];
+            let start_before = if is_first { start } else { statistics.message_start_time };
+            statistics.message_start_time = start.min(start_before);
+            statistics.message_end_time = end.max(statistics.message_end_time);
+        }
+        put(&mut self.chunk_indexes, op::CHUNK_INDEX, index);
+    }
+
+    /// Takes note of a metadata record.
+    pub(super) fn add_metadata(&mut self, index: &MetadataIndex) {
+        self.statistics.get_or_insert_default().metadata_count += 1;
+        put(&mut self.metadata_indexes, op::METADATA_INDEX, index);
+    }
+
+    /// What finishes a file whose data ends at byte `end` but for these message indexes: laid out as the crate `mcap` does
+    /// it, without a checksum of the data.
+    pub(super) fn into_ending(self, end: u64, indexes: &[MessageIndex]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        for index in indexes {
+            put(&mut bytes, op::MESSAGE_INDEX, index);
+        }
+        // 0: not known, for that the data would have to be read.
+        put(&mut bytes, op::DATA_END, &DataEnd { data_section_crc: 0 });
+        let summary = bytes.len();
+        let mut offsets = Vec::new();
+        for (opcode, group) in self.into_groups() {
+            if !group.is_empty() {
+                let group_start = end + bytes.len() as u64;
+                offsets.push(SummaryOffset { group_opcode: opcode, group_start, group_length: group.len() as u64 });
+                bytes.extend(group);
             }
         }
-        hasher.update(&self.end);
-        Ok(hasher.finalize() == self.checksum)
+        let summary_offset_start = end + bytes.len() as u64;
+        for offset in &offsets {
+            put(&mut bytes, op::SUMMARY_OFFSET, offset);
+        }
+        let summary_start = end + summary as u64;
+        put(&mut bytes, op::FOOTER, &Footer { summary_start, summary_offset_start, summary_crc: 0 });
+        // The checksum stands last in the footer, and covers what is before it.
+        bytes.truncate(bytes.len() - size_of::<u32>());
+        let checksum = crc32fast::hash(&bytes[summary..]);
+        bytes.extend(checksum.to_le_bytes());
+        bytes.extend(MAGIC);
+        bytes
+    }
+
+    /// The records of the summary, by kind.
+    fn into_groups(self) -> [(u8, Vec<u8>); 5] {
+        let [mut schemas, mut channels, mut statistics] = [const { Vec::new() }; 3];
+        for (header, definition) in self.schemas.values() {
+            let mut body = encoded(header);
+            body.extend((definition.len() as u32).to_le_bytes());
+            body.extend(definition);
+            put_body(&mut schemas, op::SCHEMA, &body);
+        }
+        for channel in self.channels.values() {
+            put(&mut channels, op::CHANNEL, channel);
+        }
+        let counted = Statistics {
+            schema_count: self.schemas.len() as u16,
+            channel_count: self.channels.len() as u32,
+            ..self.statistics.unwrap_or_default()
+        };
+        put(&mut statistics, op::STATISTICS, &counted);
+        [
+            (op::SCHEMA, schemas),
+            (op::CHANNEL, channels),
+            (op::STATISTICS, statistics),
+            (op::CHUNK_INDEX, self.chunk_indexes),
+            (op::METADATA_INDEX, self.metadata_indexes),
+        ]
     }
 }
 
-/// Reads a summary record by record; `None` where it is not whole.
-fn read_records<R: Read>(summary: &mut io::Take<R>) -> io::Result<Option<Summary>> {
-    let mut read = Summary::default();
-    while summary.limit() > 0 {
-        let mut head = [0; RECORD_HEAD_BYTES as usize];
-        if summary.limit() < RECORD_HEAD_BYTES {
-            return Ok(None);
-        }
-        summary.read_exact(&mut head)?;
-        let (opcode, length) = (head[0], u64_at(&head, 1));
-        let is_needed = matches!(opcode, op::SCHEMA | op::CHANNEL | op::STATISTICS);
-        if length > summary.limit() || is_needed && length > LONGEST_RECORD_BYTES {
-            return Ok(None);
-        }
-        let mut rest = summary.by_ref().take(length);
-        if !is_needed {
-            io::copy(&mut rest, &mut io::sink())?;
-            continue;
-        }
-        let mut body = Vec::new();
-        rest.read_to_end(&mut body)?;
-        match mcap::parse_record(opcode, &body) {
-            Ok(schema @ Record::Schema { .. }) => read.schemas.push(schema.into_owned()),
-            Ok(Record::Channel(channel)) => read.channels.push(channel),
-            Ok(Record::Statistics(statistics)) => read.statistics = Some(statistics),
-            Ok(_) => {}
-            Err(_) => return Ok(None),
+/// The checksum of a part of a file.
+fn checksum(mut file: &File, begin: u64, end: u64) -> io::Result<u32> {
+    file.seek(SeekFrom::Start(begin))?;
+    let mut part = BufReader::new(file).take(end - begin);
+    let mut hasher = crc32fast::Hasher::new();
+    loop {
+        match part.fill_buf()? {
+            [] => return Ok(hasher.finalize()),
+            block => {
+                hasher.update(block);
+                let bytes = block.len();
+                part.consume(bytes);
+            }
         }
     }
-    Ok(Some(read))
 }
 
-fn u64_at(bytes: &[u8], at: usize) -> u64 {
-    u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"))
+/// Appends a record.
+fn put<T: for<'a> BinWrite<Args<'a> = ()>>(bytes: &mut Vec<u8>, opcode: u8, record: &T) {
+    put_body(bytes, opcode, &encoded(record));
+}
+
+fn put_body(bytes: &mut Vec<u8>, opcode: u8, body: &[u8]) {
+    bytes.push(opcode);
+    bytes.extend((body.len() as u64).to_le_bytes());
+    bytes.extend(body);
+}
+
+fn encoded<T: for<'a> BinWrite<Args<'a> = ()>>(record: &T) -> Vec<u8> {
+    let mut body = Cursor::new(Vec::new());
+    body.write_le(record).expect("a Vec takes every byte");
+    body.into_inner()
 }

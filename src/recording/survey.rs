@@ -23,9 +23,9 @@ use mcap::{
 };
 
 use super::{
-    contents::Contents,
     heads::{Heads, INDEX_HEAD_BYTES, START_BYTES, is_of_data, length_by_fields, split_start, u16_at, u32_at},
-    records::{Chunk, LONGEST_RECORD_BYTES, RECORD_HEAD_BYTES},
+    records::{LONGEST_RECORD_BYTES, RECORD_HEAD_BYTES, UnpackedChunk},
+    summary::Contents,
 };
 
 /// An entry of a message index: time and offset.
@@ -63,18 +63,18 @@ impl From<io::Error> for SurveyError {
 /// # Errors
 /// [`SurveyError`].
 pub(super) fn survey(file: &File) -> Result<Survey, SurveyError> {
-    let mut walk =
-        Walk { heads: Heads::of(file)?, at: MAGIC.len() as u64, contents: Contents::default(), open_chunk: None };
+    let mut surveying =
+        Surveying { heads: Heads::of(file)?, at: MAGIC.len() as u64, contents: Contents::default(), last_chunk: None };
     let ending = loop {
-        if let Some(ending) = walk.step()? {
+        if let Some(ending) = surveying.step()? {
             break ending;
         }
     };
-    walk.finish(&ending)
+    surveying.finish(&ending)
 }
 
 /// How the data ends.
-enum Ending {
+enum EndOfData {
     /// In the middle of a record, or behind a record where another one was to follow.
     Torn,
     /// By the record that ends it; a summary follows, whole or torn.
@@ -82,17 +82,17 @@ enum Ending {
 }
 
 /// A survey under way.
-struct Walk<'a> {
+struct Surveying<'a> {
     heads: Heads<'a>,
     /// Where the next record begins.
     at: u64,
     contents: Contents,
     /// The last chunk, while nothing but its message indexes has followed.
-    open_chunk: Option<OpenChunk>,
+    last_chunk: Option<LastChunk>,
 }
 
 /// A chunk and the message indexes behind it.
-struct OpenChunk {
+struct LastChunk {
     begin: u64,
     end: u64,
     header: ChunkHeader,
@@ -101,24 +101,24 @@ struct OpenChunk {
     indexes_end: u64,
 }
 
-impl Walk<'_> {
+impl Surveying<'_> {
     /// Takes the next record; `Some` where the data ends.
-    fn step(&mut self) -> Result<Option<Ending>, SurveyError> {
+    fn step(&mut self) -> Result<Option<EndOfData>, SurveyError> {
         let begin = self.at;
         let start = self.heads.start(begin)?;
-        let Some((opcode, length, body)) = split_start(&start) else { return Ok(Some(Ending::Torn)) };
+        let Some((opcode, length, body)) = split_start(&start) else { return Ok(Some(EndOfData::Torn)) };
         if opcode == 0 && self.heads.is_zero_from(begin)? {
-            return Ok(Some(Ending::Torn));
+            return Ok(Some(EndOfData::Torn));
         }
         match length_by_fields(opcode, body) {
             Some(by_fields) if by_fields == length && length <= LONGEST_RECORD_BYTES as u64 => {}
             // The fields that state the length lie behind the file's end: what is there of the record holds no message.
-            None if is_of_data(opcode) && start.len() < START_BYTES => return Ok(Some(Ending::Torn)),
+            None if is_of_data(opcode) && start.len() < START_BYTES => return Ok(Some(EndOfData::Torn)),
             _ => return Err(SurveyError::Damaged(begin)),
         }
         let record = begin..begin + RECORD_HEAD_BYTES + length;
         if record.end > self.heads.length() {
-            return Ok(Some(Ending::Torn));
+            return Ok(Some(EndOfData::Torn));
         }
         self.at = record.end;
         match opcode {
@@ -128,7 +128,7 @@ impl Walk<'_> {
             op::METADATA => self.take_metadata(record)?,
             op::DATA_END if self.heads.is_summary_from(record.end)? => {
                 self.at = begin;
-                return Ok(Some(Ending::DataEnd));
+                return Ok(Some(EndOfData::DataEnd));
             }
             _ => return Err(SurveyError::Damaged(begin)),
         }
@@ -138,21 +138,21 @@ impl Walk<'_> {
     fn take_chunk(&mut self, Range { start: begin, end }: Range<u64>, body: &[u8]) -> Result<(), SurveyError> {
         self.close_chunk()?;
         let header = ChunkHeader::read_le(&mut Cursor::new(body)).map_err(|_| SurveyError::Damaged(begin))?;
-        if self.contents.is_without_channels() {
+        if self.contents.channels.is_empty() {
             let mut chunk = self.unpack(begin, end)?;
             while let Some((_, record)) = chunk.next_with_offset() {
                 self.contents.declare(record);
             }
         }
-        self.open_chunk = Some(OpenChunk { begin, end, header, indexes: BTreeMap::new(), indexes_end: end });
+        self.last_chunk = Some(LastChunk { begin, end, header, indexes: BTreeMap::new(), indexes_end: end });
         Ok(())
     }
 
     fn take_message_index(&mut self, record: Range<u64>, body: &[u8]) -> Result<(), SurveyError> {
         let damaged = SurveyError::Damaged(record.start);
-        let Some(chunk) = &mut self.open_chunk else { return Err(damaged) };
+        let Some(chunk) = &mut self.last_chunk else { return Err(damaged) };
         let (Some(channel), Some(bytes)) = (u16_at(body, 0), u32_at(body, 2)) else { return Err(damaged) };
-        let is_sound = bytes.is_multiple_of(INDEX_ENTRY_BYTES) && self.contents.knows(channel);
+        let is_sound = bytes.is_multiple_of(INDEX_ENTRY_BYTES) && self.contents.channels.contains_key(&channel);
         let earlier = chunk.indexes.insert(channel, (record.start, bytes / INDEX_ENTRY_BYTES));
         chunk.indexes_end = record.end;
         if is_sound && earlier.is_none() { Ok(()) } else { Err(damaged) }
@@ -168,15 +168,15 @@ impl Walk<'_> {
         self.require_bound(begin)
     }
 
-    fn unpack(&mut self, begin: u64, end: u64) -> Result<Chunk, SurveyError> {
+    fn unpack(&mut self, begin: u64, end: u64) -> Result<UnpackedChunk, SurveyError> {
         let body = self.heads.body(begin, end)?;
-        let mut chunk = Chunk::default();
+        let mut chunk = UnpackedChunk::default();
         chunk.unpack(&body).map(|()| chunk).ok_or(SurveyError::Damaged(begin))
     }
 
     /// Takes note of the last chunk where something else than an index follows it: all of its indexes are there.
     fn close_chunk(&mut self) -> Result<(), SurveyError> {
-        let Some(chunk) = self.open_chunk.take() else { return Ok(()) };
+        let Some(chunk) = self.last_chunk.take() else { return Ok(()) };
         if chunk.indexes.is_empty() {
             // A chunk of ours holds messages.
             return Err(SurveyError::Damaged(chunk.begin));
@@ -184,8 +184,8 @@ impl Walk<'_> {
         self.add_chunk(chunk)
     }
 
-    fn add_chunk(&mut self, chunk: OpenChunk) -> Result<(), SurveyError> {
-        let OpenChunk { begin, end, header, indexes, indexes_end } = chunk;
+    fn add_chunk(&mut self, chunk: LastChunk) -> Result<(), SurveyError> {
+        let LastChunk { begin, end, header, indexes, indexes_end } = chunk;
         let index = ChunkIndex {
             message_start_time: header.message_start_time,
             message_end_time: header.message_end_time,
@@ -205,16 +205,16 @@ impl Walk<'_> {
         if self.contents.entries() <= MOST_ENTRIES { Ok(()) } else { Err(SurveyError::Damaged(at)) }
     }
 
-    fn finish(mut self, ending: &Ending) -> Result<Survey, SurveyError> {
+    fn finish(mut self, ending: &EndOfData) -> Result<Survey, SurveyError> {
         let mut last_indexes = Vec::new();
-        match (ending, self.open_chunk.take()) {
-            (Ending::Torn, Some(chunk)) => {
+        match (ending, self.last_chunk.take()) {
+            (EndOfData::Torn, Some(chunk)) => {
                 // Its recorder may have been killed between two of its indexes, of which the heads show nothing.
                 self.at = chunk.end;
                 last_indexes = self.index_again(chunk)?;
             }
             (_, chunk) => {
-                self.open_chunk = chunk;
+                self.last_chunk = chunk;
                 self.close_chunk()?;
             }
         }
@@ -222,7 +222,7 @@ impl Walk<'_> {
     }
 
     /// Takes note of a chunk by the messages in it; returns its indexes, which are to be written behind it.
-    fn index_again(&mut self, mut chunk: OpenChunk) -> Result<Vec<MessageIndex>, SurveyError> {
+    fn index_again(&mut self, mut chunk: LastChunk) -> Result<Vec<MessageIndex>, SurveyError> {
         let mut entries: BTreeMap<u16, Vec<MessageIndexEntry>> = BTreeMap::new();
         let mut unpacked = self.unpack(chunk.begin, chunk.end)?;
         while let Some((offset, record)) = unpacked.next_with_offset() {
@@ -231,7 +231,7 @@ impl Walk<'_> {
                 entries.entry(header.channel_id).or_default().push(entry);
             }
         }
-        if !entries.keys().all(|&channel| self.contents.knows(channel)) {
+        if !entries.keys().all(|&channel| self.contents.channels.contains_key(&channel)) {
             return Err(SurveyError::Damaged(chunk.begin));
         }
         chunk.indexes.clear();

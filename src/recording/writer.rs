@@ -6,93 +6,51 @@ use std::{
     time::{Duration, Instant},
 };
 
-use bench_dragon_ipc::{Alert, CommandEvent, FrameHeader, HandleState};
+use bench_dragon_ipc::{Alert, CommandEvent};
 use crossbeam::channel::{Receiver, RecvTimeoutError, Sender};
-use mcap::{McapError, McapResult};
+use mcap::McapError;
 
 use super::{
-    cdr,
-    channels::Kind,
+    cdr::{self, PoseRate},
     disk_sync::DiskSync,
     error::RecordError,
-    open_file::{Counts, Recording, Stamp},
-    pose::PoseRate,
-    progress::{SharedProgress, Summary},
+    mcap_file::{McapFile, MessageCounts, Stamp},
+    progress::{Growth, RecordingSummary, SharedProgress, Totals},
+    reader::Configuration,
+    recorder::{FrameBuffer, RecorderSettings, SizeLimits, WriterJob},
     rotation::{FileNames, FinishedFiles},
-    settings::{Limits, RecorderSettings},
-    space::SpaceForecast,
-    timeline::Timeline,
+    schema::Topic,
 };
 
 /// A message waits no longer than this for its chunk to be closed: half of the second that a killed recorder may lose.
 const FLUSH_AFTER: Duration = Duration::from_millis(500);
 
-/// A frame on its way to the writing thread, and back empty to be filled again.
-#[derive(Debug, Default)]
-pub(super) struct FrameBuffer {
-    header: FrameHeader,
-    handles: Vec<HandleState>,
-}
-
-impl FrameBuffer {
-    /// Replaces the contents; allocates only until it has held the largest frame.
-    pub(super) fn fill(&mut self, header: &FrameHeader, handles: &[HandleState]) {
-        self.header = *header;
-        self.handles.clear();
-        self.handles.extend_from_slice(handles);
-    }
-}
-
-/// What the writing thread is asked to record.
-#[derive(Debug)]
-pub(super) enum Job {
-    Frame(FrameBuffer),
-    Alert { alert: Alert, monotonic_ns: u64 },
-    Command { event: CommandEvent, monotonic_ns: u64 },
-    Describe(Description),
-}
-
-/// A configuration, and the run that it belongs to.
-#[derive(Clone, Debug)]
-pub(super) struct Description {
-    pub(super) run_id: u64,
-    pub(super) toml: String,
-}
-
 /// Everything that the writing thread owns.
 pub(super) struct RecordingWriter {
     settings: RecorderSettings,
-    limits: Limits,
+    limits: SizeLimits,
     timeline: Timeline,
     names: FileNames,
-    recording: Recording,
+    file: McapFile,
     disk: DiskSync,
     finished: FinishedFiles,
     before: Totals,
-    description: Option<Description>,
+    configuration: Option<Configuration>,
     pose_rate: PoseRate,
     message: Vec<u8>,
     started: Instant,
     flush_at: Option<Instant>,
-    forecast: SpaceForecast,
+    growth: Growth,
     progress: Arc<SharedProgress>,
 }
 
-/// What several files came to.
-#[derive(Default)]
-struct Totals {
-    files: u64,
-    bytes: u64,
-    counts: Counts,
-}
-
 /// Why the thread must end; a file that cannot be written is still to be given up.
-enum Fault {
+enum WriterFault {
     File(McapError),
     Other(RecordError),
 }
 
-impl<E: Into<McapError>> From<E> for Fault {
+impl<E: Into<McapError>> From<E> for WriterFault {
     fn from(error: E) -> Self {
         Self::File(error.into())
     }
@@ -107,61 +65,64 @@ impl RecordingWriter {
     ) -> Result<Self, RecordError> {
         let limits = settings.limits()?;
         let path = names.path(1);
-        let recording = Recording::create(&path, settings.compression_level, limits.chunk)?;
+        let file = McapFile::create(&path, settings.compression_level, limits.chunk)?;
         let disk = DiskSync::start().map_err(|source| RecordError::Create { path, source })?;
         let mut writer = Self {
-            timeline: Timeline::new(settings.unix_minus_monotonic_ns),
+            timeline: Timeline { unix_minus_monotonic_ns: settings.unix_minus_monotonic_ns },
             limits,
             names,
-            recording,
+            file,
             disk,
             finished: FinishedFiles::default(),
             before: Totals::default(),
-            description: None,
+            configuration: None,
             pose_rate: PoseRate::default(),
             message: Vec::new(),
             started: Instant::now(),
             flush_at: None,
-            forecast: SpaceForecast::default(),
+            growth: Growth::default(),
             progress,
             settings,
         };
-        writer.publish_totals();
-        writer.publish_outlook();
+        writer.publish_progress();
         Ok(writer)
     }
 
     /// Records all jobs until their sender is gone, then finishes the file.
-    pub(super) fn run(mut self, jobs: &Receiver<Job>, empty: &Sender<FrameBuffer>) -> Result<Summary, RecordError> {
+    pub(super) fn run(
+        mut self,
+        jobs: &Receiver<WriterJob>,
+        empty: &Sender<FrameBuffer>,
+    ) -> Result<RecordingSummary, RecordError> {
         match self.record_all(jobs, empty).and_then(|()| self.finish_file()) {
             Ok(()) => {
-                self.publish_totals();
+                self.progress.store(self.totals());
                 self.into_summary()
             }
-            Err(Fault::File(error)) => Err(self.recording.give_up(error)),
-            Err(Fault::Other(error)) => {
+            Err(WriterFault::File(error)) => Err(self.file.give_up(error)),
+            Err(WriterFault::Other(error)) => {
                 // The first error is the one to tell.
-                let _ = self.recording.finish();
+                let _ = self.file.finish();
                 Err(error)
             }
         }
     }
 
-    fn record_all(&mut self, jobs: &Receiver<Job>, empty: &Sender<FrameBuffer>) -> Result<(), Fault> {
+    fn record_all(&mut self, jobs: &Receiver<WriterJob>, empty: &Sender<FrameBuffer>) -> Result<(), WriterFault> {
         loop {
             let job = match self.flush_at {
                 Some(due) => jobs.recv_deadline(due),
                 None => jobs.recv().map_err(|_| RecvTimeoutError::Disconnected),
             };
             match job {
-                Ok(Job::Frame(buffer)) => {
+                Ok(WriterJob::Frame(buffer)) => {
                     self.record_frame(&buffer)?;
                     // A recorder that has gone needs no buffer back.
                     let _ = empty.send(buffer);
                 }
-                Ok(Job::Alert { alert, monotonic_ns }) => self.record_alert(&alert, monotonic_ns)?,
-                Ok(Job::Command { event, monotonic_ns }) => self.record_command(&event, monotonic_ns)?,
-                Ok(Job::Describe(description)) => self.describe(description)?,
+                Ok(WriterJob::Alert { alert, monotonic_ns }) => self.record_alert(&alert, monotonic_ns)?,
+                Ok(WriterJob::Command { event, monotonic_ns }) => self.record_command(&event, monotonic_ns)?,
+                Ok(WriterJob::Describe(configuration)) => self.describe(configuration)?,
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),
             }
@@ -171,139 +132,162 @@ impl RecordingWriter {
         }
     }
 
-    fn record_frame(&mut self, FrameBuffer { header, handles }: &FrameBuffer) -> Result<(), Fault> {
+    fn record_frame(&mut self, FrameBuffer { header, handles }: &FrameBuffer) -> Result<(), WriterFault> {
         let stamp = Stamp {
             sequence: header.tick as u32,
             log_time_ns: self.timeline.unix_ns(header.published_ns),
             publish_time_ns: self.timeline.unix_ns(header.scheduled_ns),
         };
         cdr::encode_frame(&mut self.message, header, handles);
-        self.write(Kind::Frame, stamp)?;
+        self.write(Topic::Frames, stamp)?;
         if self.pose_rate.is_due(header.published_ns) {
             cdr::encode_poses(&mut self.message, stamp.log_time_ns, handles);
-            self.write(Kind::Poses, stamp)?;
+            self.write(Topic::Poses, stamp)?;
         }
         Ok(())
     }
 
-    fn record_alert(&mut self, alert: &Alert, monotonic_ns: u64) -> Result<(), Fault> {
+    fn record_alert(&mut self, alert: &Alert, monotonic_ns: u64) -> Result<(), WriterFault> {
         let unix_ns = self.timeline.unix_ns(monotonic_ns);
         let stamp = Stamp { sequence: alert.tick as u32, log_time_ns: unix_ns, publish_time_ns: unix_ns };
         cdr::encode_alert(&mut self.message, alert);
-        self.write(Kind::Alert, stamp)
+        self.write(Topic::Alerts, stamp)
     }
 
-    fn record_command(&mut self, event: &CommandEvent, monotonic_ns: u64) -> Result<(), Fault> {
+    fn record_command(&mut self, event: &CommandEvent, monotonic_ns: u64) -> Result<(), WriterFault> {
         let stamp = Stamp {
             sequence: event.number as u32,
             log_time_ns: self.timeline.unix_ns(monotonic_ns),
             publish_time_ns: u64::try_from(event.wall_ns).unwrap_or(0),
         };
         cdr::encode_command(&mut self.message, event);
-        self.write(Kind::Command, stamp)
+        self.write(Topic::Commands, stamp)
     }
 
-    fn write(&mut self, kind: Kind, stamp: Stamp) -> Result<(), Fault> {
-        if !self.recording.fits(&self.message) {
+    fn write(&mut self, topic: Topic, stamp: Stamp) -> Result<(), WriterFault> {
+        if !self.file.fits(&self.message) {
             self.close_chunk()?;
         }
-        if !self.recording.has_unflushed() {
+        if !self.file.has_unflushed() {
             self.make_room()?;
         }
-        self.recording.write(kind, stamp, &self.message)?;
+        self.file.write(topic, stamp, &self.message)?;
         self.flush_at.get_or_insert_with(|| Instant::now() + FLUSH_AFTER);
         Ok(())
     }
 
-    fn describe(&mut self, description: Description) -> Result<(), Fault> {
+    fn describe(&mut self, configuration: Configuration) -> Result<(), WriterFault> {
         self.close_chunk()?;
-        self.recording.describe(description.run_id, &description.toml)?;
-        self.description = Some(description);
+        self.file.describe(&configuration)?;
+        self.configuration = Some(configuration);
         Ok(())
     }
 
     /// Hands the chunk to the operating system and tells how far the recording is.
-    fn close_chunk(&mut self) -> Result<(), Fault> {
+    fn close_chunk(&mut self) -> Result<(), WriterFault> {
         self.flush_at = None;
-        if self.recording.has_unflushed() {
-            self.recording.flush()?;
+        if self.file.has_unflushed() {
+            self.file.flush()?;
         }
-        self.disk.look_after(self.recording.file())?;
-        self.publish_totals();
-        self.publish_outlook();
+        self.disk.look_after(&self.file.file)?;
+        self.publish_progress();
         Ok(())
     }
 
     /// Makes room for a chunk that begins with the message: in a file, and among the files.
-    fn make_room(&mut self) -> Result<(), Fault> {
-        let needed_bytes = self.recording.bytes_after_chunk_with(&self.message);
-        if self.recording.holds_messages() && self.limits.file.is_some_and(|limit| needed_bytes > limit) {
+    fn make_room(&mut self) -> Result<(), WriterFault> {
+        let needed_bytes = self.file.bytes_after_chunk_with(&self.message);
+        if self.file.holds_messages() && self.limits.file.is_some_and(|limit| needed_bytes > limit) {
             self.begin_next_file()?;
         }
         self.remove_oldest()
     }
 
-    fn finish_file(&mut self) -> Result<(), Fault> {
-        self.recording.finish()?;
-        Ok(self.disk.keep(self.recording.file().try_clone()?)?)
+    fn finish_file(&mut self) -> Result<(), WriterFault> {
+        self.file.finish()?;
+        Ok(self.disk.keep(self.file.file.try_clone()?)?)
     }
 
-    fn begin_next_file(&mut self) -> Result<(), Fault> {
+    fn begin_next_file(&mut self) -> Result<(), WriterFault> {
         self.finish_file()?;
         self.before = self.totals();
-        self.finished.push(self.recording.path().into(), self.recording.written_bytes());
+        self.finished.push(self.file.path.clone(), self.file.written_bytes);
         let path = self.names.path(self.before.files + 1);
-        self.recording =
-            Recording::create(&path, self.settings.compression_level, self.limits.chunk).map_err(Fault::Other)?;
-        self.repeat_description()?;
-        self.publish_totals();
+        self.file =
+            McapFile::create(&path, self.settings.compression_level, self.limits.chunk).map_err(WriterFault::Other)?;
+        if let Some(configuration) = &self.configuration {
+            self.file.describe(configuration)?;
+        }
+        self.progress.store(self.totals());
         Ok(())
     }
 
-    fn repeat_description(&mut self) -> McapResult<()> {
-        match &self.description {
-            Some(Description { run_id, toml }) => self.recording.describe(*run_id, toml),
-            None => Ok(()),
-        }
-    }
-
-    fn remove_oldest(&mut self) -> Result<(), Fault> {
+    fn remove_oldest(&mut self) -> Result<(), WriterFault> {
         let Some(limit_bytes) = self.limits.total else { return Ok(()) };
-        let current_bytes = self.recording.bytes_after_chunk_with(&self.message);
+        let current_bytes = self.file.bytes_after_chunk_with(&self.message);
         while let Some(path) = self.finished.take_oldest_over(limit_bytes, current_bytes) {
-            fs::remove_file(&path).map_err(|source| Fault::Other(RecordError::Remove { path, source }))?;
+            fs::remove_file(&path).map_err(|source| WriterFault::Other(RecordError::Remove { path, source }))?;
         }
         Ok(())
     }
 
     fn totals(&self) -> Totals {
         let mut counts = self.before.counts;
-        counts.add(self.recording.counts());
-        Totals { files: self.before.files + 1, bytes: self.before.bytes + self.recording.written_bytes(), counts }
+        counts.add(self.file.counts);
+        Totals { files: self.before.files + 1, bytes: self.before.bytes + self.file.written_bytes, counts }
     }
 
-    fn publish_totals(&self) {
-        let Totals { files, bytes, counts } = self.totals();
-        self.progress.store(counts, bytes, files);
-    }
-
-    fn publish_outlook(&mut self) {
+    fn publish_progress(&mut self) {
+        let totals = self.totals();
+        self.progress.store(totals);
         // A disk that does not tell its size is only not forecast.
-        let Ok(space) = self.recording.space() else { return };
-        let kept_bytes = self.finished.bytes() + self.recording.written_bytes();
+        let Ok(space) = self.file.space() else { return };
+        let kept_bytes = self.finished.bytes + self.file.written_bytes;
         let growth_left_bytes = self.limits.total.map(|total| total.saturating_sub(kept_bytes));
-        let written_bytes = self.totals().bytes;
-        let outlook = self.forecast.observe(self.started.elapsed(), written_bytes, space, growth_left_bytes);
-        self.progress.store_outlook(outlook);
+        let forecast = self.growth.observe(self.started.elapsed(), totals.bytes, space, growth_left_bytes);
+        self.progress.store_forecast(forecast);
     }
 
-    fn into_summary(mut self) -> Result<Summary, RecordError> {
+    fn into_summary(mut self) -> Result<RecordingSummary, RecordError> {
         let Totals { bytes, counts, .. } = self.totals();
         if let Err(error) = self.disk.finish() {
-            return Err(self.recording.give_up(error.into()));
+            return Err(self.file.give_up(error.into()));
         }
-        self.finished.push(self.recording.path().into(), self.recording.written_bytes());
-        let Counts { frames, alerts, commands } = counts;
-        Ok(Summary { frames, alerts, commands, bytes, files: self.finished.into_paths() })
+        self.finished.push(self.file.path.clone(), self.file.written_bytes);
+        let MessageCounts { frames, alerts, commands } = counts;
+        Ok(RecordingSummary { frames, alerts, commands, bytes, files: self.finished.into_paths() })
+    }
+}
+
+/// The one offset by which a recording turns monotonic instants into Unix time.
+///
+/// It is fixed when the recording starts, so a step of the system clock leaves the distances between frames as they
+/// were.
+#[derive(Clone, Copy, Debug)]
+struct Timeline {
+    unix_minus_monotonic_ns: i64,
+}
+
+impl Timeline {
+    /// Unix time of a monotonic instant, both in nanoseconds; 0 for an instant before 1970.
+    fn unix_ns(self, monotonic_ns: u64) -> u64 {
+        monotonic_ns.saturating_add_signed(self.unix_minus_monotonic_ns)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Timeline;
+
+    #[test]
+    fn distances_between_instants_are_kept() {
+        let timeline = Timeline { unix_minus_monotonic_ns: 1_700_000_000_000_000_007 };
+        assert_eq!(timeline.unix_ns(5_000) - timeline.unix_ns(2_000), 3_000);
+        assert_eq!(timeline.unix_ns(3), 1_700_000_000_000_000_010);
+    }
+
+    #[test]
+    fn an_instant_before_1970_is_1970() {
+        assert_eq!(Timeline { unix_minus_monotonic_ns: -10 }.unix_ns(3), 0);
     }
 }

@@ -4,6 +4,6 @@ pub mod clock;
 pub mod doctor;
 pub(crate) mod limits;
 pub(crate) mod log;
-pub mod nameless_file;
 pub mod processors;
 pub mod stop;
+pub mod whole_file;

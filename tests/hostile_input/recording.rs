@@ -5,7 +5,7 @@ use std::path::Path;
 
 use bench_dragon::recording::cdr::encode_frame;
 use bench_dragon::recording::{FrameReader, ReadError, RepairError, repair, repair_checked};
-use bench_dragon::source::replay::pace::Pace;
+use bench_dragon::source::replay::PlaybackClock;
 
 /// More frames than this are not kept for comparison.
 const MOST_FRAMES: usize = 1 << 12;
@@ -48,12 +48,12 @@ fn check_finished(path: &Path, before: &Result<Vec<Vec<u8>>, ReadError>) {
 
 /// The messages of the frames that a replay would publish.
 fn read(path: &Path) -> Result<Vec<Vec<u8>>, ReadError> {
-    let mut pace = Pace::new(1.0);
+    let mut clock = PlaybackClock::new(1.0);
     let mut frames = Vec::new();
     let mut now_ns = 1_000_000_000;
     for frame in FrameReader::open(path)? {
         let frame = frame?;
-        let due_ns = pace.due_ns(frame.header.scheduled_ns, now_ns);
+        let due_ns = clock.due_ns(frame.header.scheduled_ns, now_ns);
         assert!(due_ns >= now_ns, "no frame is due in the past");
         now_ns = due_ns.min(1 << 62);
         if frames.len() < MOST_FRAMES {

@@ -18,7 +18,7 @@ use crate::stage::Stage;
 pub(crate) fn read(path: &Path) -> (Vec<FrameHeader>, bool) {
     let mut reader = FrameReader::open(path).expect("a recording");
     let headers = reader.by_ref().map(|frame| frame.expect("a readable frame").header).collect();
-    (headers, reader.was_cut())
+    (headers, reader.flaws().cut)
 }
 
 /// Waits until a recording that is being written has frames that would survive its recorder.

@@ -6,7 +6,7 @@ use std::hash::{Hash as _, Hasher as _};
 use std::path::Path;
 
 use bench_dragon::recording::{FrameReader, RecordedFrame, Recorder, RecorderSettings};
-use bench_dragon::source::replay::pace::Pace;
+use bench_dragon::source::replay::PlaybackClock;
 use bench_dragon_ipc::{DescriptionReader, FrameHeader, HandleState, ShowState, StatusReader};
 use serde_json::{Value, json};
 
@@ -62,13 +62,13 @@ pub(crate) fn hashes_of_recorded(frames: &[(RecordedFrame, String)]) -> Vec<u64>
 /// counted, with those behind it a tenth faster until the replay was on time again.
 pub(crate) fn assert_paced(shots: &[Shot], recorded: &[FrameHeader], rate: f64, overruns: &Value) {
     assert_eq!(shots.len(), recorded.len());
-    let mut pace = Pace::new(rate);
+    let mut clock = PlaybackClock::new(rate);
     for (shot, recorded) in shots.iter().zip(recorded) {
         let came_ns = shot.header.scheduled_ns;
-        assert_eq!(pace.due_ns(recorded.scheduled_ns, came_ns), came_ns, "no frame comes too soon: {:?}", shot.header);
-        assert_eq!(shot.header.time_scale, recorded.time_scale * pace.rate(), "{:?}", shot.header);
+        assert_eq!(clock.due_ns(recorded.scheduled_ns, came_ns), came_ns, "no frame comes too soon: {:?}", shot.header);
+        assert_eq!(shot.header.time_scale, recorded.time_scale * clock.rate(), "{:?}", shot.header);
     }
-    assert_eq!(*overruns, pace.overruns(), "what came too late is counted");
+    assert_eq!(*overruns, clock.overruns(), "what came too late is counted");
 }
 
 /// The contacts that a monitor has told of, without their runs.

@@ -102,7 +102,7 @@ pub(crate) fn record(settings: RecorderSettings, frames: &[Frame]) -> PathBuf {
 pub(crate) fn read(path: &Path) -> (Vec<RecordedFrame>, bool) {
     let mut reader = FrameReader::open(path).expect("a recording");
     let frames = reader.by_ref().collect::<Result<_, _>>().expect("readable frames");
-    (frames, reader.was_cut())
+    (frames, reader.flaws().cut)
 }
 
 /// The summary that a reader with an index begins with; `None` in an unfinished file.

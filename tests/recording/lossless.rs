@@ -1,6 +1,6 @@
 //! A recording holds what was sent.
 
-use bench_dragon::recording::{FrameReader, Progress, RecordError, Recorder, schema};
+use bench_dragon::recording::{FrameReader, RecordError, Recorder, RecorderProgress, schema};
 use bench_dragon_ipc::{FrameHeader, HandleState};
 use tempfile::tempdir;
 
@@ -124,7 +124,7 @@ fn progress_counts_what_has_been_written_without_waiting_for_more() {
     let dance::Frame { header, handles } = dance::frame(0, BENCHES);
     recorder.frame(&header, &handles).expect("a frame");
     recorder.alert(&dance::alert(0), 7).expect("an alert");
-    let is_written = |progress: &Progress| {
+    let is_written = |progress: &RecorderProgress| {
         let bytes = path.metadata().expect("a file").len();
         (progress.frames, progress.alerts, progress.bytes_written) == (1, 1, bytes)
     };
@@ -132,7 +132,7 @@ fn progress_counts_what_has_been_written_without_waiting_for_more() {
         let progress = recorder.progress();
         if is_written(&progress) { Ok(()) } else { Err(format!("{progress:?}")) }
     });
-    let Progress { files, file, .. } = recorder.progress();
+    let RecorderProgress { files, file, .. } = recorder.progress();
     assert_eq!((files, &file), (1, &path));
     assert_eq!(dance::read(&path).0.len(), 1, "a recording can be read while it is made");
 }

@@ -117,7 +117,7 @@ fn a_damaged_chunk_costs_its_own_frames_and_the_old_file_is_kept() {
     let read: Vec<_> = reader.by_ref().collect::<Result<_, _>>().expect("readable frames");
     dance::assert_same(&read, &expected);
     let chunk_bytes = chunk.chunk_length - RECORD_HEAD_BYTES;
-    assert_eq!(reader.skipped_bytes(), chunk_bytes);
+    assert_eq!(reader.flaws().skipped_bytes, chunk_bytes);
 
     let repaired = repair_checked(&path, |_| ()).expect("a repair");
     assert_eq!((repaired.frames, repaired.skipped_bytes), (expected.len() as u64, chunk_bytes));
@@ -136,7 +136,7 @@ fn a_finished_recording_whose_first_chunk_is_damaged_has_all_other_frames() {
     let mut reader = FrameReader::open(&path).expect("a recording");
     let read: Vec<_> = reader.by_ref().collect::<Result<_, _>>().expect("readable frames");
     dance::assert_same(&read, &ORIGINAL.frames[1..]);
-    assert_eq!(reader.skipped_bytes(), chunk.chunk_length - RECORD_HEAD_BYTES);
+    assert_eq!(reader.flaws().skipped_bytes, chunk.chunk_length - RECORD_HEAD_BYTES);
 }
 
 #[test]

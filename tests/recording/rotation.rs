@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use bench_dragon::recording::{RecordError, RecordedFrame, Recorder, RecorderSettings, Summary};
+use bench_dragon::recording::{RecordError, RecordedFrame, Recorder, RecorderSettings, RecordingSummary};
 use mcap::records::ChunkIndex;
 use tempfile::{TempDir, tempdir};
 
@@ -11,7 +11,7 @@ use crate::dance::{self, BENCHES, RUN_ID, TOML};
 const FILE_BYTES: u64 = 1_000_000;
 const FRAMES: u64 = 700;
 
-fn record_in_files(max_total_bytes: Option<u64>) -> (TempDir, Summary) {
+fn record_in_files(max_total_bytes: Option<u64>) -> (TempDir, RecordingSummary) {
     let folder = tempdir().expect("a folder");
     let settings =
         RecorderSettings { rotate_bytes: Some(FILE_BYTES), max_total_bytes, ..dance::settings(folder.path()) };

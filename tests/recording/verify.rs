@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use bench_dragon::config::Config;
 use bench_dragon::recording::{Recorder, RecorderSettings};
-use bench_dragon::source::replay::verify::{RunVerification, Value, Verdict, Verification, verify};
+use bench_dragon::source::replay::verify::{RunVerdict, RunVerification, Value, Verification, verify};
 use bench_dragon::source::server::Simulation;
 use bench_dragon::source::server::motion::MotionPlan;
 use bench_dragon::source::server::schedule::Schedule;
@@ -125,14 +125,14 @@ fn eventful() -> Tape {
 }
 
 fn reason(run: &RunVerification) -> (u64, &str) {
-    let Verdict::Unverifiable { from_tick, reason } = &run.verdict else { panic!("{run:?}") };
+    let RunVerdict::Unverifiable { from_tick, reason } = &run.verdict else { panic!("{run:?}") };
     (*from_tick, reason)
 }
 
 #[test]
 fn a_run_with_commands_and_missed_releases_is_as_simulated() {
     let run = eventful().verify();
-    assert_eq!(run.verdict, Verdict::Verified);
+    assert_eq!(run.verdict, RunVerdict::Verified);
     assert_eq!((run.frames, run.verified, run.missing, run.overruns), (1200, 1200, 0, 373));
     assert_eq!((run.first_tick, run.last_tick, run.commands, run.grants, run.timecode), (0, 1199, 6, 0, 0));
 }
@@ -161,7 +161,7 @@ fn one_changed_bit_is_found_in_every_field_that_is_compared() {
         let (header, handles) = &mut tape.frames[41];
         change(header, handles);
         let run = tape.verify();
-        let Verdict::Differs { difference } = &run.verdict else { panic!("{field}: {run:?}") };
+        let RunVerdict::Differs { difference } = &run.verdict else { panic!("{field}: {run:?}") };
         assert_eq!((difference.tick, difference.field.as_str(), difference.handle), (41, field, handle));
         assert_ne!(difference.recorded, difference.simulated, "{field}");
         assert_eq!((run.frames, run.verified), (60, 41), "{field}");
@@ -173,18 +173,20 @@ fn a_changed_command_is_found_where_it_first_shows() {
     let whole = Tape::of(60, &[(20, Request::Speed { speed_mps: 0.5 }), (25, Request::Release)], &[(30, 2)]);
     let mut later = whole.clone();
     later.events[1].tick = 22;
-    let Verdict::Differs { difference } = later.verify().verdict else { panic!("the speed changed two ticks before") };
+    let RunVerdict::Differs { difference } = later.verify().verdict else {
+        panic!("the speed changed two ticks before")
+    };
     assert_eq!((difference.tick, difference.field.as_str()), (20, "head_travel_m"));
 
     let mut accepted = whole.clone();
     accepted.events[2].refusal = 0;
-    let Verdict::Differs { difference } = accepted.verify().verdict else { panic!("there was no hold to release") };
+    let RunVerdict::Differs { difference } = accepted.verify().verdict else { panic!("there was no hold to release") };
     assert_eq!((difference.tick, difference.field.as_str()), (25, "command event 2"));
     assert_eq!(difference.recorded, Value::Text("accepted".to_owned()));
 
     let mut overruns = whole;
     overruns.events[3].overruns = 1;
-    let Verdict::Differs { difference } = overruns.verify().verdict else { panic!("the frames show two") };
+    let RunVerdict::Differs { difference } = overruns.verify().verdict else { panic!("the frames show two") };
     assert_eq!((difference.tick, difference.field.as_str()), (59, "overruns of command event 3"));
 }
 
@@ -201,11 +203,11 @@ fn the_last_moments_before_a_crash_are_not_said_to_differ() {
 
     let mut long_before = whole.clone();
     long_before.events.truncate(1);
-    assert!(matches!(long_before.verify().verdict, Verdict::Differs { .. }), "1.6 s before the end");
+    assert!(matches!(long_before.verify().verdict, RunVerdict::Differs { .. }), "1.6 s before the end");
     let mut ended = whole;
     ended.events.remove(2);
     ended.events[2].number = 2;
-    assert!(matches!(ended.verify().verdict, Verdict::Differs { .. }), "the record of commands is whole");
+    assert!(matches!(ended.verify().verdict, RunVerdict::Differs { .. }), "the record of commands is whole");
 }
 
 #[test]
@@ -214,7 +216,7 @@ fn frames_that_the_recorder_lost_are_simulated_unless_releases_were_missed_meanw
     let mut tape = whole.clone();
     tape.frames.retain(|(header, _)| !(500..620).contains(&header.tick) && header.tick != 40);
     let run = tape.verify();
-    assert_eq!((&run.verdict, run.frames, run.verified, run.missing), (&Verdict::Verified, 1079, 1079, 121));
+    assert_eq!((&run.verdict, run.frames, run.verified, run.missing), (&RunVerdict::Verified, 1079, 1079, 121));
 
     let mut tape = whole;
     tape.frames.retain(|(header, _)| !(690..710).contains(&header.tick));
@@ -233,7 +235,7 @@ fn a_recording_that_begins_late_is_verified_where_no_release_was_missed_before()
     let mut tape = Tape::of(200, &requests, &[(120, 5)]);
     tape.frames.retain(|(header, _)| header.tick >= 100);
     let run = tape.verify();
-    assert_eq!((&run.verdict, run.first_tick, run.frames, run.missing), (&Verdict::Verified, 100, 100, 100));
+    assert_eq!((&run.verdict, run.first_tick, run.frames, run.missing), (&RunVerdict::Verified, 100, 100, 100));
     assert_eq!((run.commands, run.overruns), (2, 5));
 
     let mut tape = Tape::of(200, &requests, &[(50, 5)]);
@@ -283,7 +285,7 @@ fn nothing_that_a_recording_claims_breaks_a_verification() {
     }
     let mut tape = whole.clone();
     tape.frames[4].0.tick = u64::MAX;
-    assert!(matches!(tape.verify().verdict, Verdict::Differs { .. }), "no clock goes on for so long");
+    assert!(matches!(tape.verify().verdict, RunVerdict::Differs { .. }), "no clock goes on for so long");
     let mut tape = whole.clone();
     tape.frames[4].0.tick = 200_000_000;
     tape.frames[4].0.scheduled_ns = EPOCH_NS + 200_000_000 * 1_000_000_000 / u64::from(RATE_HZ);
@@ -305,7 +307,7 @@ fn the_files_of_a_rotated_recording_are_verified_as_one() {
         path
     });
     let Verification { runs, .. } = verified(&parts);
-    assert_eq!((&runs[0].verdict, runs[0].frames), (&Verdict::Verified, 1200));
+    assert_eq!((&runs[0].verdict, runs[0].frames), (&RunVerdict::Verified, 1200));
     let Verification { runs, .. } = verified(&parts[1..]);
     assert!(reason(&runs[0]).1.contains("events of its commands are missing"), "{runs:?}");
     let [first, second, third] = parts;

@@ -14,8 +14,7 @@ use crate::cli::BadInput;
 use crate::config::Config;
 use crate::output::Counted;
 use crate::output::report::ShowSummary;
-use crate::recording::space::DiskSpace;
-use crate::recording::{BackgroundRepair, Repair, RepairError};
+use crate::recording::{BackgroundRepair, DiskSpace, Repair, RepairError};
 
 /// How the name of a show's folder begins that was not given one.
 const FOLDER_PREFIX: &str = "show-";

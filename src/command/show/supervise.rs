@@ -10,7 +10,7 @@ use super::liveness::{MAX_RESTARTS, WINDOW};
 use super::{Bus, Page, Show};
 use crate::command::exit_status::DISK_FULL;
 use crate::command::print::complain;
-use crate::recording::space::Size;
+use crate::recording::Size;
 
 /// Room from which a show is recorded again, in bytes: some seconds of a large dragon at least.
 const LEAST_ROOM_BYTES: u64 = 256 << 20;

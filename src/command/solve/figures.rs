@@ -12,13 +12,13 @@ use super::contact::NearMiss;
 use super::turn::passage_time_s;
 use crate::cli::{FigureArgs, Format};
 use crate::command::print::print_line;
-use crate::command::whole_file;
 use crate::config::Config;
 use crate::output::figure::{
     Caption, Circle, ClearanceOverTime, ContactMark, ContactView, Drawing, HandleSpeed, LargestSpeed, Pair, PlanView,
     SpeedRange, SpeedsOverTime, TurnMarks,
 };
 use crate::output::terminal_text::Printable;
+use crate::system::whole_file;
 
 /// How far a drawn route may lie off the true one: a fortieth of a millimetre where the surroundings of a contact are
 /// shown 50 mm to the metre.

@@ -5,8 +5,8 @@ use std::process::ExitCode;
 use anyhow::bail;
 
 use crate::cli::{AnswerArgs, Question};
-use crate::command::whole_file;
 use crate::config::Config;
+use crate::system::whole_file;
 
 mod caption;
 mod contact;

@@ -8,12 +8,13 @@ use serde::Serialize;
 
 use super::figures;
 use crate::cli::{BadInput, PosesArgs, TableFormat, TimesArgs};
+use crate::command::load_config;
 use crate::command::print::{print_bytes, print_json, print_line};
-use crate::command::{load_config, whole_file};
 use crate::config::{Config, Overrides};
 use crate::output::Counted;
 use crate::output::table::{Cell, Column, Csv, Exporter as _, Table, Text, Xlsx};
 use crate::output::terminal_text::Printable;
+use crate::system::whole_file;
 
 /// Decimals that people see, of metres and of metres per second.
 const DECIMALS: usize = 6;

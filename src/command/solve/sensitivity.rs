@@ -7,11 +7,12 @@ use serde::Serialize;
 use super::caption::caption;
 use super::figures;
 use crate::cli::{Format, SensitivityArgs};
+use crate::command::load_config;
 use crate::command::print::{Progress, print_bytes, print_json, print_line};
-use crate::command::{load_config, whole_file};
 use crate::config::{Config, Overrides};
 use crate::output::figure;
 use crate::output::table::{Cell, Column, Exporter as _, Table, Text, Xlsx};
+use crate::system::whole_file;
 
 pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<()> {
     let config = load_config(&args.config, Overrides::default())?;

@@ -1,7 +1,7 @@
 //! Export: the frames, the alerts and the commands of a recording as rows and columns, for spreadsheets and for people's own programs.
 //!
 //! **Which frames.** Those whose show time lies in an interval, in the recorded order, and of these the ones with which
-//! show time enters another step ([`sampling`]): a frame a second, say. Alerts and commands of the interval are all there.
+//! show time enters another step: a frame a second, say. Alerts and commands of the interval are all there.
 //!
 //! **As what.** Comma-separated values ([`write_csv`]) are written as the file is read: a row for each handle of each frame, numbers whole,
 //! in the shortest form that reads back the same. A [`Workbook`] has several sheets, among them positions and speeds with
@@ -10,19 +10,16 @@
 //!
 //! **A damaged file** is exported without what is damaged, one without its end as far as it goes; [`Flaws`](crate::recording::Flaws) tells.
 
-mod csv;
-mod error;
 mod rows;
-pub mod sampling;
 mod selection;
 mod workbook;
 
-use std::path::PathBuf;
+use std::{io, path::PathBuf};
 
-use crate::recording::ShowInterval;
+use super::{NothingFound, ReadError, ShowInterval};
+use crate::output::table;
 
-pub use csv::write_csv;
-pub use error::ExportError;
+pub use rows::write_csv;
 pub use selection::Selection;
 pub use workbook::Workbook;
 
@@ -36,14 +33,14 @@ pub struct ExportSettings {
     /// Nanoseconds of show time from one exported frame to the next; 0 for every frame.
     pub every_ns: i64,
     /// What the rows are about.
-    pub subject: Subject,
+    pub subject: ExportSubject,
     /// Whether alerts and commands are exported beside the subject: a workbook has sheets for them.
     pub with_events: bool,
 }
 
 /// What rows are about.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Subject {
+pub enum ExportSubject {
     /// Every handle of each frame: position, velocity and speed.
     #[default]
     Handles,
@@ -57,7 +54,7 @@ pub enum Subject {
     Commands,
 }
 
-impl Subject {
+impl ExportSubject {
     /// The plural of what a row stands for.
     pub fn name(self) -> &'static str {
         match self {
@@ -88,4 +85,33 @@ pub struct ExportCounts {
     pub commands: u64,
     /// Rows of comma-separated values, without the titles; null of a workbook.
     pub rows: Option<u64>,
+}
+
+/// Why a recording could not be exported.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExportError {
+    /// The file cannot be opened as a recording.
+    #[error(transparent)]
+    Open(ReadError),
+    /// What follows in the file cannot be read.
+    #[error("the export ends early")]
+    Read(#[source] ReadError),
+    /// There is nothing to export.
+    #[error(transparent)]
+    Nothing(#[from] NothingFound),
+    /// A workbook has no room for it.
+    #[error("{what}, a workbook has room for {most}: choose a greater --every, a shorter --from and --to, or .csv")]
+    TooMuch {
+        /// What there is too much of, with its number.
+        what: String,
+        /// How much there may be.
+        most: usize,
+    },
+    /// The rows could not be written.
+    #[error("cannot write the rows")]
+    Write(#[source] io::Error),
+    /// The workbook's writer refused.
+    #[error(transparent)]
+    Table(#[from] table::ExportError),
 }

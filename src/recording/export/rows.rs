@@ -1,37 +1,66 @@
-//! Rows of frames, alerts and commands: what the columns are, and what stands in them.
+//! Rows of frames, alerts and commands: what the columns are, what stands in them, and as comma-separated values.
+
+use std::io::Write;
 
 use bench_dragon_ipc::{Alert, BenchState, CommandEvent, FrameHeader};
 
-use super::Subject;
+use super::{ExportError, ExportSubject, Selection};
 use crate::output::report::CommandLine;
-use crate::output::table::{Cell, Column};
+use crate::output::table::{Cell, Column, CsvWriter};
 use crate::recording::{Recorded, RecordedFrame};
 
 /// Decimals that people see.
 pub(super) const DECIMALS: usize = 6;
 
+/// Writes a line of titles, and a row for each of what the selection's subject names. `look` is shown how far it has come,
+/// after each frame.
+///
+/// # Errors
+/// What cannot be read, [`ExportError::Write`] where a row cannot be written, and as [`Selection::next_recorded`] where
+/// there is no frame; then nothing was written.
+pub fn write_csv(
+    selection: &mut Selection,
+    sink: impl Write,
+    mut look: impl FnMut(&Selection),
+) -> Result<(), ExportError> {
+    let subject = selection.settings.subject;
+    let mut recorded = selection.next_recorded()?;
+    selection.counts.rows = Some(0);
+    let mut csv = CsvWriter::begin(sink, &columns(subject)).map_err(ExportError::Write)?;
+    while let Some(frame) = recorded {
+        let write = |row: Vec<Cell>| {
+            *selection.counts.rows.get_or_insert(0) += 1;
+            csv.write(&row)
+        };
+        for_each_row(subject, &frame, write).map_err(ExportError::Write)?;
+        look(selection);
+        recorded = selection.next_recorded()?;
+    }
+    csv.finish().map_err(ExportError::Write)
+}
+
 /// The columns of rows about a subject.
-pub(super) fn columns(subject: Subject) -> Vec<Column> {
+pub(super) fn columns(subject: ExportSubject) -> Vec<Column> {
     let when = [Column::whole("run_id"), Column::whole("tick"), Column::number("time_s", 9)];
     let what = match subject {
-        Subject::Handles => {
+        ExportSubject::Handles => {
             let numbers = numbers(&["x_m", "y_m", "z_m", "vx_mps", "vy_mps", "vz_mps", "speed_mps"]);
             [vec![Column::whole("handle")], numbers].concat()
         }
-        Subject::Benches => {
+        ExportSubject::Benches => {
             let place = ["x_m", "y_m", "z_m", "heading_rad"];
             let motion = ["vx_mps", "vy_mps", "vz_mps", "speed_mps", "turn_rate_radps"];
             [vec![Column::whole("bench")], numbers(&place), numbers(&motion)].concat()
         }
-        Subject::Frames => {
+        ExportSubject::Frames => {
             let numbers = numbers(&["head_travel_m", "head_speed_mps", "time_scale"]);
             [vec![Column::text("state")], numbers, vec![Column::whole("benches")]].concat()
         }
-        Subject::Alerts => {
+        ExportSubject::Alerts => {
             let benches = vec![Column::text("kind"), Column::whole("bench_a"), Column::whole("bench_b")];
             [benches, numbers(&["clearance_m", "x_m", "y_m", "forecast_s"])].concat()
         }
-        Subject::Commands => {
+        ExportSubject::Commands => {
             let sender = vec![Column::text("wall_time"), Column::text("sender"), Column::whole("pid")];
             let command =
                 vec![Column::text("command"), Column::number("value_1", DECIMALS), Column::number("value_2", DECIMALS)];
@@ -48,27 +77,27 @@ fn numbers(titles: &[&str]) -> Vec<Column> {
 
 /// Gives every row about a subject to `take`, in order.
 pub(super) fn for_each_row<E>(
-    subject: Subject,
+    subject: ExportSubject,
     recorded: &Recorded,
     mut take: impl FnMut(Vec<Cell>) -> Result<(), E>,
 ) -> Result<(), E> {
     match (subject, recorded) {
-        (Subject::Handles, Recorded::Frame(RecordedFrame { header, handles, .. })) => {
+        (ExportSubject::Handles, Recorded::Frame(RecordedFrame { header, handles, .. })) => {
             for (index, handle) in handles.iter().enumerate() {
                 let numbers = [handle.position_m, handle.velocity_mps];
                 take(row(header, index, numbers.as_flattened().iter().copied().chain([handle.speed_mps()])))?;
             }
         }
-        (Subject::Benches, Recorded::Frame(RecordedFrame { header, handles, .. })) => {
+        (ExportSubject::Benches, Recorded::Frame(RecordedFrame { header, handles, .. })) => {
             for (index, bench) in BenchState::all(handles).enumerate() {
                 let BenchState { centre_m, heading_rad, velocity_mps, turn_rate_radps } = bench;
                 let numbers = centre_m.into_iter().chain([heading_rad]).chain(velocity_mps);
                 take(row(header, index, numbers.chain([bench.speed_mps(), turn_rate_radps])))?;
             }
         }
-        (Subject::Frames, Recorded::Frame(RecordedFrame { header, .. })) => take(frame_row(header))?,
-        (Subject::Alerts, Recorded::Alert(alert)) => take(alert_row(alert))?,
-        (Subject::Commands, Recorded::Command(event)) => take(command_row(event))?,
+        (ExportSubject::Frames, Recorded::Frame(RecordedFrame { header, .. })) => take(frame_row(header))?,
+        (ExportSubject::Alerts, Recorded::Alert(alert)) => take(alert_row(alert))?,
+        (ExportSubject::Commands, Recorded::Command(event)) => take(command_row(event))?,
         _ => {}
     }
     Ok(())

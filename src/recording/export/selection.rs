@@ -2,18 +2,16 @@
 
 use bench_dragon_ipc::FrameHeader;
 
-use super::error::ExportError;
-use super::sampling::Sampling;
-use super::{ExportCounts, ExportSettings, Subject};
-use crate::recording::{Configuration, Flaws, FrameReader, IntervalSearch, Recorded};
+use super::{ExportCounts, ExportError, ExportSettings, ExportSubject};
+use crate::recording::{FrameReader, IntervalSearch, Recorded};
 
 /// Reads what is exported, one after the other; the file is never in memory as a whole.
 #[derive(Debug)]
 pub struct Selection {
-    settings: ExportSettings,
+    pub(super) settings: ExportSettings,
+    pub(super) counts: ExportCounts,
     reader: FrameReader,
     sampling: Sampling,
-    counts: ExportCounts,
     last_run_id: Option<u64>,
     search: IntervalSearch,
 }
@@ -43,45 +41,29 @@ impl Selection {
         loop {
             let Some(recorded) = self.read()? else { return self.end().map(|()| None) };
             let ExportSettings { interval, subject, with_events, .. } = self.settings;
-            let is_of = |events: Subject, time_ns| (with_events || subject == events) && interval.contains(time_ns);
+            let is_of =
+                |events: ExportSubject, time_ns| (with_events || subject == events) && interval.contains(time_ns);
             match &recorded {
                 Recorded::Frame(frame) => self.count_frame(&frame.header),
-                Recorded::Alert(alert) if is_of(Subject::Alerts, alert.sim_time_ns) => self.counts.alerts += 1,
-                Recorded::Command(event) if is_of(Subject::Commands, event.sim_time_ns) => self.counts.commands += 1,
+                Recorded::Alert(alert) if is_of(ExportSubject::Alerts, alert.sim_time_ns) => self.counts.alerts += 1,
+                Recorded::Command(event) if is_of(ExportSubject::Commands, event.sim_time_ns) => {
+                    self.counts.commands += 1
+                }
                 Recorded::Alert(_) | Recorded::Command(_) => continue,
             }
             return Ok(Some(recorded));
         }
     }
 
-    /// The configuration of the frame that was read last.
-    pub fn configuration(&self) -> Option<&Configuration> {
-        self.reader.configuration()
-    }
-
-    /// How far into the file the last frame is, in bytes.
-    pub fn position(&self) -> u64 {
-        self.reader.position()
-    }
-
-    /// What is exported.
-    pub fn settings(&self) -> &ExportSettings {
-        &self.settings
+    /// The recording: the configuration of the frame that was read last, how far into the file that is, and what could not
+    /// be read so far.
+    pub fn reader(&self) -> &FrameReader {
+        &self.reader
     }
 
     /// How much has been exported so far.
     pub fn counts(&self) -> ExportCounts {
         self.counts
-    }
-
-    /// Counts rows that were written.
-    pub(super) fn count_rows(&mut self, rows: u64) {
-        *self.counts.rows.get_or_insert(0) += rows;
-    }
-
-    /// What could not be read; known once all is read.
-    pub fn flaws(&self) -> Flaws {
-        self.reader.flaws()
     }
 
     fn read(&mut self) -> Result<Option<Recorded>, ExportError> {
@@ -105,6 +87,73 @@ impl Selection {
         if self.counts.frames > 0 || !self.settings.subject.has_frames() {
             return Ok(());
         }
-        Err(self.search.nothing_found(&self.settings.file, self.flaws()).into())
+        Err(self.search.nothing_found(&self.settings.file, self.reader.flaws()).into())
+    }
+}
+
+/// Chooses the first frame of each run, every frame with which show time enters another step (the first one at or behind each
+/// whole multiple of it), and the first one wherever show time has gone back.
+///
+/// So a frame is chosen at 0, 1, 2 s where there is one at just those times, a pause adds none, and a show that is sought
+/// back is told again.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sampling {
+    every_ns: i64,
+    /// The run and the show time of the frame before.
+    last: Option<(u64, i64)>,
+}
+
+impl Sampling {
+    /// A step in nanoseconds of show time, not negative; 0 chooses every frame.
+    fn new(every_ns: i64) -> Self {
+        assert!(every_ns >= 0, "the command line allows no negative step");
+        Self { every_ns, last: None }
+    }
+
+    /// Whether the frame of a run at a show time, recorded behind the one asked for before, is chosen.
+    fn takes(&mut self, run_id: u64, sim_time_ns: i64) -> bool {
+        if self.every_ns == 0 {
+            return true;
+        }
+        let step = |time_ns: i64| time_ns.div_euclid(self.every_ns);
+        let last = self.last.replace((run_id, sim_time_ns));
+        last.is_none_or(|(last_run_id, last_ns)| {
+            last_run_id != run_id || step(last_ns) != step(sim_time_ns) || sim_time_ns < last_ns
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn taken(every_ns: i64, times_ns: &[i64]) -> Vec<i64> {
+        let mut sampling = Sampling::new(every_ns);
+        times_ns.iter().copied().filter(|&time_ns| sampling.takes(7, time_ns)).collect()
+    }
+
+    #[test]
+    fn a_frame_is_taken_at_each_whole_step_and_at_the_first_behind_it() {
+        assert_eq!(taken(10, &(0..=30).collect::<Vec<_>>()), [0, 10, 20, 30]);
+        assert_eq!(taken(10, &[3, 6, 9, 12, 15, 18, 21, 24]), [3, 12, 21]);
+        assert_eq!(taken(10, &[-11, -10, -5, -1, 0, 5]), [-11, -10, 0], "show times may be negative");
+    }
+
+    #[test]
+    fn a_pause_adds_none_and_a_show_that_is_sought_back_is_told_again() {
+        assert_eq!(taken(10, &[8, 9, 10, 10, 10, 11]), [8, 10]);
+        assert_eq!(taken(10, &[30, 31, 12, 13, 20]), [30, 12, 20]);
+        assert_eq!(taken(10, &[30, 38, 34, 35, 40]), [30, 34, 40], "within a step");
+    }
+
+    #[test]
+    fn each_run_begins_with_a_frame() {
+        let mut sampling = Sampling::new(10);
+        assert!(sampling.takes(7, 1) && !sampling.takes(7, 2) && sampling.takes(8, 2));
+    }
+
+    #[test]
+    fn a_step_of_nothing_takes_every_frame() {
+        assert_eq!(taken(0, &[5, 5, 6]), [5, 5, 6]);
     }
 }

@@ -1,16 +1,14 @@
 //! A recording as a workbook: frames, what is in them with a column for each, alerts, commands and configurations.
 
-use bench_dragon_ipc::BenchState;
+use bench_dragon_ipc::{BenchState, HandleState};
 
-use super::error::ExportError;
 use super::rows::{DECIMALS, alert_row, columns, command_row, frame_row, seconds};
-use super::selection::Selection;
-use super::{ExportCounts, ExportSettings, Subject};
+use super::{ExportCounts, ExportError, ExportSubject, Selection};
 use crate::output::table::{Book, Cell, Column, Xlsx};
 use crate::recording::{Configuration, Flaws, Recorded, RecordedFrame};
 
 /// Handles, or benches, of all frames together that a workbook may have: the whole width of a sheet of the paper's dragon.
-const MOST_PLACES: usize = 4_000_000;
+const MOST_SAMPLES: usize = 4_000_000;
 
 /// A workbook of a recording, in memory.
 ///
@@ -19,21 +17,23 @@ const MOST_PLACES: usize = 4_000_000;
 /// run.
 #[derive(Debug)]
 pub struct Workbook {
-    settings: ExportSettings,
+    subject: ExportSubject,
     frames: Vec<Vec<Cell>>,
     titles: Vec<String>,
     /// Of each frame, a number of each handle or bench for each of the sheets' rows.
-    places: Vec<Vec<Place>>,
+    samples: Vec<Vec<Sample>>,
     alerts: Vec<Vec<Cell>>,
     commands: Vec<Vec<Cell>>,
     configurations: Vec<Configuration>,
-    counts: ExportCounts,
-    flaws: Flaws,
+    /// How much it has.
+    pub counts: ExportCounts,
+    /// What could not be read of the recording.
+    pub flaws: Flaws,
 }
 
 /// Where a handle or a bench is and how it moves.
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct Sample {
     x_m: f64,
     y_m: f64,
     heading_rad: f64,
@@ -47,41 +47,31 @@ impl Workbook {
     /// As [`Selection::next_recorded`], and [`ExportError::TooMuch`] as soon as there is more than a workbook can have.
     pub fn read(mut selection: Selection, mut look: impl FnMut(&Selection)) -> Result<Self, ExportError> {
         let mut workbook = Self {
-            settings: selection.settings().clone(),
+            subject: selection.settings.subject,
             frames: Vec::new(),
             titles: Vec::new(),
-            places: Vec::new(),
+            samples: Vec::new(),
             alerts: Vec::new(),
             commands: Vec::new(),
             configurations: Vec::new(),
             counts: ExportCounts::default(),
             flaws: Flaws::default(),
         };
-        let mut place_count = 0;
+        let mut sample_count = 0;
         while let Some(recorded) = selection.next_recorded()? {
             match recorded {
                 Recorded::Frame(frame) => {
-                    place_count += workbook.take_frame(&frame, selection.counts().runs);
+                    sample_count += workbook.take_frame(&frame, selection.counts.runs);
                 }
                 Recorded::Alert(alert) => workbook.alerts.push(alert_row(&alert)),
                 Recorded::Command(event) => workbook.commands.push(command_row(&event)),
             }
-            workbook.take_configuration(selection.configuration());
-            workbook.require_room(place_count)?;
+            workbook.take_configuration(selection.reader().configuration());
+            workbook.require_room(sample_count)?;
             look(&selection);
         }
-        (workbook.counts, workbook.flaws) = (selection.counts(), selection.flaws());
+        (workbook.counts, workbook.flaws) = (selection.counts, selection.reader().flaws());
         Ok(workbook)
-    }
-
-    /// How much it has.
-    pub fn counts(&self) -> ExportCounts {
-        self.counts
-    }
-
-    /// What could not be read of the recording.
-    pub fn flaws(&self) -> Flaws {
-        self.flaws
     }
 
     /// The bytes of the workbook. `look` is told after each row, of so many in all.
@@ -90,9 +80,9 @@ impl Workbook {
     /// [`ExportError::Table`].
     pub fn to_bytes(&self, mut look: impl FnMut(usize)) -> Result<Vec<u8>, ExportError> {
         let mut book = Book::new()?;
-        let subject = self.settings.subject;
+        let subject = self.subject;
         if subject.has_frames() {
-            book.add_sheet("frames", &columns(Subject::Frames), self.frames.iter().cloned())?;
+            book.add_sheet("frames", &columns(ExportSubject::Frames), self.frames.iter().cloned())?;
         }
         for sheet in sheets(subject) {
             let row_count =
@@ -101,8 +91,8 @@ impl Workbook {
                 self.wide_rows().flat_map(|index| sheet.lines.iter().map(move |line| self.wide_row(index, line)));
             book.add_sheet(sheet.name, &self.wide_columns(), rows.inspect(|_| look(row_count)))?;
         }
-        book.add_sheet("alerts", &columns(Subject::Alerts), self.alerts.iter().cloned())?;
-        book.add_sheet("commands", &columns(Subject::Commands), self.commands.iter().cloned())?;
+        book.add_sheet("alerts", &columns(ExportSubject::Alerts), self.alerts.iter().cloned())?;
+        book.add_sheet("commands", &columns(ExportSubject::Commands), self.commands.iter().cloned())?;
         let keys = [Column::whole("run_id"), Column::text("key"), Column::text("value")];
         book.add_sheet("configuration", &keys, self.configurations.iter().flat_map(configuration_rows))?;
         Ok(book.finish()?)
@@ -111,21 +101,21 @@ impl Workbook {
     /// Takes a frame of the run with this number. Returns how many handles or benches there were to keep.
     fn take_frame(&mut self, RecordedFrame { header, handles, .. }: &RecordedFrame, run: u64) -> usize {
         self.frames.push(frame_row(header));
-        let places: Vec<Place> = match self.settings.subject {
-            Subject::Handles => {
-                let place = |handle: &bench_dragon_ipc::HandleState| {
+        let samples: Vec<Sample> = match self.subject {
+            ExportSubject::Handles => {
+                let sample = |handle: &HandleState| {
                     let [x_m, y_m, _] = handle.position_m;
-                    Place { x_m, y_m, heading_rad: 0.0, speed_mps: handle.speed_mps() }
+                    Sample { x_m, y_m, heading_rad: 0.0, speed_mps: handle.speed_mps() }
                 };
-                handles.iter().map(place).collect()
+                handles.iter().map(sample).collect()
             }
-            Subject::Benches => BenchState::all(handles).map(|bench| Place::of(&bench)).collect(),
-            Subject::Frames | Subject::Alerts | Subject::Commands => return 0,
+            ExportSubject::Benches => BenchState::all(handles).map(|bench| Sample::of(&bench)).collect(),
+            ExportSubject::Frames | ExportSubject::Alerts | ExportSubject::Commands => return 0,
         };
         let time_s = seconds(header.sim_time_ns);
         self.titles.push(if run == 1 { format!("{time_s} s") } else { format!("run {run}, {time_s} s") });
-        let count = places.len();
-        self.places.push(places);
+        let count = samples.len();
+        self.samples.push(samples);
         count
     }
 
@@ -136,16 +126,16 @@ impl Workbook {
     }
 
     /// Fails as soon as there is no room for what has been read.
-    fn require_room(&self, place_count: usize) -> Result<(), ExportError> {
-        let plural = self.settings.subject.name();
+    fn require_room(&self, sample_count: usize) -> Result<(), ExportError> {
+        let plural = self.subject.name();
         // One row has the titles, one column tells what the row is.
         let (rows, columns) = (Xlsx::MAX_ROWS - 1, Xlsx::MAX_COLUMNS - 1);
-        let tallest = self.places.last().map_or(0, Vec::len) * MOST_LINES;
+        let tallest = self.samples.last().map_or(0, Vec::len) * MOST_LINES;
         for (count, most, what) in [
             (self.frames.len(), rows, "frames".to_owned()),
-            (self.places.len(), columns, format!("frames with a column of {plural} each")),
+            (self.samples.len(), columns, format!("frames with a column of {plural} each")),
             (tallest, rows, format!("rows of {plural}")),
-            (place_count, MOST_PLACES, format!("{plural} of all frames")),
+            (sample_count, MOST_SAMPLES, format!("{plural} of all frames")),
             (self.alerts.len(), rows, "alerts".to_owned()),
             (self.commands.len(), rows, "command events".to_owned()),
         ] {
@@ -158,21 +148,21 @@ impl Workbook {
 
     fn wide_columns(&self) -> Vec<Column> {
         let frames = self.titles.iter().map(|title| Column::number(title, DECIMALS));
-        std::iter::once(Column::text(self.settings.subject.name())).chain(frames).collect()
+        std::iter::once(Column::text(self.subject.name())).chain(frames).collect()
     }
 
     /// The indices of handles or benches.
     fn wide_rows(&self) -> std::ops::Range<usize> {
-        0..self.places.iter().map(Vec::len).max().unwrap_or(0)
+        0..self.samples.iter().map(Vec::len).max().unwrap_or(0)
     }
 
-    fn wide_row(&self, index: usize, (title, value): &Line) -> Vec<Cell> {
-        let values = self.places.iter().map(|places| Cell::from(places.get(index).map(value)));
+    fn wide_row(&self, index: usize, (title, value): &WideLine) -> Vec<Cell> {
+        let values = self.samples.iter().map(|samples| Cell::from(samples.get(index).map(value)));
         std::iter::once(Cell::from(format!("{index} {title}"))).chain(values).collect()
     }
 }
 
-impl Place {
+impl Sample {
     fn of(bench: &BenchState) -> Self {
         let [x_m, y_m, _] = bench.centre_m;
         Self { x_m, y_m, heading_rad: bench.heading_rad, speed_mps: bench.speed_mps() }
@@ -180,28 +170,28 @@ impl Place {
 }
 
 /// A sheet with a column for each frame.
-struct Sheet {
+struct WideSheet {
     name: &'static str,
     /// The rows of each handle or bench.
-    lines: &'static [Line],
+    lines: &'static [WideLine],
 }
 
 /// What a row tells of a handle or a bench.
-type Line = (&'static str, fn(&Place) -> f64);
+type WideLine = (&'static str, fn(&Sample) -> f64);
 
 /// Rows that a sheet has of each handle or bench, at most.
 const MOST_LINES: usize = 2;
 
-const POSITIONS: Sheet =
-    Sheet { name: "positions", lines: &[("x (m)", |place| place.x_m), ("y (m)", |place| place.y_m)] };
-const HEADINGS: Sheet = Sheet { name: "headings", lines: &[("(rad)", |place| place.heading_rad)] };
-const SPEEDS: Sheet = Sheet { name: "speeds", lines: &[("(m/s)", |place| place.speed_mps)] };
+const POSITIONS: WideSheet =
+    WideSheet { name: "positions", lines: &[("x (m)", |sample| sample.x_m), ("y (m)", |sample| sample.y_m)] };
+const HEADINGS: WideSheet = WideSheet { name: "headings", lines: &[("(rad)", |sample| sample.heading_rad)] };
+const SPEEDS: WideSheet = WideSheet { name: "speeds", lines: &[("(m/s)", |sample| sample.speed_mps)] };
 
-fn sheets(subject: Subject) -> &'static [Sheet] {
+fn sheets(subject: ExportSubject) -> &'static [WideSheet] {
     match subject {
-        Subject::Handles => &[POSITIONS, SPEEDS],
-        Subject::Benches => &[POSITIONS, HEADINGS, SPEEDS],
-        Subject::Frames | Subject::Alerts | Subject::Commands => &[],
+        ExportSubject::Handles => &[POSITIONS, SPEEDS],
+        ExportSubject::Benches => &[POSITIONS, HEADINGS, SPEEDS],
+        ExportSubject::Frames | ExportSubject::Alerts | ExportSubject::Commands => &[],
     }
 }
 

@@ -12,7 +12,7 @@
 //! **What is not.** Alerts: a monitor of the replay makes its own, of the same frames.
 //!
 //! **Who waits.** The file is read ahead on a thread of its own, into a bounded channel. A frame that comes too late is
-//! sent at once, and those behind it follow a tenth faster until the replay is on time again ([`pace`]). Nothing waits for a
+//! sent at once, and those behind it follow a tenth faster until the replay is on time again ([`PlaybackClock`]). Nothing waits for a
 //! reader.
 //!
 //! **What clients may ask.** To stop; whatever else is refused with [`Refusal::Replayed`](bench_dragon_ipc::Refusal).
@@ -21,30 +21,27 @@
 //!
 //! **A damaged file** is played without what is damaged, one without its end as far as it goes; [`Replay::finish`] tells.
 
-pub mod pace;
+mod pass;
+mod playback_clock;
+mod read_ahead;
 pub mod verify;
 
-mod error;
-mod excerpt;
-mod pass;
-mod read_ahead;
-
+use std::io;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use bench_dragon_ipc::{Domain, SourceKind, SourceLock};
+use bench_dragon_ipc::{BusError, Domain, SourceKind, SourceLock};
 use serde::{Deserialize, Serialize};
 
 use crate::config::RATE_HZ;
-use crate::recording::{Flaws, ShowInterval};
+use crate::recording::{Flaws, NothingFound, ReadError, ShowInterval};
 use crate::source::{SourcePorts, described_rate_hz};
 
-pub use error::ReplayError;
 pub use pass::{Pass, PassSummary};
+pub use playback_clock::PlaybackClock;
 
-use pace::Pace;
 use read_ahead::{ReadAhead, RecordedRun};
 
 /// Recorded seconds that may be played per second.
@@ -88,7 +85,7 @@ pub struct Replay {
     domain: Domain,
     settings: ReplaySettings,
     read_ahead: ReadAhead,
-    pace: Pace,
+    clock: PlaybackClock,
     /// How often the recording has been begun again.
     lap: u64,
     summary: ReplaySummary,
@@ -101,7 +98,7 @@ impl Replay {
     /// Opens the recording and takes the instance.
     ///
     /// # Errors
-    /// [`ReplayError::Open`] where the file is no recording, [`BusError::SourceRunning`](bench_dragon_ipc::BusError::SourceRunning) where a source runs on the
+    /// [`ReplayError::Open`] where the file is no recording, [`BusError::SourceRunning`] where a source runs on the
     /// instance.
     pub fn open(domain: &Domain, settings: ReplaySettings) -> Result<Self, ReplayError> {
         let read_ahead = ReadAhead::start(&settings)?;
@@ -111,7 +108,7 @@ impl Replay {
         }
         Ok(Self {
             domain: domain.clone(),
-            pace: Pace::new(settings.rate),
+            clock: PlaybackClock::new(settings.rate),
             settings,
             read_ahead,
             lap: 0,
@@ -134,7 +131,7 @@ impl Replay {
         let ports = SourcePorts::open(&self.domain, SourceKind::Replay, toml, run.bench_count, rate_hz)?;
         if run.lap != self.lap {
             self.lap = run.lap;
-            self.pace.begin_lap();
+            self.clock.begin_lap();
         }
         self.summary.passes += 1;
         Ok(Some(Pass::new(self, run, ports)))
@@ -154,6 +151,35 @@ impl Replay {
         }
         Ok(None)
     }
+}
+
+/// Why a recording could not be replayed, or not to its end.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReplayError {
+    /// The file cannot be opened as a recording.
+    #[error(transparent)]
+    Open(ReadError),
+    /// What follows in the file cannot be read.
+    #[error("the replay ends early")]
+    Read(#[source] ReadError),
+    /// There is nothing to replay.
+    #[error(transparent)]
+    Nothing(#[from] NothingFound),
+    /// Frames without the configuration that tells readers what they are of.
+    #[error("{} holds frames of run {run_id}, but not its configuration", path.display())]
+    NoConfiguration {
+        /// The file.
+        path: PathBuf,
+        /// The run, as recorded.
+        run_id: u64,
+    },
+    /// The thread that reads the file could not be started.
+    #[error("cannot start a thread")]
+    Thread(#[source] io::Error),
+    /// The bus.
+    #[error(transparent)]
+    Bus(#[from] BusError),
 }
 
 /// Frames a second, rounded up, of a run that had so many and is played at a rate; 0 where that is not known.

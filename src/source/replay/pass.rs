@@ -7,8 +7,7 @@ use bench_dragon_ipc::{BusError, FrameHeader, Refusal, Request};
 use crossbeam::channel::RecvTimeoutError;
 use serde::{Deserialize, Serialize};
 
-use super::excerpt::PlannedFrame;
-use super::read_ahead::RecordedRun;
+use super::read_ahead::{PlannedFrame, RecordedRun};
 use super::{COMMAND_PERIOD, Replay};
 use crate::output::histogram::Percentiles;
 use crate::source::{Moment, SourcePorts, TimesOfAll};
@@ -44,12 +43,12 @@ pub struct Pass<'a> {
     replay: &'a mut Replay,
     run: RecordedRun,
     ports: SourcePorts,
-    progress: Progress,
+    progress: PassProgress,
 }
 
 /// How far a pass has been played.
 #[derive(Debug)]
-struct Progress {
+struct PassProgress {
     /// The next tick.
     tick: u64,
     /// Show time of the last frame.
@@ -65,7 +64,7 @@ struct Stopped;
 impl<'a> Pass<'a> {
     /// A pass that is about to begin.
     pub(super) fn new(replay: &'a mut Replay, run: RecordedRun, ports: SourcePorts) -> Self {
-        let progress = Progress { tick: 0, sim_time_s: 0.0, missing: 0, overruns_before: replay.pace.overruns() };
+        let progress = PassProgress { tick: 0, sim_time_s: 0.0, missing: 0, overruns_before: replay.clock.overruns() };
         Self { replay, run, ports, progress }
     }
 
@@ -102,19 +101,19 @@ impl<'a> Pass<'a> {
         PlannedFrame { frame, due_ns, missing, .. }: PlannedFrame,
         stop: &AtomicBool,
     ) -> Result<(), BusError> {
-        let due_ns = self.replay.pace.due_ns(due_ns, monotonic_ns());
+        let due_ns = self.replay.clock.due_ns(due_ns, monotonic_ns());
         if let Err(Stopped) = self.wait_until(due_ns, stop) {
             self.replay.is_stopped = true;
             return Ok(());
         }
         let begun_ns = monotonic_ns();
-        let header = FrameHeader { time_scale: frame.header.time_scale * self.replay.pace.rate(), ..frame.header };
+        let header = FrameHeader { time_scale: frame.header.time_scale * self.replay.clock.rate(), ..frame.header };
         let tick = self.progress.tick;
         self.ports.publish(&header, &frame.handles, tick, due_ns)?;
         self.progress.take(&header, missing);
         let overruns = self.overruns();
         self.ports.report().report_frame(&FrameHeader { tick, ..header }, overruns);
-        self.ports.report().report_behind(self.replay.pace.behind_ns());
+        self.ports.report().report_behind(self.replay.clock.behind_ns());
         // The reading thread is gone where it has read all: then the frame is given up here.
         let _ = self.run.played.send(frame);
         self.ports.report().count(begun_ns - due_ns, monotonic_ns() - begun_ns);
@@ -179,19 +178,19 @@ impl<'a> Pass<'a> {
     }
 
     fn overruns(&self) -> u64 {
-        self.replay.pace.overruns() - self.progress.overruns_before
+        self.replay.clock.overruns() - self.progress.overruns_before
     }
 
     fn into_summary(self) -> PassSummary {
         let (run_id, recorded_run_id, overruns) = (self.run_id(), self.recorded_run_id(), self.overruns());
-        let Progress { tick: frames, sim_time_s, missing, .. } = self.progress;
+        let PassProgress { tick: frames, sim_time_s, missing, .. } = self.progress;
         self.replay.summary.frames += frames;
         let TimesOfAll { lateness_us, tick_us } = self.ports.finish();
         PassSummary { run_id, recorded_run_id, frames, missing, sim_time_s, overruns, lateness_us, tick_us }
     }
 }
 
-impl Progress {
+impl PassProgress {
     fn take(&mut self, recorded: &FrameHeader, missing: u64) {
         self.missing = self.missing.saturating_add(missing);
         self.sim_time_s = recorded.sim_time_s();

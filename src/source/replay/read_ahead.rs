@@ -1,19 +1,20 @@
-//! Reading a recording ahead of its replay, so that a slow disk makes no frame late.
+//! Reading the frames that are to be played, once or again and again, ahead of the replay, so that a slow disk makes no frame
+//! late.
 //!
 //! A thread reads, decompresses and decodes. Frames wait in a channel of bounded size; those that have been played come
 //! back, so that their memory is given up here and not between two frames.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use bench_dragon_ipc::FrameHeader;
 use crossbeam::channel::{self, Receiver, RecvTimeoutError, Sender};
 
-use super::ReplaySettings;
-use super::error::ReplayError;
-use super::excerpt::{Excerpt, PlannedFrame};
-use crate::recording::{Configuration, Flaws, RecordedFrame};
+use super::{ReplayError, ReplaySettings};
+use crate::recording::{Bookmark, Configuration, Flaws, FrameReader, IntervalSearch, RecordedFrame};
 
 /// What frames that wait to be played take of memory at most: six seconds of the paper's dragon at 1 kHz.
 const BYTES_AHEAD: usize = 64 << 20;
@@ -34,6 +35,19 @@ pub(super) struct RecordedRun {
     pub(super) played: Sender<RecordedFrame>,
 }
 
+/// A frame that is to be played.
+#[derive(Debug)]
+pub(super) struct PlannedFrame {
+    pub(super) frame: RecordedFrame,
+    /// When it was due, with what is not played cut out: the frame behind a cut comes as long after the one before the cut
+    /// as it came after the frame that it followed.
+    pub(super) due_ns: u64,
+    /// Frames that the recorder lost between the frame played before and this one.
+    pub(super) missing: u64,
+    /// How often the recording was begun again before.
+    pub(super) lap: u64,
+}
+
 /// The reading thread. It ends by itself when nobody takes what it reads.
 #[derive(Debug)]
 pub(super) struct ReadAhead {
@@ -50,13 +64,12 @@ impl ReadAhead {
     /// Opens a recording and begins to read.
     pub(super) fn start(settings: &ReplaySettings) -> Result<Self, ReplayError> {
         let abandoned = Arc::new(AtomicBool::new(false));
-        let ReplaySettings { file, interval, laps, .. } = settings;
-        let excerpt = Excerpt::open(file, *interval, *laps, Arc::clone(&abandoned)).map_err(ReplayError::Open)?;
+        let excerpt = Excerpt::open(settings, Arc::clone(&abandoned))?;
         // One run is read ahead of at a time.
         let (sender, runs) = channel::bounded(0);
         let thread = thread::Builder::new()
             .name("replay-read".to_owned())
-            .spawn(move || Reading { excerpt, first: None }.send_all(&sender))
+            .spawn(move || excerpt.send_all(&sender))
             .map_err(ReplayError::Thread)?;
         Ok(Self { runs, abandoned, thread })
     }
@@ -78,34 +91,90 @@ impl ReadAhead {
     }
 }
 
-/// What the thread works with.
-struct Reading {
-    excerpt: Excerpt,
+/// Reads the frames whose show time lies in an interval, lap after lap. What lies outside is passed over, which takes as
+/// long as it takes to unpack it; after the first lap, only where it lies between frames of the interval.
+#[derive(Debug)]
+struct Excerpt {
+    path: PathBuf,
+    search: IntervalSearch,
+    /// Laps to read; without a number, for ever.
+    laps: Option<u64>,
+    lap: u64,
+    reader: FrameReader,
+    trail: Trail,
+    /// Where the first and the last frame of the interval lie, as far as the first lap has come.
+    bounds: Option<Bounds>,
+    /// How the first lap ended.
+    flaws: Flaws,
     /// The frame by which the next run was recognised.
-    first: Option<PlannedFrame>,
+    first_of_run: Option<PlannedFrame>,
+    /// That nobody wants any more frames.
+    abandoned: Arc<AtomicBool>,
 }
 
-impl Reading {
-    /// Sends run after run, and what ended them. Returns how the file ended.
+#[derive(Debug)]
+struct Bounds {
+    first: Bookmark,
+    /// Where the chunk of the last frame begins.
+    last: u64,
+}
+
+/// The frames of a lap so far, by their headers.
+#[derive(Clone, Copy, Debug, Default)]
+struct Trail {
+    last_played: Option<FrameHeader>,
+    /// The frame before, played or not.
+    last: Option<FrameHeader>,
+    cut_ns: u64,
+}
+
+impl Excerpt {
+    /// Opens a recording.
+    ///
+    /// # Errors
+    /// [`ReplayError::Open`], where it is none.
+    fn open(settings: &ReplaySettings, abandoned: Arc<AtomicBool>) -> Result<Self, ReplayError> {
+        let ReplaySettings { file, interval, laps, .. } = settings;
+        Ok(Self {
+            path: file.clone(),
+            search: IntervalSearch::new(*interval),
+            laps: *laps,
+            lap: 0,
+            reader: FrameReader::open(file).map_err(ReplayError::Open)?,
+            trail: Trail::default(),
+            bounds: None,
+            flaws: Flaws::default(),
+            first_of_run: None,
+            abandoned,
+        })
+    }
+
+    /// Sends run after run, and what ended them. Returns what could not be read.
     fn send_all(mut self, runs: &Sender<Result<RecordedRun, ReplayError>>) -> Flaws {
         if let Err(error) = self.send_runs(runs) {
             // Nobody listens any more where the replay was stopped.
             let _ = runs.send(Err(error));
         }
-        self.excerpt.flaws()
+        self.note_flaws();
+        self.flaws
     }
 
     fn send_runs(&mut self, runs: &Sender<Result<RecordedRun, ReplayError>>) -> Result<(), ReplayError> {
-        self.first = self.excerpt.next()?;
-        if self.first.is_none() {
-            return Err(self.excerpt.nothing());
+        self.first_of_run = self.next()?;
+        if self.first_of_run.is_none() {
+            return Err(self.search.nothing_found(&self.path, self.flaws).into());
         }
-        while let Some(first) = self.first.take() {
+        while let Some(first) = self.first_of_run.take() {
             let (frames, frames_read) = channel::bounded(frames_ahead(&first.frame));
             let (played, done) = channel::unbounded();
-            let bench_count = first.frame.header.bench_count as usize;
-            let configuration = self.configuration(first.frame.header.run_id)?;
-            let run = RecordedRun { configuration, bench_count, lap: first.lap, frames: frames_read, played };
+            let FrameHeader { run_id, bench_count, .. } = first.frame.header;
+            let run = RecordedRun {
+                configuration: self.configuration(run_id)?,
+                bench_count: bench_count as usize,
+                lap: first.lap,
+                frames: frames_read,
+                played,
+            };
             if runs.send(Ok(run)).is_err() || !self.send_frames(first, &frames, &done)? {
                 return Ok(());
             }
@@ -124,22 +193,82 @@ impl Reading {
         let mut next = Some(first);
         while let Some(frame) = next {
             if run_of(&frame) != run {
-                self.first = Some(frame);
+                self.first_of_run = Some(frame);
                 return Ok(true);
             }
             if frames.send(frame).is_err() {
                 return Ok(false);
             }
             done.try_iter().for_each(drop);
-            next = self.excerpt.next()?;
+            next = self.next()?;
         }
         Ok(true)
     }
 
     /// The configuration of the run whose frame was read last.
     fn configuration(&self, run_id: u64) -> Result<Configuration, ReplayError> {
-        let configuration = self.excerpt.configuration().filter(|configuration| configuration.run_id == run_id);
-        configuration.cloned().ok_or_else(|| self.excerpt.no_configuration(run_id))
+        let configuration = self.reader.configuration().filter(|configuration| configuration.run_id == run_id);
+        configuration.cloned().ok_or_else(|| ReplayError::NoConfiguration { path: self.path.clone(), run_id })
+    }
+
+    /// The next frame; `None` behind the last one of the last lap.
+    fn next(&mut self) -> Result<Option<PlannedFrame>, ReplayError> {
+        loop {
+            if let Some(frame) = self.next_of_lap()? {
+                return Ok(Some(frame));
+            }
+            self.note_flaws();
+            let Some(Bounds { first, last }) = &self.bounds else { return Ok(None) };
+            self.lap += 1;
+            if self.laps.is_some_and(|laps| self.lap >= laps) {
+                return Ok(None);
+            }
+            self.reader = FrameReader::open_between(&self.path, first, *last).map_err(ReplayError::Read)?;
+            self.trail = Trail::default();
+        }
+    }
+
+    fn next_of_lap(&mut self) -> Result<Option<PlannedFrame>, ReplayError> {
+        let Self { reader, search, trail, abandoned, .. } = self;
+        let is_wanted = |header: &FrameHeader| {
+            let is_inside = search.comes_by(header.sim_time_ns);
+            if !is_inside {
+                trail.last = Some(*header);
+            }
+            // Whoever has given up need not wait for the interval to begin.
+            is_inside || abandoned.load(Ordering::Relaxed)
+        };
+        let frame = reader.next_wanted_frame(is_wanted).map_err(ReplayError::Read)?;
+        let Some(frame) = frame else { return Ok(None) };
+        if self.lap == 0 {
+            let (reader, position) = (&self.reader, self.reader.position());
+            self.bounds.get_or_insert_with(|| Bounds { first: reader.bookmark(), last: position }).last = position;
+        }
+        let (due_ns, missing) = self.trail.play(&frame.header);
+        Ok(Some(PlannedFrame { frame, due_ns, missing, lap: self.lap }))
+    }
+
+    fn note_flaws(&mut self) {
+        if self.lap == 0 {
+            self.flaws = self.reader.flaws();
+        }
+    }
+}
+
+impl Trail {
+    /// Takes a frame that is to be played. Returns when it is due and how many are missing before it.
+    fn play(&mut self, header: &FrameHeader) -> (u64, u64) {
+        let mut missing = 0;
+        if let (Some(played), Some(last)) = (self.last_played, self.last) {
+            let same_run = last.run_id == header.run_id;
+            if last == played {
+                missing = if same_run { header.tick.saturating_sub(last.tick).saturating_sub(1) } else { 0 };
+            } else {
+                self.cut_ns = self.cut_ns.saturating_add(last.scheduled_ns.saturating_sub(played.scheduled_ns));
+            }
+        }
+        (self.last_played, self.last) = (Some(*header), Some(*header));
+        (header.scheduled_ns.saturating_sub(self.cut_ns), missing)
     }
 }
 
@@ -152,4 +281,32 @@ fn run_of(PlannedFrame { frame: RecordedFrame { header, .. }, lap, .. }: &Planne
 fn frames_ahead(first: &RecordedFrame) -> usize {
     let frame_bytes = size_of_val(first.handles.as_slice()).max(1);
     (BYTES_AHEAD / frame_bytes).clamp(LEAST_FRAMES_AHEAD, MOST_FRAMES_AHEAD)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn header(tick: u64, scheduled_ns: u64) -> FrameHeader {
+        FrameHeader { run_id: 7, tick, scheduled_ns, ..FrameHeader::default() }
+    }
+
+    #[test]
+    fn a_cut_takes_as_long_as_one_frame() {
+        let mut trail = Trail::default();
+        assert_eq!(trail.play(&header(5, 500)), (500, 0));
+        assert_eq!(trail.play(&header(6, 600)), (600, 0));
+        trail.last = Some(header(90, 9_000));
+        assert_eq!(trail.play(&header(91, 9_110)), (710, 0), "110 after the frame before, as it was recorded");
+        assert_eq!(trail.play(&header(92, 9_210)), (810, 0));
+    }
+
+    #[test]
+    fn frames_that_the_recorder_lost_are_counted_and_those_that_are_cut_out_are_not() {
+        let mut trail = Trail { last: Some(header(3, 300)), ..Trail::default() };
+        assert_eq!(trail.play(&header(5, 500)), (500, 0));
+        assert_eq!(trail.play(&header(9, 900)), (900, 3));
+        trail.last = Some(header(20, 2_000));
+        assert_eq!(trail.play(&header(23, 2_300)).1, 0, "whether they were to be played is not known");
+    }
 }

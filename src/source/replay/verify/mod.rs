@@ -21,10 +21,8 @@
 //! [`Simulation::tick`]: crate::source::server::Simulation::tick
 //! [`Instructions`]: bench_dragon_geometry::dragon::Instructions
 
-mod difference;
+mod comparison;
 mod events;
-mod recordings;
-mod releases;
 mod run_check;
 
 use std::collections::BTreeSet;
@@ -35,12 +33,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::recording::{Configuration, Flaws, ReadError, Recorded, RecordedFrame};
 
-pub use difference::{Difference, Value};
+pub use comparison::{Difference, Value};
 pub use events::MOST_EVENTS;
 
-use events::EventsOfRuns;
-use recordings::Recordings;
-use run_check::{RunCheck, Stop};
+use events::{EventsOfRuns, Recordings};
+use run_check::{CheckError, RunCheck};
 
 /// What a verification found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -88,13 +85,13 @@ pub struct RunVerification {
     pub timecode: u64,
     /// The result.
     #[serde(flatten)]
-    pub verdict: Verdict,
+    pub verdict: RunVerdict,
 }
 
 /// The result of a verification.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "verdict", rename_all = "snake_case")]
-pub enum Verdict {
+pub enum RunVerdict {
     /// Every recorded frame is as simulated.
     Verified,
     /// A frame is not: the first one.
@@ -219,8 +216,8 @@ impl RunInProgress {
     fn new(frame: &RecordedFrame, check: Result<RunCheck, String>) -> Self {
         let tick = frame.header.tick;
         let (check, verdict) = match check {
-            Ok(check) => (Some(check), Verdict::Verified),
-            Err(reason) => (None, Verdict::Unverifiable { from_tick: tick, reason }),
+            Ok(check) => (Some(check), RunVerdict::Verified),
+            Err(reason) => (None, RunVerdict::Unverifiable { from_tick: tick, reason }),
         };
         let found = RunVerification {
             run_id: frame.header.run_id,
@@ -243,19 +240,18 @@ impl RunInProgress {
         self.found.frames += 1;
         self.found.last_tick = frame.header.tick;
         let Some(check) = &mut self.check else { return };
-        let checked = check.take(frame, stop);
-        check.counts().write_to(&mut self.found);
-        let stopped = match checked {
+        let checked = check.take(frame, &mut self.found, stop);
+        self.found.overruns = check.releases.overruns();
+        match checked {
             Ok(()) => {
                 self.found.verified += 1;
                 return;
             }
-            Err(stopped) => stopped,
-        };
-        self.found.verdict = match stopped {
-            Stop::Differs(difference) => Verdict::Differs { difference },
-            Stop::Unverifiable { from_tick, reason } => Verdict::Unverifiable { from_tick, reason },
-        };
+            Err(CheckError::Differs(difference)) => self.found.verdict = RunVerdict::Differs { difference },
+            Err(CheckError::Unverifiable { from_tick, reason }) => {
+                self.found.verdict = RunVerdict::Unverifiable { from_tick, reason };
+            }
+        }
         self.check = None;
     }
 
@@ -263,14 +259,14 @@ impl RunInProgress {
     /// there, nothing is known of why.
     fn finish(mut self) -> RunVerification {
         let Some(open_end) = self.open_end else { return self.found };
-        if let Verdict::Differs { difference } = &self.found.verdict
+        if let RunVerdict::Differs { difference } = &self.found.verdict
             && open_end.contains(difference.tick, self.found.last_tick)
         {
             let reason = format!(
                 "the record of commands has no end, as after a crash: some of its last moments may be missing; as recorded, \
                  the run differs {difference}"
             );
-            self.found.verdict = Verdict::Unverifiable { from_tick: difference.tick, reason };
+            self.found.verdict = RunVerdict::Unverifiable { from_tick: difference.tick, reason };
         }
         self.found
     }

@@ -4,9 +4,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use bench_dragon_ipc::{CommandEvent, EventKind, FrameHeader, HandleState, Refusal, Request, RunStart};
 
-use super::difference::{Difference, difference};
+use super::comparison::{Difference, Releases, difference};
 use super::events::RunEvents;
-use super::releases::Releases;
 use super::{OpenEnd, RunVerification};
 use crate::config::Config;
 use crate::recording::{Configuration, RecordedFrame};
@@ -21,32 +20,14 @@ const STRIDE: u64 = 1024;
 
 /// Why a verification cannot go on.
 #[derive(Debug)]
-pub(super) enum Stop {
+pub(super) enum CheckError {
     Differs(Difference),
     Unverifiable { from_tick: u64, reason: String },
 }
 
-impl Stop {
+impl CheckError {
     fn unverifiable(from_tick: u64, reason: impl Into<String>) -> Self {
         Self::Unverifiable { from_tick, reason: reason.into() }
-    }
-}
-
-/// What has been simulated.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Counts {
-    missing: u64,
-    overruns: u64,
-    commands: u64,
-    grants: u64,
-    timecode: u64,
-}
-
-impl Counts {
-    pub(super) fn write_to(self, found: &mut RunVerification) {
-        let Self { missing, overruns, commands, grants, timecode } = self;
-        (found.missing, found.overruns) = (missing, overruns);
-        (found.commands, found.grants, found.timecode) = (commands, grants, timecode);
     }
 }
 
@@ -59,10 +40,9 @@ pub(super) struct RunCheck {
     events: RunEvents,
     /// What the timecode has the show do, where the show follows one.
     timecode: Option<Timecode>,
-    releases: Releases,
+    pub(super) releases: Releases,
     next_tick: u64,
     handles: Vec<HandleState>,
-    counts: Counts,
 }
 
 /// What a timecode was last recorded to have the show do.
@@ -104,7 +84,6 @@ impl RunCheck {
             events,
             timecode: None,
             next_tick: 0,
-            counts: Counts::default(),
         })
     }
 
@@ -114,23 +93,27 @@ impl RunCheck {
         Some(OpenEnd { last_tick, rate_hz: self.config.rate_hz() })
     }
 
-    pub(super) fn counts(&self) -> Counts {
-        Counts { overruns: self.releases.overruns(), ..self.counts }
-    }
-
-    /// Simulates up to a frame and compares it.
+    /// Simulates up to a frame and compares it. Counts in `found` what was simulated.
     ///
     /// # Errors
     /// Why this is the first frame that is not verified.
-    pub(super) fn take(&mut self, frame: &RecordedFrame, stop: &AtomicBool) -> Result<(), Stop> {
+    pub(super) fn take(
+        &mut self,
+        frame: &RecordedFrame,
+        found: &mut RunVerification,
+        stop: &AtomicBool,
+    ) -> Result<(), CheckError> {
         let header = &frame.header;
         let missing = header.tick.checked_sub(self.next_tick).ok_or_else(|| {
-            Stop::unverifiable(header.tick, "its frames are not in the recorded order: name the files oldest first")
+            CheckError::unverifiable(
+                header.tick,
+                "its frames are not in the recorded order: name the files oldest first",
+            )
         })?;
         let begins_late = self.releases.is_empty() && missing > 0;
         let missed = self.releases.take(header, missing)?;
-        self.simulate_missing(header.tick, missed, stop)?;
-        let time_scale = self.simulate(header.tick, missed, Some(header))?;
+        self.simulate_missing(header.tick, missed, found, stop)?;
+        let time_scale = self.simulate(header.tick, missed, Some(header), found)?;
         let simulated = self.simulation.header(self.run_id, header.tick, header.scheduled_ns, time_scale);
         self.simulation.write(&mut self.handles);
         self.next_tick = header.tick.saturating_add(1);
@@ -141,20 +124,26 @@ impl RunCheck {
                     "the recording begins at tick {}, and its first frame is not as simulated without a missed release: {}",
                     header.tick, difference
                 );
-                Err(Stop::unverifiable(header.tick, reason))
+                Err(CheckError::unverifiable(header.tick, reason))
             }
-            Some(difference) => Err(Stop::Differs(difference)),
+            Some(difference) => Err(CheckError::Differs(difference)),
         }
     }
 
     /// Simulates the ticks before `tick` whose frames are missing.
-    fn simulate_missing(&mut self, tick: u64, missed: u64, stop: &AtomicBool) -> Result<(), Stop> {
+    fn simulate_missing(
+        &mut self,
+        tick: u64,
+        missed: u64,
+        found: &mut RunVerification,
+        stop: &AtomicBool,
+    ) -> Result<(), CheckError> {
         let (first, missing) = (self.next_tick, tick - self.next_tick);
         if missing == 0 {
             return Ok(());
         }
         let unverifiable =
-            |what: &str| Err(Stop::unverifiable(first, format!("{missing} frames are missing there, {what}")));
+            |what: &str| Err(CheckError::unverifiable(first, format!("{missing} frames are missing there, {what}")));
         if missed > 0 {
             return unverifiable(&format!(
                 "and the server missed {missed} releases meanwhile: between which is not known"
@@ -165,28 +154,34 @@ impl RunCheck {
         }
         for tick in first..tick {
             if tick % STRIDE == 0 && stop.load(Ordering::Relaxed) {
-                return Err(Stop::unverifiable(tick, "it was broken off"));
+                return Err(CheckError::unverifiable(tick, "it was broken off"));
             }
-            self.simulate(tick, 0, None)?;
+            self.simulate(tick, 0, None, found)?;
             // The stepper's rounding depends on each step.
             self.simulation.write(&mut self.handles);
-            self.counts.missing += 1;
+            found.missing += 1;
         }
         Ok(())
     }
 
     /// Simulates a tick. Returns the time scale of its frame, but for the pace of catching up.
-    fn simulate(&mut self, tick: u64, missed: u64, header: Option<&FrameHeader>) -> Result<f64, Stop> {
+    fn simulate(
+        &mut self,
+        tick: u64,
+        missed: u64,
+        header: Option<&FrameHeader>,
+        found: &mut RunVerification,
+    ) -> Result<f64, CheckError> {
         if let Some(gap) = self.events.gap.filter(|gap| tick >= gap.from_tick) {
             let reason = format!("{} events of its commands are missing there", gap.missing);
-            return Err(Stop::unverifiable(tick, reason));
+            return Err(CheckError::unverifiable(tick, reason));
         }
         let is_led = self.timecode.is_some_and(|timecode| timecode.leads);
         let mut steering = Ok(None);
-        let Self { simulation, events, timecode, releases, counts, config, start, .. } = self;
+        let Self { simulation, events, timecode, releases, config, start, .. } = self;
         simulation.tick(missed, is_led, |simulation| {
-            let mut turn = Turn { simulation, timecode, releases, counts, has_changed: false };
-            steering = turn.take_events(events, tick, header).and_then(|()| turn.steering(tick, header));
+            let mut tick_events = TickEvents { simulation, timecode, releases, found, has_changed: false };
+            steering = tick_events.take_all(events, tick, header).and_then(|()| tick_events.steering(tick, header));
             steering.as_ref().ok().copied().flatten().map(|(stands, time_scale)| Steering {
                 stands,
                 time_scale,
@@ -196,7 +191,7 @@ impl RunCheck {
         let time_scale = steering?.map(|(_, time_scale)| time_scale);
         match time_scale {
             None if start.follows_timecode => {
-                Err(Stop::unverifiable(tick, "what the timecode had the show do is not recorded"))
+                Err(CheckError::unverifiable(tick, "what the timecode had the show do is not recorded"))
             }
             time_scale => Ok(time_scale.unwrap_or(config.time_scale())),
         }
@@ -204,17 +199,17 @@ impl RunCheck {
 }
 
 /// What takes the events of a tick.
-struct Turn<'a> {
+struct TickEvents<'a> {
     simulation: &'a mut Simulation,
     timecode: &'a mut Option<Timecode>,
     releases: &'a mut Releases,
-    counts: &'a mut Counts,
+    found: &'a mut RunVerification,
     /// Whether what the timecode has the show do is recorded at this tick.
     has_changed: bool,
 }
 
-impl Turn<'_> {
-    fn take_events(&mut self, events: &mut RunEvents, tick: u64, header: Option<&FrameHeader>) -> Result<(), Stop> {
+impl TickEvents<'_> {
+    fn take_all(&mut self, events: &mut RunEvents, tick: u64, header: Option<&FrameHeader>) -> Result<(), CheckError> {
         while let Some(event) = events.events.next_if(|event| event.tick <= tick) {
             self.releases.agree_with(&event, header)?;
             match (event.event_kind(), event.request()) {
@@ -226,18 +221,23 @@ impl Turn<'_> {
         Ok(())
     }
 
-    fn take_timecode(&mut self, event: &CommandEvent) -> Result<(), Stop> {
+    fn take_timecode(&mut self, event: &CommandEvent) -> Result<(), CheckError> {
         let [leads, time_scale, ..] = event.values;
-        require_time_scale(time_scale).map_err(|reason| Stop::unverifiable(event.tick, reason))?;
+        require_time_scale(time_scale).map_err(|reason| CheckError::unverifiable(event.tick, reason))?;
         let stands = event.event_kind() == Some(EventKind::Stand);
         *self.timecode = Some(Timecode { stands, leads: leads != 0.0, time_scale });
         self.has_changed = true;
-        self.counts.timecode += 1;
+        self.found.timecode += 1;
         Ok(())
     }
 
     /// Makes a recorded request again, which must be answered in the same way.
-    fn request(&mut self, request: Request, event: &CommandEvent, header: Option<&FrameHeader>) -> Result<(), Stop> {
+    fn request(
+        &mut self,
+        request: Request,
+        event: &CommandEvent,
+        header: Option<&FrameHeader>,
+    ) -> Result<(), CheckError> {
         let recorded = event.outcome();
         // Refused by the server and not by the simulation; and of a grant for another run that run is not recorded.
         if let Err(Refusal::Followed | Refusal::OtherRun | Refusal::Unknown) = recorded {
@@ -252,16 +252,16 @@ impl Turn<'_> {
             });
             let field = format!("command event {}", event.number);
             let difference = Difference::in_words(header.unwrap_or(&of_event), &field, recorded, simulated);
-            return Err(Stop::Differs(difference));
+            return Err(CheckError::Differs(difference));
         }
         let is_grant = matches!(request, Request::Grant { .. });
-        self.counts.grants += u64::from(simulated.is_ok() && is_grant);
-        self.counts.commands += u64::from(simulated.is_ok() && !is_grant);
+        self.found.grants += u64::from(simulated.is_ok() && is_grant);
+        self.found.commands += u64::from(simulated.is_ok() && !is_grant);
         Ok(())
     }
 
     /// Whether the timecode has the show stand, and the time scale, from this tick on; `None` without timecode.
-    fn steering(&self, tick: u64, header: Option<&FrameHeader>) -> Result<Option<(bool, f64)>, Stop> {
+    fn steering(&self, tick: u64, header: Option<&FrameHeader>) -> Result<Option<(bool, f64)>, CheckError> {
         let Some(timecode) = *self.timecode else { return Ok(None) };
         if !timecode.leads || self.has_changed {
             return Ok(Some((timecode.stands, timecode.time_scale)));
@@ -269,10 +269,10 @@ impl Turn<'_> {
         // While the timecode leads, nothing is made up for, so that a frame has the very time scale.
         let Some(header) = header else {
             let reason = "its frame is missing, and with it the time scale by which the show followed the timecode";
-            return Err(Stop::unverifiable(tick, reason));
+            return Err(CheckError::unverifiable(tick, reason));
         };
         require_time_scale(header.time_scale).map_err(|range| {
-            Stop::Differs(Difference::in_words(header, "time_scale", header.time_scale.to_string(), range))
+            CheckError::Differs(Difference::in_words(header, "time_scale", header.time_scale.to_string(), range))
         })?;
         Ok(Some((timecode.stands, header.time_scale)))
     }

@@ -1,7 +1,7 @@
 //! Reading a recording back, frame by frame.
 
 use std::{
-    collections::BTreeSet,
+    collections::BTreeMap,
     fmt,
     fs::{self, File},
     io::{self, BufReader, Seek as _, SeekFrom},
@@ -14,8 +14,8 @@ use mcap::records::{Channel, Metadata, Record};
 use super::{
     cdr,
     records::{Ending, Records},
-    schema,
-    summary::channels_of_finished,
+    schema::{self, Topic},
+    summary::Contents,
 };
 
 const READ_BUFFER_BYTES: usize = 1 << 20;
@@ -23,13 +23,13 @@ const READ_BUFFER_BYTES: usize = 1 << 20;
 /// The frames of a recording in the order in which they were recorded.
 ///
 /// Reads as it goes, one chunk in memory at a time, and needs no index: a recording that was never finished, or was cut
-/// off anywhere, yields every frame of its whole chunks and then ends; [`FrameReader::was_cut`] tells. A damaged chunk is
-/// passed over; [`FrameReader::skipped_bytes`] tells.
+/// off anywhere, yields every frame of its whole chunks and then ends. A damaged chunk is passed over. [`FrameReader::flaws`]
+/// reports both.
 #[derive(Debug)]
 pub struct FrameReader {
     path: PathBuf,
     records: Records<BufReader<File>>,
-    state: State,
+    context: Context,
     /// Where the last chunk that is read begins.
     last_position: u64,
     has_looked_at_summary: bool,
@@ -61,22 +61,17 @@ impl fmt::Display for Flaws {
 
 /// What has been read of a recording that says what follows in it.
 #[derive(Clone, Debug, Default)]
-struct State {
-    /// The channels that carry frames: one in a file of ours, more where recordings were joined by another tool.
-    frame_channels: BTreeSet<u16>,
-    alert_channels: BTreeSet<u16>,
-    command_channels: BTreeSet<u16>,
+struct Context {
+    /// The channels of our topics: one each in a file of ours, more where recordings were joined by another tool.
+    topics: BTreeMap<u16, Topic>,
     configuration: Option<Configuration>,
 }
 
-impl State {
+impl Context {
     fn learn(&mut self, channel: &Channel) {
-        match channel.topic.as_str() {
-            schema::FRAMES => self.frame_channels.insert(channel.id),
-            schema::ALERTS => self.alert_channels.insert(channel.id),
-            schema::COMMANDS => self.command_channels.insert(channel.id),
-            _ => false,
-        };
+        if let Some(topic) = Topic::named(&channel.topic) {
+            self.topics.entry(channel.id).or_insert(topic);
+        }
     }
 }
 
@@ -84,14 +79,7 @@ impl State {
 #[derive(Clone, Debug)]
 pub struct Bookmark {
     position: u64,
-    state: State,
-}
-
-impl Bookmark {
-    /// How far into the file it is, in bytes.
-    pub fn position(&self) -> u64 {
-        self.position
-    }
+    context: Context,
 }
 
 /// What a recording holds: frames, and the alerts and events of commands between them.
@@ -167,7 +155,7 @@ impl FrameReader {
         let mut reader = Self {
             path: path.into(),
             records,
-            state: State::default(),
+            context: Context::default(),
             last_position: u64::MAX,
             has_looked_at_summary: false,
         };
@@ -183,7 +171,7 @@ impl FrameReader {
     /// [`ReadError::Io`].
     pub fn open_between(
         path: &Path,
-        Bookmark { position, state }: &Bookmark,
+        Bookmark { position, context }: &Bookmark,
         last_position: u64,
     ) -> Result<Self, ReadError> {
         let open = || {
@@ -193,13 +181,13 @@ impl FrameReader {
         };
         let file = open().map_err(|source| ReadError::Io { path: path.into(), source })?;
         let records = Records::at(BufReader::with_capacity(READ_BUFFER_BYTES, file), *position);
-        Ok(Self { path: path.into(), records, state: state.clone(), last_position, has_looked_at_summary: false })
+        Ok(Self { path: path.into(), records, context: context.clone(), last_position, has_looked_at_summary: false })
     }
 
     /// Where the last frame or alert is: a reader that is opened there begins with the chunk that holds it, so that some
     /// which came before it come again.
     pub fn bookmark(&self) -> Bookmark {
-        Bookmark { position: self.records.position(), state: self.state.clone() }
+        Bookmark { position: self.records.position(), context: self.context.clone() }
     }
 
     /// How far into the file the last frame or alert is, in bytes.
@@ -209,22 +197,13 @@ impl FrameReader {
 
     /// The configuration of the frames that are being read: the last one before them.
     pub fn configuration(&self) -> Option<&Configuration> {
-        self.state.configuration.as_ref()
-    }
-
-    /// Whether the file stopped in the middle; known once there are no more frames.
-    pub fn was_cut(&self) -> bool {
-        matches!(self.records.ending(), Some(Ending::Cut | Ending::Damaged))
-    }
-
-    /// Bytes of the damaged chunks that were passed over so far; what was in them is missing among the frames.
-    pub fn skipped_bytes(&self) -> u64 {
-        self.records.skipped_bytes()
+        self.context.configuration.as_ref()
     }
 
     /// What could not be read so far; whether the file was cut is known once there are no more frames.
     pub fn flaws(&self) -> Flaws {
-        Flaws { cut: self.was_cut(), skipped_bytes: self.skipped_bytes() }
+        let cut = matches!(self.records.ending(), Some(Ending::Cut | Ending::Damaged));
+        Flaws { cut, skipped_bytes: self.records.skipped_bytes() }
     }
 
     /// The next alert or event of a command, or the next frame that is wanted, as its header tells. The handles of the others are not decoded,
@@ -240,33 +219,37 @@ impl FrameReader {
             if matches!(record, Record::Message { .. }) {
                 self.require_channels()?;
             }
-            match record {
-                Record::Channel(channel) => self.state.learn(&channel),
+            let (topic, log_time_ns, data) = match record {
+                Record::Message { header, data } => {
+                    (self.context.topics.get(&header.channel_id), header.log_time, data)
+                }
+                Record::Channel(channel) => {
+                    self.context.learn(&channel);
+                    continue;
+                }
                 Record::Metadata(metadata) if metadata.name == schema::CONFIGURATION => {
-                    let known = self.state.configuration.take();
-                    self.state.configuration = Configuration::from_metadata(metadata).or(known);
+                    let known = self.context.configuration.take();
+                    self.context.configuration = Configuration::from_metadata(metadata).or(known);
+                    continue;
                 }
-                Record::Message { header, data } if self.state.frame_channels.contains(&header.channel_id) => {
+                _ => continue,
+            };
+            let recorded = match topic {
+                Some(Topic::Frames) => {
                     let not_a_frame = || ReadError::NotAFrame { path: self.path.clone() };
-                    if is_wanted(&cdr::decode_frame_header(&data).ok_or_else(not_a_frame)?) {
-                        let (frame, handles) = cdr::decode_frame(&data).filter(is_whole).ok_or_else(not_a_frame)?;
-                        let frame = RecordedFrame { log_time_ns: header.log_time, header: frame, handles };
-                        return Ok(Some(Recorded::Frame(frame)));
+                    if !is_wanted(&cdr::decode_frame_header(&data).ok_or_else(not_a_frame)?) {
+                        continue;
                     }
+                    let (header, handles) = cdr::decode_frame(&data).filter(is_whole).ok_or_else(not_a_frame)?;
+                    Some(Recorded::Frame(RecordedFrame { log_time_ns, header, handles }))
                 }
-                Record::Message { header, data } if self.state.alert_channels.contains(&header.channel_id) => {
-                    // One of another version tells nothing that this one could.
-                    if let Some(alert) = cdr::decode_alert(&data) {
-                        return Ok(Some(Recorded::Alert(alert)));
-                    }
-                }
-                Record::Message { header, data } if self.state.command_channels.contains(&header.channel_id) => {
-                    // One of another version tells nothing that this one could: a hole in the numbers shows it.
-                    if let Some(event) = cdr::decode_command(&data) {
-                        return Ok(Some(Recorded::Command(event)));
-                    }
-                }
-                _ => {}
+                // An alert or an event of another version is passed over; a hole in the numbers of events shows it.
+                Some(Topic::Alerts) => cdr::decode_alert(&data).map(Recorded::Alert),
+                Some(Topic::Commands) => cdr::decode_command(&data).map(Recorded::Command),
+                Some(Topic::Poses) | None => None,
+            };
+            if recorded.is_some() {
+                return Ok(recorded);
             }
         }
         Ok(None)
@@ -291,14 +274,15 @@ impl FrameReader {
 
     /// Where the chunk is damaged that declares the channels, the summary of a finished recording tells them too.
     fn require_channels(&mut self) -> Result<(), ReadError> {
-        if self.has_looked_at_summary || !self.state.frame_channels.is_empty() || self.skipped_bytes() == 0 {
+        let knows_frames = || self.context.topics.values().any(|&topic| topic == Topic::Frames);
+        if self.has_looked_at_summary || self.records.skipped_bytes() == 0 || knows_frames() {
             return Ok(());
         }
         self.has_looked_at_summary = true;
-        let channels = File::open(&self.path).and_then(|file| channels_of_finished(&file));
-        let channels = channels.map_err(|source| ReadError::Io { path: self.path.clone(), source })?;
-        for channel in &channels {
-            self.state.learn(channel);
+        let contents = File::open(&self.path).and_then(|file| Contents::of_finished(&file));
+        let contents = contents.map_err(|source| ReadError::Io { path: self.path.clone(), source })?;
+        for channel in contents.unwrap_or_default().channels.values() {
+            self.context.learn(channel);
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
-//! One file of a recording while it is written.
+//! One MCAP file of a recording while it is written.
 //!
-//! Messages collect in a chunk in memory. [`Recording::flush`] compresses it and hands it to the operating system with
+//! Messages collect in a chunk in memory. [`McapFile::flush`] compresses it and hands it to the operating system with
 //! its index in one write, so that whatever stops the process, the file ends behind a whole record or inside one that
 //! says how long it should have been. Nothing is ever written twice, and no placeholder is left to be filled in later.
 //! Every chunk holds messages: viewers take the earliest chunk's time for the beginning of the recording.
@@ -25,12 +25,12 @@ use mcap::{
 use rustix::fs::{FallocateFlags, FlockOperation, fallocate, flock};
 
 use super::{
-    channels::{Channels, Kind},
     error::{Kept, RecordError, is_disk_full},
-    schema::{self, CONFIGURATION},
-    space::DiskSpace,
+    progress::DiskSpace,
+    reader::Configuration,
+    schema::{self, CONFIGURATION, Channels, Topic},
 };
-use crate::system::nameless_file::{self, folder_of};
+use crate::system::whole_file::{create_nameless, folder_of, give_name};
 
 /// Holds a compressed chunk with its index, so that both leave in one write.
 const WRITE_BUFFER_BYTES: usize = 2 << 20;
@@ -43,7 +43,7 @@ const SUMMARY_ENTRY_BYTES: u64 = 160;
 
 type Sink = NoSeek<BufWriter<File>>;
 
-/// How a file is written: our name in the header, chunks closed by [`Recording`] alone and never half written.
+/// How a file is written: our name in the header, chunks closed by [`McapFile`] alone and never half written.
 pub(super) fn write_options(compression_level: u32) -> WriteOptions {
     WriteOptions::new()
         .profile(schema::PROFILE)
@@ -64,14 +64,14 @@ pub(super) struct Stamp {
 }
 
 /// Frames, alerts and events of commands, counted.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Counts {
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct MessageCounts {
     pub(super) frames: u64,
     pub(super) alerts: u64,
     pub(super) commands: u64,
 }
 
-impl Counts {
+impl MessageCounts {
     pub(super) fn add(&mut self, other: Self) {
         self.frames += other.frames;
         self.alerts += other.alerts;
@@ -79,39 +79,40 @@ impl Counts {
     }
 }
 
-/// One file, being written.
-pub(super) struct Recording {
-    path: PathBuf,
-    file: File,
+/// A file that is being written.
+pub(super) struct McapFile {
+    pub(super) path: PathBuf,
+    pub(super) file: File,
     writer: Writer<Sink>,
     channels: Option<Channels>,
-    chunk: Chunk,
+    chunk: BufferedChunk,
     chunk_limit_bytes: u64,
     summary_bytes: u64,
-    written_bytes: u64,
+    /// Handed to the operating system, as are the messages in `counts`.
+    pub(super) written_bytes: u64,
+    pub(super) counts: MessageCounts,
     reserved_bytes: Option<u64>,
-    counts: Counts,
     is_ended: bool,
 }
 
 /// What has not been handed to the operating system yet.
 #[derive(Default)]
-struct Chunk {
+struct BufferedChunk {
     bytes: u64,
-    counts: Counts,
+    counts: MessageCounts,
 }
 
-impl Recording {
+impl McapFile {
     /// Makes the file, locks it and writes its beginning. Where that fails, no file is left.
     ///
     /// The file gets its name when its beginning is in it, so that one that is there is a recording, whenever its recorder
     /// is killed. A file system that makes no files without a name is given one at once.
     pub(super) fn create(path: &Path, compression_level: u32, chunk_limit_bytes: u64) -> Result<Self, RecordError> {
         let begin = |file| Self::begin(path, file, compression_level, chunk_limit_bytes);
-        let created = match nameless_file::create(folder_of(path)) {
-            Ok(file) => begin(file).and_then(|recording| {
-                nameless_file::give_name(&recording.file, path)?;
-                Ok(recording)
+        let created = match create_nameless(folder_of(path)) {
+            Ok(file) => begin(file).and_then(|begun| {
+                give_name(&begun.file, path)?;
+                Ok(begun)
             }),
             Err(_) => File::create_new(path).map_err(McapError::from).and_then(|file| {
                 begin(file).inspect_err(|_| {
@@ -132,41 +133,22 @@ impl Recording {
     fn begin(path: &Path, file: File, compression_level: u32, chunk_limit_bytes: u64) -> McapResult<Self> {
         flock(&file, FlockOperation::NonBlockingLockExclusive).map_err(io::Error::from)?;
         let sink = NoSeek::new(BufWriter::with_capacity(WRITE_BUFFER_BYTES, file.try_clone()?));
-        let mut recording = Self {
+        let mut begun = Self {
             path: path.into(),
             file,
             writer: write_options(compression_level).create(sink)?,
             channels: None,
-            chunk: Chunk::default(),
+            chunk: BufferedChunk::default(),
             chunk_limit_bytes,
             summary_bytes: SUMMARY_BYTES,
             written_bytes: 0,
+            counts: MessageCounts::default(),
             reserved_bytes: Some(0),
-            counts: Counts::default(),
             is_ended: false,
         };
-        recording.reserve(&[])?;
-        recording.flush()?;
-        Ok(recording)
-    }
-
-    pub(super) fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Bytes that have been handed to the operating system.
-    pub(super) fn written_bytes(&self) -> u64 {
-        self.written_bytes
-    }
-
-    /// Frames, alerts and events of commands that have been handed to the operating system.
-    pub(super) fn counts(&self) -> Counts {
-        self.counts
-    }
-
-    /// The file, once more.
-    pub(super) fn file(&self) -> &File {
-        &self.file
+        begun.reserve(&[])?;
+        begun.flush()?;
+        Ok(begun)
     }
 
     /// Whether messages wait for the next flush.
@@ -191,10 +173,9 @@ impl Recording {
     }
 
     /// Records the configuration, at once.
-    pub(super) fn describe(&mut self, run_id: u64, toml: &str) -> McapResult<()> {
+    pub(super) fn describe(&mut self, Configuration { run_id, toml }: &Configuration) -> McapResult<()> {
         self.flush()?;
-        let entries = [("run_id", run_id.to_string()), ("toml", toml.to_owned())];
-        let metadata = entries.map(|(key, value)| (key.to_owned(), value));
+        let metadata = [("run_id".to_owned(), run_id.to_string()), ("toml".to_owned(), toml.clone())];
         self.summary_bytes += SUMMARY_ENTRY_BYTES;
         self.reserve(toml.as_bytes())?;
         self.writer.write_metadata(&Metadata { name: CONFIGURATION.to_owned(), metadata: BTreeMap::from(metadata) })?;
@@ -204,38 +185,39 @@ impl Recording {
     /// Whether a message fits into the open chunk; into an empty one any does. The first chunk holds one message: it declares the
     /// channels by which all that follows is read, and the less of it there is, the less can be damaged.
     pub(super) fn fits(&self, message: &[u8]) -> bool {
-        let Counts { frames, alerts, commands } = self.counts;
-        let is_first_chunk = frames + alerts + commands == 0;
+        let is_first_chunk = self.counts == MessageCounts::default();
         let room = if is_first_chunk { 0 } else { self.chunk_limit_bytes };
         self.chunk.bytes == 0 || self.chunk.bytes + recorded_bytes(message) <= room
     }
 
     /// Adds a message to the chunk.
-    pub(super) fn write(&mut self, kind: Kind, stamp: Stamp, message: &[u8]) -> McapResult<()> {
+    pub(super) fn write(&mut self, topic: Topic, stamp: Stamp, message: &[u8]) -> McapResult<()> {
         if self.chunk.bytes == 0 {
             self.reserve(message)?;
         }
         let header = MessageHeader {
-            channel_id: self.channel(kind)?,
+            channel_id: self.channels()?.of(topic),
             sequence: stamp.sequence,
             log_time: stamp.log_time_ns,
             publish_time: stamp.publish_time_ns,
         };
         self.writer.write_to_known_channel(&header, message)?;
         self.chunk.bytes += recorded_bytes(message);
-        self.chunk.counts.frames += u64::from(kind == Kind::Frame);
-        self.chunk.counts.alerts += u64::from(kind == Kind::Alert);
-        self.chunk.counts.commands += u64::from(kind == Kind::Command);
+        match topic {
+            Topic::Frames => self.chunk.counts.frames += 1,
+            Topic::Alerts => self.chunk.counts.alerts += 1,
+            Topic::Commands => self.chunk.counts.commands += 1,
+            Topic::Poses => {}
+        }
         Ok(())
     }
 
-    /// The channel of a kind of message; the first message's chunk begins with all of them.
-    fn channel(&mut self, kind: Kind) -> McapResult<u16> {
-        let channels = match self.channels {
+    /// The channels; the first message's chunk begins with all of them.
+    fn channels(&mut self) -> McapResult<Channels> {
+        Ok(match self.channels {
             Some(channels) => channels,
             None => *self.channels.insert(Channels::declare(&mut self.writer)?),
-        };
-        Ok(channels.of(kind))
+        })
     }
 
     /// Closes the chunk and hands it to the operating system: from here on it outlives the process.
