@@ -43,6 +43,35 @@ pub(crate) fn open_when_there<Port>(
     Ok(None)
 }
 
+/// What a reader of every run reads of the bus.
+#[derive(Debug)]
+pub(crate) struct RunPorts {
+    pub(crate) frames: FrameSubscriber,
+    pub(crate) descriptions: Descriptions,
+    pub(crate) commands: Option<CommandTrail>,
+}
+
+impl RunPorts {
+    /// Opens the frames last, so that from their first one on everything else is there, also what `open_others` opens.
+    ///
+    /// # Errors
+    /// The first port that cannot be opened.
+    pub(crate) fn open<Others>(
+        domain: &Domain,
+        name: &str,
+        stop: &StopFlag,
+        open_others: impl FnOnce() -> Result<Others, BusError>,
+    ) -> Result<(Self, Others), BusError> {
+        let descriptions = Descriptions::open(domain, &format!("{name}-description"), stop)?;
+        let others = open_others()?;
+        let commands = CommandTrail::open(domain, name)?;
+        let frames = FrameSubscriber::open(domain, name)?;
+        // A source that was just starting has its record by now.
+        let commands = commands.map_or_else(|| CommandTrail::open(domain, name), |commands| Ok(Some(commands)))?;
+        Ok((Self { frames, descriptions, commands }, others))
+    }
+}
+
 /// Gives frame after frame; after a signal, those that were published before it. So a reader that gets every frame loses
 /// none at its end, and one that is slower than the server ends as well.
 #[derive(Debug)]

@@ -5,9 +5,9 @@ use std::process::ExitCode;
 use bench_dragon_ipc::{Continuity, Domain, FrameSubscriber};
 use serde::Serialize;
 
-use crate::cli::{Format, HzArgs};
+use crate::cli::HzArgs;
 use crate::command::follow::{WAIT_PERIOD, open_when_there};
-use crate::command::print::{print_json, print_line};
+use crate::command::print::print_report;
 use crate::output::histogram::{LatencyHistogram, Percentiles};
 use crate::output::wait_for_reader;
 use crate::system::clock::monotonic_ns;
@@ -28,14 +28,14 @@ struct HzLine {
 
 /// What has arrived since the last line.
 #[derive(Default)]
-struct Window {
+struct Interval {
     frames: u64,
     lost: u64,
     restarts: u64,
     latency: LatencyHistogram,
 }
 
-impl Window {
+impl Interval {
     fn count(&mut self, continuity: Continuity, latency_ns: u64) {
         self.frames += 1;
         match continuity {
@@ -64,29 +64,26 @@ pub(crate) fn run(args: &HzArgs) -> anyhow::Result<ExitCode> {
     let opened = open_when_there(domain.instance(), &stop, || FrameSubscriber::open(&domain, "hz"))?;
     let Some(mut frames) = opened else { return Ok(ExitCode::SUCCESS) };
     let mut left = args.seconds.unwrap_or(u64::MAX);
-    let (mut window, mut begun_ns) = (Window::default(), monotonic_ns());
+    let (mut window, mut begun_ns) = (Interval::default(), monotonic_ns());
     while left > 0 && !stop.is_set() {
         if let Some(frame) = frames.wait(WAIT_PERIOD)? {
             window.count(frame.continuity(), monotonic_ns().saturating_sub(frame.header().scheduled_ns));
         }
         let elapsed_ns = monotonic_ns() - begun_ns;
         if elapsed_ns >= SECOND_NS {
-            print(args.format.format, &window.line(elapsed_ns))?;
-            (window, begun_ns) = (Window::default(), begun_ns + elapsed_ns);
+            let line = window.line(elapsed_ns);
+            print_report(args.format.format, &line, text(&line))?;
+            (window, begun_ns) = (Interval::default(), begun_ns + elapsed_ns);
             left -= 1;
         }
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn print(format: Format, line: &HzLine) -> anyhow::Result<()> {
-    if format == Format::Json {
-        return print_json(line);
-    }
+fn text(line: &HzLine) -> String {
     let HzLine { rate_hz, lost, restarts, latency_us: Percentiles { p50, p99, p999, max }, .. } = line;
-    print_line(format_args!(
+    format!(
         "{rate_hz:>9.1} Hz  lost {lost}  restarts {restarts}  \
          latency p50 {p50:.1} p99 {p99:.1} p99.9 {p999:.1} max {max:.1} \u{b5}s"
-    ))?;
-    Ok(())
+    )
 }

@@ -25,7 +25,6 @@ mod echo;
 mod exit_status;
 mod export;
 mod follow;
-mod guarding;
 mod hz;
 mod latency;
 mod monitor;

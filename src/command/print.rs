@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
+use crate::cli::Format;
 use crate::output::histogram::Percentiles;
 use crate::output::terminal_text::Printable;
 use crate::output::{bar, print, set_live_line};
@@ -25,6 +26,25 @@ pub(crate) fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     let mut line = serde_json::to_vec(value)?;
     line.push(b'\n');
     Ok(print(line)?)
+}
+
+/// Prints a value for machines, or its text for people.
+pub(crate) fn print_report(format: Format, value: &impl Serialize, text: impl Display) -> anyhow::Result<()> {
+    match format {
+        Format::Json => print_json(value),
+        Format::Text => Ok(print_line(text)?),
+    }
+}
+
+/// Prints a value for machines on stdout, or its text for people on stderr.
+pub(crate) fn print_notice(format: Format, value: &impl Serialize, text: &str) -> anyhow::Result<()> {
+    match format {
+        Format::Json => print_json(value),
+        Format::Text => {
+            complain(text);
+            Ok(())
+        }
+    }
 }
 
 /// Prints lines that have their ends.

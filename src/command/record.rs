@@ -8,8 +8,8 @@ use std::{fs, thread};
 use bench_dragon_ipc::{AlertSubscriber, BusError, Domain, Frame, FrameHeader, FrameSubscriber, ReaderReport};
 
 use crate::cli::{BadInput, Format, RecordArgs};
-use crate::command::follow::{CommandTrail, Descriptions, Following, Next, open_when_there};
-use crate::command::print::{Progress, complain, print_json, print_line};
+use crate::command::follow::{Following, Next, RunPorts, open_when_there};
+use crate::command::print::{Progress, complain, print_json, print_line, print_notice, print_report};
 use crate::output::Counted;
 use crate::output::report::{RecordLine, RecordSummary};
 use crate::output::terminal_text::Printable;
@@ -56,18 +56,19 @@ fn record(args: &RecordArgs, recorder: Recorder, domain: &Domain, stop: &StopFla
     if args.format.format == Format::Json {
         print_json(&RecordLine::Started { file: args.file.clone() })?;
     }
-    let mut session = Session::new(args.format.format, recorder);
-    let mut ports = open_when_there(domain.instance(), stop, || Ports::open(domain, stop))?;
+    let mut session = RecordSession::new(args.format.format, recorder);
+    let mut ports = open_when_there(domain.instance(), stop, || RecordPorts::open(domain, stop))?;
     if let Some(ports) = &mut ports {
         session.follow(ports, stop)?;
         session.take_last_commands(ports)?;
     }
     let summary = session.finish()?;
-    if let Some(Ports { mut frames, .. }) = ports {
+    if let Some(mut ports) = ports {
         // With it goes the reader's last report.
-        frames.set_bytes_written(summary.bytes);
+        ports.run.frames.set_bytes_written(summary.bytes);
     }
-    print_summary(args.format.format, summary)
+    let text = summary_text(&summary);
+    print_report(args.format.format, &RecordLine::Summary(summary), text)
 }
 
 fn check_sizes(args: &RecordArgs) -> Result<(), BadInput> {
@@ -137,28 +138,20 @@ fn report_repair(repaired: Result<Repair, RepairError>) {
 }
 
 /// Everything of the bus that a recorder uses.
-struct Ports {
-    frames: FrameSubscriber,
-    descriptions: Descriptions,
+struct RecordPorts {
+    run: RunPorts,
     alerts: AlertSubscriber,
-    commands: Option<CommandTrail>,
 }
 
-impl Ports {
-    /// Opens the frames last, so that from their first one on everything else is there.
+impl RecordPorts {
     fn open(domain: &Domain, stop: &StopFlag) -> Result<Self, BusError> {
-        let descriptions = Descriptions::open(domain, "record-description", stop)?;
-        let alerts = AlertSubscriber::open(domain, "record-alerts")?;
-        let commands = CommandTrail::open(domain, "record")?;
-        let frames = FrameSubscriber::open(domain, "record")?;
-        // A source that was just starting has its record by now.
-        let commands = commands.map_or_else(|| CommandTrail::open(domain, "record"), |commands| Ok(Some(commands)))?;
-        Ok(Self { frames, descriptions, alerts, commands })
+        let (run, alerts) = RunPorts::open(domain, "record", stop, || AlertSubscriber::open(domain, "record-alerts"))?;
+        Ok(Self { run, alerts })
     }
 }
 
-/// A recorder's life, over any number of runs.
-struct Session {
+/// A recorder at work, over any number of runs.
+struct RecordSession {
     format: Format,
     recorder: Recorder,
     /// Run and tick of the newest frame.
@@ -169,17 +162,17 @@ struct Session {
     warning_due: Instant,
 }
 
-impl Session {
+impl RecordSession {
     fn new(format: Format, recorder: Recorder) -> Self {
         let now = Instant::now();
         Self { format, recorder, newest: None, lost: 0, commands_lost: 0, progress_due: now, warning_due: now }
     }
 
     /// Records frame after frame; after a signal, those that are there already.
-    fn follow(&mut self, ports: &mut Ports, stop: &StopFlag) -> anyhow::Result<()> {
+    fn follow(&mut self, ports: &mut RecordPorts, stop: &StopFlag) -> anyhow::Result<()> {
         let mut following = Following::until(stop);
         loop {
-            let next = following.poll(&mut ports.frames)?;
+            let next = following.poll(&mut ports.run.frames)?;
             while let Some(alert) = ports.alerts.receive()? {
                 self.recorder.alert(&alert, monotonic_ns())?;
             }
@@ -189,15 +182,15 @@ impl Session {
                 Next::Nothing => {}
                 Next::End => return Ok(()),
             }
-            self.lost = ports.frames.lost();
-            self.look_at_progress(&mut ports.frames)?;
+            self.lost = ports.run.frames.lost();
+            self.look_at_progress(&mut ports.run.frames)?;
         }
     }
 
-    fn take(&mut self, frame: &Frame, ports: &mut Ports, stop: &StopFlag) -> anyhow::Result<()> {
+    fn take(&mut self, frame: &Frame, ports: &mut RecordPorts, stop: &StopFlag) -> anyhow::Result<()> {
         let FrameHeader { run_id, tick, .. } = *frame.header();
         if self.newest.is_none_or(|(known, _)| known != run_id)
-            && let Some(description) = ports.descriptions.of(run_id, stop)?
+            && let Some(description) = ports.run.descriptions.of(run_id, stop)?
         {
             self.recorder.describe(run_id, &description.toml)?;
         }
@@ -205,8 +198,8 @@ impl Session {
         Ok(self.recorder.frame(frame.header(), frame.handles())?)
     }
 
-    fn take_commands(&mut self, ports: &mut Ports) -> anyhow::Result<()> {
-        let Some(commands) = &mut ports.commands else { return Ok(()) };
+    fn take_commands(&mut self, ports: &mut RecordPorts) -> anyhow::Result<()> {
+        let Some(commands) = &mut ports.run.commands else { return Ok(()) };
         while let Some(event) = commands.receive()? {
             self.recorder.command(&event, monotonic_ns())?;
         }
@@ -215,13 +208,13 @@ impl Session {
     }
 
     /// Records the events up to the last frame, which come after it. Without them nobody could verify the last frames.
-    fn take_last_commands(&mut self, ports: &mut Ports) -> anyhow::Result<()> {
+    fn take_last_commands(&mut self, ports: &mut RecordPorts) -> anyhow::Result<()> {
         let Some((run_id, tick)) = self.newest else { return Ok(()) };
         let deadline = Instant::now() + COMMAND_PATIENCE;
         loop {
             // Asked before they are received: by then they are all there.
             let is_complete =
-                ports.commands.as_mut().map_or(Ok(true), |commands| commands.is_complete(run_id, tick))?;
+                ports.run.commands.as_mut().map_or(Ok(true), |commands| commands.is_complete(run_id, tick))?;
             self.take_commands(ports)?;
             if is_complete {
                 return Ok(());
@@ -256,11 +249,8 @@ impl Session {
     }
 
     fn print_warning(&self, warning: &SpaceWarning) -> anyhow::Result<()> {
-        if self.format == Format::Json {
-            return print_json(&RecordLine::Warning { message: warning.to_string() });
-        }
-        complain(&format!("warning: {warning}"));
-        Ok(())
+        let text = format!("warning: {warning}");
+        print_notice(self.format, &RecordLine::Warning { message: warning.to_string() }, &text)
     }
 
     /// Ends the recording, and says what it came to.
@@ -280,11 +270,8 @@ impl Session {
     }
 }
 
-fn print_summary(format: Format, summary: RecordSummary) -> anyhow::Result<()> {
-    if format == Format::Json {
-        return print_json(&RecordLine::Summary(summary));
-    }
-    let RecordSummary { frames, lost, alerts, commands, commands_lost, bytes, removed, files } = summary;
+fn summary_text(summary: &RecordSummary) -> String {
+    let &RecordSummary { frames, lost, alerts, commands, commands_lost, bytes, removed, ref files } = summary;
     let files: Vec<String> = files.iter().map(|file| Printable(file).to_string()).collect();
     let removed = match removed {
         0 => String::new(),
@@ -292,10 +279,9 @@ fn print_summary(format: Format, summary: RecordSummary) -> anyhow::Result<()> {
     };
     let (frames, alerts) = (Counted(frames, "frame"), Counted(alerts, "alert"));
     let commands = Counted(commands, "command event");
-    print_line(format_args!(
+    format!(
         "{frames}, {lost} lost; {alerts}; {commands}, {commands_lost} lost; {} in {}{removed}",
         Size(bytes),
         files.join(", ")
-    ))?;
-    Ok(())
+    )
 }

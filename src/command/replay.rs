@@ -9,7 +9,9 @@ use bench_dragon_ipc::Domain;
 
 use crate::cli::{BadInput, Format, ReplayArgs};
 use crate::command::exit_status::UNVERIFIABLE;
-use crate::command::print::{Progress, complain, complain_of_flaws, percentiles, print_json, print_line};
+use crate::command::print::{
+    Progress, complain, complain_of_flaws, percentiles, print_json, print_notice, print_report,
+};
 use crate::output::Counted;
 use crate::output::report::{ReplayLine, VerificationSummary};
 use crate::output::terminal_text::Printable;
@@ -50,30 +52,22 @@ fn settings(args: &ReplayArgs, file: &Path) -> anyhow::Result<ReplaySettings> {
 
 fn announce(args: &ReplayArgs, file: &Path, pass: &Pass<'_>) -> anyhow::Result<()> {
     let (run_id, recorded_run_id) = (pass.run_id(), pass.recorded_run_id());
-    match args.format.format {
-        Format::Json => print_json(&ReplayLine::Started { run_id, recorded_run_id }),
-        Format::Text => {
-            let (file, instance) = (Printable(file), &args.bus.instance);
-            complain(&format!("replaying {file} on instance {instance}, run {run_id}; Ctrl-C ends it"));
-            Ok(())
-        }
-    }
+    let (file, instance) = (Printable(file), &args.bus.instance);
+    let text = format!("replaying {file} on instance {instance}, run {run_id}; Ctrl-C ends it");
+    print_notice(args.format.format, &ReplayLine::Started { run_id, recorded_run_id }, &text)
 }
 
 fn print_pass(format: Format, pass: PassSummary) -> anyhow::Result<()> {
-    if format == Format::Json {
-        return print_json(&ReplayLine::Pass(pass));
-    }
     let PassSummary { frames, missing, sim_time_s, overruns, lateness_us, tick_us, .. } = pass;
     let missing = if missing > 0 { format!(" ({missing} missing in the recording)") } else { String::new() };
-    print_line(format_args!(
+    let text = format!(
         "{}{missing} to {sim_time_s:.6} s, {}, lateness {}, tick {} \u{b5}s",
         Counted(frames, "frame"),
         Counted(overruns, "overrun"),
         percentiles(lateness_us),
         percentiles(tick_us)
-    ))?;
-    Ok(())
+    );
+    print_report(format, &ReplayLine::Pass(pass), text)
 }
 
 /// Exit status where a frame differs.
@@ -87,10 +81,7 @@ fn verify_files(files: &[PathBuf], format: Format) -> anyhow::Result<ExitCode> {
     drop(bar);
     let verification = verified.map_err(|error| BadInput(format!("{:#}", anyhow::Error::from(error))))?;
     for run in &verification.runs {
-        match format {
-            Format::Json => print_json(&ReplayLine::Run(run.clone()))?,
-            Format::Text => print_line(run_text(run))?,
-        }
+        print_report(format, &ReplayLine::Run(run.clone()), run_text(run))?;
     }
     for flawed in &verification.flawed {
         complain_of_flaws(&flawed.file, flawed.flaws, "verified");

@@ -10,8 +10,8 @@ use bench_dragon_ipc::{Domain, Request};
 
 use crate::cli::{BadInput, ConfigArgs, Format, PaceArgs, RealTimeArgs, ServeArgs};
 use crate::command::load_config;
-use crate::command::print::{behind, complain, percentiles, print_json, print_line};
-use crate::command::timecode::{Awaited, Followed};
+use crate::command::print::{behind, complain, percentiles, print_notice, print_report};
+use crate::command::timecode::{AwaitedTimecode, FollowedTimecode};
 use crate::config::{Config, Overrides};
 use crate::output::Counted;
 use crate::output::report::ServeLine;
@@ -24,13 +24,14 @@ pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::new(args.run.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
     warn_of_early_end(&settings.config);
-    let timecode = Awaited::start(&args.run.timecode, &settings.config, settings.until_s, args.format.format)?;
+    let timecode = AwaitedTimecode::start(&args.run.timecode, &settings.config, settings.until_s, args.format.format)?;
     let mut server = Server::create(&domain, settings)?;
     announce(args, &server)?;
     let timecode = timecode.map(|timecode| timecode.lead(&mut server)).transpose()?;
     let summary = server.run(stop.as_atomic())?;
-    timecode.map_or(Ok(()), Followed::finish)?;
-    print_summary(args.format.format, summary)?;
+    timecode.map_or(Ok(()), FollowedTimecode::finish)?;
+    let text = summary_text(&summary);
+    print_report(args.format.format, &ServeLine::Summary(summary), text)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -121,30 +122,23 @@ fn require_from(flag: &str, value: f64, lowest: f64) -> Result<(), BadInput> {
 }
 
 fn announce(args: &ServeArgs, server: &Server) -> anyhow::Result<()> {
-    match args.format.format {
-        Format::Json => print_json(&ServeLine::Started { run_id: server.run_id() }),
-        Format::Text => {
-            complain(&format!("serving instance {}, run {}; Ctrl-C ends it", args.run.bus.instance, server.run_id()));
-            if server.is_guarded() {
-                complain("guarded: the head walks where `bench-dragon monitor --guard` has proved the way free");
-            }
-            Ok(())
-        }
+    let (format, instance, run_id) = (args.format.format, &args.run.bus.instance, server.run_id());
+    let text = format!("serving instance {instance}, run {run_id}; Ctrl-C ends it");
+    print_notice(format, &ServeLine::Started { run_id }, &text)?;
+    if format == Format::Text && server.is_guarded() {
+        complain("guarded: the head walks where `bench-dragon monitor --guard` has proved the way free");
     }
+    Ok(())
 }
 
-fn print_summary(format: Format, summary: ServerSummary) -> anyhow::Result<()> {
-    if format == Format::Json {
-        return print_json(&ServeLine::Summary(summary));
-    }
-    let ServerSummary { frames, sim_time_s, overruns, behind_s, most_behind_s, lateness_us, tick_us, .. } = summary;
-    print_line(format_args!(
+fn summary_text(summary: &ServerSummary) -> String {
+    let &ServerSummary { frames, sim_time_s, overruns, behind_s, most_behind_s, lateness_us, tick_us, .. } = summary;
+    format!(
         "{} to {sim_time_s:.6} s, {}{}, lateness {}, tick {} \u{b5}s",
         Counted(frames, "frame"),
         Counted(overruns, "overrun"),
         behind(behind_s, most_behind_s),
         percentiles(lateness_us),
         percentiles(tick_us)
-    ))?;
-    Ok(())
+    )
 }

@@ -1,5 +1,6 @@
-//! What `serve` does about timecode beside its loop: the socket, and telling what happens.
+//! What `serve` does about timecode beside its loop: the socket, and news_thread what happens.
 
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
@@ -9,7 +10,7 @@ use bench_dragon_ipc::TimecodeKind;
 use rtrb::Consumer;
 
 use crate::cli::{BadInput, Format, TimecodeArgs};
-use crate::command::print::{complain, print_json};
+use crate::command::print::print_notice;
 use crate::config::Config;
 use crate::output::report::{ServeLine, TimecodeLine};
 use crate::source::server::{Following, Server, TimecodeNews};
@@ -21,7 +22,7 @@ const DEFAULT_TIMEOUT_S: f64 = 1.0;
 
 /// Timecode that is being received, and that nobody follows yet.
 #[derive(Debug)]
-pub(super) struct Awaited {
+pub(super) struct AwaitedTimecode {
     receiver: TimecodeReceiver,
     inbox: SampleQueue,
     settings: FollowerSettings,
@@ -31,15 +32,15 @@ pub(super) struct Awaited {
 
 /// Timecode that a server follows.
 #[derive(Debug)]
-pub(super) struct Followed {
+pub(super) struct FollowedTimecode {
     receiver: TimecodeReceiver,
     format: Format,
-    telling: Telling,
+    news_thread: NewsThread,
 }
 
-/// The thread that tells.
+/// The thread that reports what happens.
 #[derive(Debug)]
-struct Telling {
+struct NewsThread {
     is_over: Arc<AtomicBool>,
     thread: JoinHandle<()>,
 }
@@ -58,7 +59,7 @@ pub(crate) fn check(args: &TimecodeArgs, config: &Config) -> Result<(), BadInput
     }
 }
 
-impl Awaited {
+impl AwaitedTimecode {
     /// Begins to listen, where timecode is to be followed.
     pub(super) fn start(
         args: &TimecodeArgs,
@@ -81,40 +82,32 @@ impl Awaited {
     }
 
     /// Has a server follow, and tells what happens from then on.
-    pub(super) fn lead(self, server: &mut Server) -> anyhow::Result<Followed> {
+    pub(super) fn lead(self, server: &mut Server) -> anyhow::Result<FollowedTimecode> {
         let Self { receiver, inbox, settings, kind, format } = self;
         let (following, news) = Following::new(settings, kind, inbox);
-        let telling = Telling::start(news, format)?;
+        let news_thread = NewsThread::start(news, format)?;
         server.follow(following);
         let listen = receiver.listen();
-        match format {
-            Format::Json => print_json(&ServeLine::Listening { listen })?,
-            Format::Text => {
-                complain(&format!("listening for timecode on {listen}; the show stands until the first one"));
-            }
-        }
-        Ok(Followed { receiver, format, telling })
+        print_listening(format, listen)?;
+        Ok(FollowedTimecode { receiver, format, news_thread })
     }
 }
 
-impl Followed {
+impl FollowedTimecode {
     /// Tells what is left to tell, and what came in all.
     pub(super) fn finish(self) -> anyhow::Result<()> {
-        self.telling.finish();
+        self.news_thread.finish();
         let counts = self.receiver.counts();
-        if self.format == Format::Json {
-            return print_json(&ServeLine::TimecodeSummary(counts));
-        }
         let (malformed, of_others, floods) = (counts.malformed, counts.of_others, counts.floods);
-        complain(&format!(
+        let text = format!(
             "{} timecodes; dropped: {malformed} malformed, {of_others} of other senders, {floods} floods",
             counts.taken
-        ));
-        Ok(())
+        );
+        print_notice(self.format, &ServeLine::TimecodeSummary(counts), &text)
     }
 }
 
-impl Telling {
+impl NewsThread {
     fn start(mut news: Consumer<TimecodeNews>, format: Format) -> anyhow::Result<Self> {
         let is_over = Arc::new(AtomicBool::new(false));
         let over = Arc::clone(&is_over);
@@ -122,7 +115,9 @@ impl Telling {
             loop {
                 let is_last = over.load(Ordering::Relaxed);
                 while let Ok(news) = news.pop() {
-                    tell(&TimecodeLine::from(&news), format);
+                    let line = TimecodeLine::from(&news);
+                    // Where stdout is gone, the server's end reports it.
+                    let _ = print_notice(format, &ServeLine::Timecode(line.clone()), &line.to_string());
                 }
                 if is_last {
                     return;
@@ -140,10 +135,8 @@ impl Telling {
     }
 }
 
-fn tell(line: &TimecodeLine, format: Format) {
-    match format {
-        // Where stdout is gone, the server's end tells.
-        Format::Json => drop(print_json(&ServeLine::Timecode(line.clone()))),
-        Format::Text => complain(&line.to_string()),
-    }
+/// Reports where timecode has to be sent.
+pub(super) fn print_listening(format: Format, listen: SocketAddr) -> anyhow::Result<()> {
+    let text = format!("listening for timecode on {listen}; the show stands until the first one");
+    print_notice(format, &ServeLine::Listening { listen }, &text)
 }

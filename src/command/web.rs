@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use tokio::sync::watch;
 
 use crate::cli::{BadInput, Format, MetricsArgs, SiteArgs, ViewArgs};
-use crate::command::print::{complain, print_json, print_line};
+use crate::command::print::{complain, print_report};
 use crate::display::metrics;
 use crate::display::observe::{Observer, Snapshot};
 use crate::display::view::{Token, TokenError, View, ViewSettings};
@@ -116,10 +116,8 @@ pub(crate) fn url(address: SocketAddr, page: &str) -> String {
 
 /// Tells people in these words, and machines in a line of JSON, that a page can be opened.
 pub(crate) fn announce(format: Format, words: &str, url: String, address: SocketAddr) -> anyhow::Result<()> {
-    match format {
-        Format::Json => print_json(&ListeningLine { url, address }),
-        Format::Text => Ok(print_line(format_args!("{words}{url}"))?),
-    }
+    let text = format!("{words}{url}");
+    print_report(format, &ListeningLine { url, address }, text)
 }
 
 /// The address by which others reach a machine that listens on all of its own.

@@ -20,7 +20,7 @@ mod session;
 mod zenoh;
 
 use feed::Feed;
-use session::Session;
+use session::PacketSession;
 
 /// What a program that was built without zenoh says.
 #[cfg(not(feature = "zenoh"))]
@@ -55,7 +55,7 @@ fn send_psn(args: &BridgeArgs, psn: &PsnArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::new(args.bus.instance.clone())?;
     let stop = StopFlag::on_signals()?;
     let name = psn.name.clone().unwrap_or_else(|| default_name(&args.bus.instance));
-    let mut session = Session::new(args.format.format, psn.to, open_udp(psn.to, psn.network)?);
+    let mut session = PacketSession::new(args.format.format, psn.to, open_udp(psn.to, psn.network)?);
     let Some(mut feed) = Feed::open(&domain, "bridge-psn", psn.rate, &stop)? else { return session.finish(0) };
     session.announce(feed.epoch_ns(), psn.rate)?;
     hand_on(&mut feed, name, &mut session)?;
@@ -63,7 +63,7 @@ fn send_psn(args: &BridgeArgs, psn: &PsnArgs) -> anyhow::Result<ExitCode> {
 }
 
 /// Sends frame after frame, until a signal comes.
-fn hand_on(feed: &mut Feed<'_>, name: SystemName, session: &mut Session) -> anyhow::Result<()> {
+fn hand_on(feed: &mut Feed<'_>, name: SystemName, session: &mut PacketSession) -> anyhow::Result<()> {
     let mut encoder = PsnEncoder::new(name, feed.epoch_ns());
     let mut packets = Packets::default();
     let mut info = Schedule::new(monotonic_ns(), INFO_RATE_HZ);
@@ -89,7 +89,7 @@ fn send_osc(args: &BridgeArgs, osc: &OscArgs) -> anyhow::Result<ExitCode> {
     let stop = StopFlag::on_signals()?;
     let outlet: Box<dyn Outlet> =
         if osc.tcp { Box::new(SlipSender::new(osc.to)) } else { open_udp(osc.to, osc.network)? };
-    let mut session = Session::new(args.format.format, osc.to, outlet);
+    let mut session = PacketSession::new(args.format.format, osc.to, outlet);
     let Some(mut feed) = Feed::open(&domain, "bridge-osc", osc.rate, &stop)? else { return session.finish(0) };
     session.announce(feed.epoch_ns(), osc.rate)?;
     let mut encoder = OscEncoder::new(settings(osc));

@@ -6,12 +6,12 @@ use std::process::ExitCode;
 use super::feed::Release;
 use crate::bridge::{Freshness, Outage, OutageChange, Outlet, Packets};
 use crate::cli::Format;
-use crate::command::print::{complain, print_json, print_line};
+use crate::command::print::{print_notice, print_report};
 use crate::output::Counted;
 use crate::output::report::{BridgeLine, BridgeSummary};
 
-/// A bridge's life.
-pub(super) struct Session {
+/// A bridge at work.
+pub(super) struct PacketSession {
     format: Format,
     /// The receiver, as it is told.
     to: String,
@@ -22,7 +22,7 @@ pub(super) struct Session {
     summary: BridgeSummary,
 }
 
-impl Session {
+impl PacketSession {
     pub(super) fn new(format: Format, to: impl Display, outlet: Box<dyn Outlet>) -> Self {
         let (outage, summary) = (Outage::default(), BridgeSummary::default());
         Self { format, to: to.to_string(), outlet, outage, is_stale: false, summary }
@@ -32,7 +32,7 @@ impl Session {
     pub(super) fn announce(&self, epoch_ns: u64, rate_hz: u32) -> anyhow::Result<()> {
         let to = &self.to;
         let line = BridgeLine::Started { to: to.clone(), epoch_ns };
-        self.say(&line, &format!("sending to {to} at {rate_hz} Hz; Ctrl-C ends it"))
+        print_notice(self.format, &line, &format!("sending to {to} at {rate_hz} Hz; Ctrl-C ends it"))
     }
 
     /// Sends a frame of poses.
@@ -54,10 +54,10 @@ impl Session {
         let to = &self.to;
         match (self.outage.note(delivery.trouble.is_some(), now_ns), delivery.trouble) {
             (Some(OutageChange::Began), Some(error)) => {
-                self.tell(&format!("cannot send to {to}, still trying: {error}"))?
+                self.notify(&format!("cannot send to {to}, still trying: {error}"))?
             }
             (Some(OutageChange::Ended { failed_frames }), _) => {
-                self.tell(&format!(
+                self.notify(&format!(
                     "sending to {to} works again, after {} with errors",
                     Counted(failed_frames, "frame")
                 ))?;
@@ -75,9 +75,9 @@ impl Session {
                 let age_s = age_ns as f64 * 1e-9;
                 let text =
                     format!("no frame has come for {age_s:.1} s: the last one is sent as stale, with speeds of 0");
-                self.say(&BridgeLine::Silent { age_s }, &text)
+                print_notice(self.format, &BridgeLine::Silent { age_s }, &text)
             }
-            Freshness::Fresh if was_stale => self.say(&BridgeLine::Resumed, "frames come again"),
+            Freshness::Fresh if was_stale => print_notice(self.format, &BridgeLine::Resumed, "frames come again"),
             _ => Ok(()),
         }
     }
@@ -86,30 +86,19 @@ impl Session {
     pub(super) fn finish(mut self, missed: u64) -> anyhow::Result<ExitCode> {
         self.summary.missed = missed;
         let BridgeSummary { frames, stale, packets, bytes, errors, dropped, missed } = self.summary;
-        match self.format {
-            Format::Json => print_json(&BridgeLine::Summary(self.summary))?,
-            Format::Text => print_line(format_args!(
-                "{} ({stale} stale) in {} of {}, {}, {dropped} dropped, {} missed",
-                Counted(frames, "frame"),
-                Counted(packets, "packet"),
-                Counted(bytes, "byte"),
-                Counted(errors, "error"),
-                Counted(missed, "release")
-            ))?,
-        }
+        let text = format!(
+            "{} ({stale} stale) in {} of {}, {}, {dropped} dropped, {} missed",
+            Counted(frames, "frame"),
+            Counted(packets, "packet"),
+            Counted(bytes, "byte"),
+            Counted(errors, "error"),
+            Counted(missed, "release")
+        );
+        print_report(self.format, &BridgeLine::Summary(self.summary), text)?;
         Ok(ExitCode::SUCCESS)
     }
 
-    fn tell(&self, message: &str) -> anyhow::Result<()> {
-        self.say(&BridgeLine::Notice { message: message.to_owned() }, message)
-    }
-
-    /// Says something: as a line for machines, or as text for people.
-    fn say(&self, line: &BridgeLine, text: &str) -> anyhow::Result<()> {
-        match self.format {
-            Format::Json => print_json(line)?,
-            Format::Text => complain(text),
-        }
-        Ok(())
+    fn notify(&self, message: &str) -> anyhow::Result<()> {
+        print_notice(self.format, &BridgeLine::Notice { message: message.to_owned() }, message)
     }
 }

@@ -40,7 +40,7 @@ use files::{Folder, Repairs};
 use process::PATIENCE;
 use reports::ChildReports;
 use start::Page;
-use summary::print_report;
+use summary::print_summary;
 
 /// How often the show looks at the bus.
 const LOOK_PERIOD: Duration = Duration::from_millis(50);
@@ -57,7 +57,7 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let mut show = Show::new(args, &config, domain, folder, page, also);
     let outcome = show.play(&stop);
     let summary = show.finish(outcome)?;
-    print_report(args.format.format, &summary, show.folder.path())?;
+    print_summary(args.format.format, &summary, show.folder.path())?;
     let touched = args.fail_on_contact && summary.contact.is_some();
     Ok(match (touched, show.reports.has_given_up) {
         (true, _) => ExitCode::from(CONTACT),

@@ -11,7 +11,8 @@ use super::children::Role;
 use super::live_line::{LiveLine, NearAlerts};
 use super::summary::Totals;
 use crate::cli::Format;
-use crate::command::print::{complain, print_json};
+use crate::command::print::complain;
+use crate::command::timecode::print_listening;
 use crate::output::report::{ContactReport, MonitorLine, MonitorProgress, RecordLine, ServeLine, TimecodeEvent};
 
 /// The reports of the children: added up, and what of them the show needs by itself.
@@ -94,13 +95,7 @@ impl ChildReports {
         if self.timecode_listen.replace(listen) == Some(listen) {
             return Ok(());
         }
-        match self.format {
-            Format::Json => print_json(&ServeLine::Listening { listen }),
-            Format::Text => {
-                complain(&format!("listening for timecode on {listen}; the show stands until the first one"));
-                Ok(())
-            }
-        }
+        print_listening(self.format, listen)
     }
 
     fn take_monitor_line(&mut self, line: MonitorLine) {

@@ -8,8 +8,8 @@ use serde::Serialize;
 use super::Show;
 use super::children::Role;
 use super::process::Launch;
-use crate::cli::{Format, TimecodeArgs};
-use crate::command::print::{complain, print_json, print_line};
+use crate::cli::TimecodeArgs;
+use crate::command::print::{complain, print_report};
 use crate::command::web::{ListeningLine, TOKEN_VARIABLE, cannot_listen};
 use crate::display::view::Token;
 use crate::source::timecode::FrameRate;
@@ -159,9 +159,7 @@ impl Show<'_> {
         let listening: ListeningLine = serde_json::from_str(line).with_context(|| format!("view printed {line:?}"))?;
         let ListeningLine { url, address } = listening;
         (page.listen, page.is_announced) = (address, true);
-        match self.args.format.format {
-            Format::Json => print_json(&ViewLine { url }),
-            Format::Text => Ok(print_line(url)?),
-        }
+        let text = url.clone();
+        print_report(self.args.format.format, &ViewLine { url }, text)
     }
 }

@@ -154,7 +154,7 @@ impl MergedTimes {
     }
 }
 
-pub(super) fn print_report(format: Format, summary: &ShowSummary, folder: &Path) -> anyhow::Result<()> {
+pub(super) fn print_summary(format: Format, summary: &ShowSummary, folder: &Path) -> anyhow::Result<()> {
     if format == Format::Json {
         return print_json(summary);
     }

@@ -6,9 +6,9 @@ use serde::Serialize;
 
 use super::caption::caption;
 use super::{figures, save_config};
-use crate::cli::{BadInput, Format, PitchArgs};
+use crate::cli::{BadInput, PitchArgs};
 use crate::command::load_config;
-use crate::command::print::{print_json, print_line};
+use crate::command::print::print_report;
 use crate::config::{Config, Overrides};
 
 #[derive(Serialize)]
@@ -46,10 +46,11 @@ pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
         }
         found => found.map_err(|error| error.to_string()),
     };
-    match args.answer.format.format {
-        Format::Json => print_json(&PitchAnswer::of(&found, args.clearance))?,
-        Format::Text => print_line(text(&found, turn_diameter_m, &config, clearance_m))?,
-    }
+    print_report(
+        args.answer.format.format,
+        &PitchAnswer::of(&found, args.clearance),
+        text(&found, turn_diameter_m, &config, clearance_m),
+    )?;
     if args.answer.save_config.is_none() && args.answer.figure.figure.is_none() {
         return Ok(());
     }

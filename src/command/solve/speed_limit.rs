@@ -9,9 +9,9 @@ use serde::Serialize;
 
 use super::turn::{asks_for_turn, passage_time_s, planned_turn};
 use super::{figures, save_config};
-use crate::cli::{ConfigArgs, Format, SpeedLimitArgs};
+use crate::cli::{ConfigArgs, SpeedLimitArgs};
 use crate::command::load_config;
-use crate::command::print::{print_json, print_line};
+use crate::command::print::print_report;
 use crate::config::{Config, Overrides};
 
 #[derive(Serialize)]
@@ -31,10 +31,7 @@ pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
     let (config, passage) = passage(args)?;
     let largest = passage.as_ref().map_err(|infeasible| *infeasible).and_then(|dragon| largest_speed_ratio(dragon));
     let answer = SpeedLimitAnswer::of(&largest, args.limit, &config);
-    match args.answer.format.format {
-        Format::Json => print_json(&answer)?,
-        Format::Text => print_line(text(&answer, args.limit, config.route()))?,
-    }
+    print_report(args.answer.format.format, &answer, text(&answer, args.limit, config.route()))?;
     if let (Some(_), Ok(dragon), Ok(largest)) = (&args.answer.figure.figure, &passage, &largest) {
         let view = figures::speeds_over_time(&args.answer.figure, &config, dragon, largest, args.limit);
         figures::save_and_tell(view.draw(), &args.answer.figure, args.answer.format.format)?;

@@ -12,9 +12,9 @@ use serde::Serialize;
 
 use super::caption::caption;
 use super::{figures, save_config};
-use crate::cli::{BadInput, ConfigArgs, Format, TurnArgs, TurnPlanArgs};
+use crate::cli::{BadInput, ConfigArgs, TurnArgs, TurnPlanArgs};
 use crate::command::load_config;
-use crate::command::print::{Progress, complain, print_json, print_line};
+use crate::command::print::{Progress, complain, print_report};
 use crate::config::{Config, Overrides};
 
 #[derive(Default, Serialize)]
@@ -125,10 +125,7 @@ pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
         shortest,
         ..TurnAnswer::of(&turnaround, &passage, &config)
     };
-    match args.answer.format.format {
-        Format::Json => print_json(&answer)?,
-        Format::Text => print_line(answer.text())?,
-    }
+    print_report(args.answer.format.format, &answer, answer.text())?;
     draw(args, &config, &turnaround, &passage)?;
     let reason = answer.infeasible.clone().or(answer.undecided.clone()).or_else(|| answer.broken_limit());
     save_config(&args.answer, reason.as_deref().map_or(Ok(&config), Err))

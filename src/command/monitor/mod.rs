@@ -1,0 +1,216 @@
+//! `monitor`: the collision monitor's process.
+
+use std::process::ExitCode;
+
+use anyhow::{Context as _, ensure};
+use bench_dragon_ipc::{
+    Alert, AlertKind, BusError, Continuity, Domain, Frame, FrameHeader, GuardLock, Sender, ShowState,
+};
+
+use crate::cli::MonitorArgs;
+use crate::command::exit_status::CONTACT;
+use crate::command::follow::{Following, Next, RunPorts, open_when_there};
+use crate::config::Config;
+use crate::safety::alerts::{ALERTS_PER_S, AlertPublisher};
+use crate::safety::forecast::{Forecast, Forecaster};
+use crate::safety::monitor::{Monitor, run_alert};
+use crate::system::clock::monotonic_ns;
+use crate::system::stop::StopFlag;
+
+mod guard_thread;
+mod report;
+
+use guard_thread::{GuardNews, GuardThread};
+use report::MonitorReport;
+
+pub(super) fn run(args: &MonitorArgs) -> anyhow::Result<ExitCode> {
+    let domain = Domain::new(args.bus.instance.clone())?;
+    let stop = StopFlag::on_signals()?;
+    let opened = open_when_there(domain.instance(), &stop, || MonitorPorts::open(&domain, args.guard, &stop))?;
+    let mut session =
+        MonitorSession { args, domain: &domain, stop: &stop, watched: None, report: MonitorReport::new(args) };
+    if let Some(mut ports) = opened {
+        session.follow(&mut ports)?;
+        session.take_commands(&mut ports)?;
+    }
+    session.end_run();
+    session.report.print_summary()?;
+    let failed = args.fail_on_contact && session.report.has_contact();
+    Ok(if failed { ExitCode::from(CONTACT) } else { ExitCode::SUCCESS })
+}
+
+/// Everything of the bus that a monitor uses.
+struct MonitorPorts {
+    run: RunPorts,
+    alerts: AlertPublisher,
+    // Given up last.
+    _lock: Option<GuardLock>,
+}
+
+impl MonitorPorts {
+    fn open(domain: &Domain, guard: bool, stop: &StopFlag) -> Result<Self, BusError> {
+        let open_others = || {
+            let lock = guard.then(|| GuardLock::take(domain)).transpose()?;
+            Ok((AlertPublisher::open(domain)?, lock))
+        };
+        let (run, (alerts, lock)) = RunPorts::open(domain, "monitor", stop, open_others)?;
+        Ok(Self { run, alerts, _lock: lock })
+    }
+}
+
+/// The run that is being watched.
+struct WatchedRun {
+    run_id: u64,
+    monitor: Monitor,
+    forecaster: Forecaster,
+    /// Travel from which the forecast was last asked for.
+    asked_from_m: f64,
+    state: Option<ShowState>,
+    guard: Option<GuardThread>,
+}
+
+/// A monitor at work, over any number of runs.
+struct MonitorSession<'a> {
+    args: &'a MonitorArgs,
+    domain: &'a Domain,
+    stop: &'a StopFlag,
+    watched: Option<WatchedRun>,
+    report: MonitorReport,
+}
+
+impl MonitorSession<'_> {
+    /// Watches frame after frame; after a signal, those that are there already.
+    fn follow(&mut self, ports: &mut MonitorPorts) -> anyhow::Result<()> {
+        let mut following = Following::until(self.stop);
+        loop {
+            match following.wait(&mut ports.run.frames)? {
+                Next::Frame(frame) => self.take(&frame, ports)?,
+                Next::Nothing => {}
+                Next::End => return Ok(()),
+            }
+            self.report.summary.lost = ports.run.frames.lost();
+            if self.args.fail_on_contact && self.report.has_contact() {
+                return Ok(());
+            }
+            self.take_commands(ports)?;
+            self.take_guard_news()?;
+            self.report.print_progress()?;
+        }
+    }
+
+    fn take(&mut self, frame: &Frame, ports: &mut MonitorPorts) -> anyhow::Result<()> {
+        let header = frame.header();
+        self.report.count_frame(monotonic_ns().saturating_sub(header.scheduled_ns));
+        if frame.continuity() == Continuity::Restarted {
+            self.send_alert(&run_alert(header, AlertKind::Restarted), ports)?;
+        }
+        if self.watched.as_ref().is_none_or(|watched| watched.run_id != header.run_id) {
+            // The last run's guard ends first.
+            self.end_run();
+            let Some(watched) = self.begin_run(header, ports)? else { return Ok(()) };
+            self.watched = Some(watched);
+        }
+        let watched = self.watched.as_mut().expect("begun where it was missing");
+        if self.stop.is_set() {
+            watched.monitor.end_soon();
+        }
+        let forecast = watched.forecaster.latest();
+        let had_suppressed = watched.monitor.suppressed() > 0;
+        let nearest = watched.monitor.observe(header, frame.handles(), Some(&forecast));
+        watched.follow_forecast(header, &forecast);
+        let fault = watched.guard.as_mut().and_then(|guard| guard.show(header, nearest));
+        if !had_suppressed && watched.monitor.suppressed() > 0 {
+            tracing::warn!("over {ALERTS_PER_S} alerts a second: only the most important are sent, the others counted");
+        }
+        self.report.summary.faults += u64::from(fault.is_some());
+        let alerts = [fault.as_slice(), watched.state_alert(header).as_slice(), watched.monitor.alerts()].concat();
+        alerts.iter().try_for_each(|alert| self.send_alert(alert, ports))?;
+        self.report.note(header, nearest, &forecast);
+        Ok(())
+    }
+
+    fn begin_run(&self, header: &FrameHeader, ports: &mut MonitorPorts) -> anyhow::Result<Option<WatchedRun>> {
+        let Some(description) = ports.run.descriptions.of(header.run_id, self.stop)? else {
+            return Ok(None);
+        };
+        let config = Config::from_toml(&description.toml).context("the description on the bus")?;
+        let (described, sent) = (config.dragon().dimensions().benches(), header.bench_count as usize);
+        ensure!(described == sent, "the description on the bus is of {described} benches, the frames are of {sent}");
+        let monitor = Monitor::new(&config);
+        let (run_id, from_m) = (header.run_id, header.head_travel_m);
+        let forecaster = Forecaster::start(monitor.dragon(), from_m).context("cannot start the forecast's thread")?;
+        if self.args.guard && !config.is_guarded() {
+            tracing::warn!("the server is not guarded: it walks on without grants; start it with --guarded");
+        }
+        let is_guarded = self.args.guard && config.is_guarded();
+        let guard = is_guarded.then(|| GuardThread::start(self.domain, config, run_id)).transpose();
+        let guard = guard.context("cannot start the guard's thread")?;
+        Ok(Some(WatchedRun { run_id, monitor, forecaster, asked_from_m: from_m, state: None, guard }))
+    }
+
+    /// Ends the watch of a run, and counts what it has left out.
+    fn end_run(&mut self) {
+        if let Some(watched) = self.watched.take() {
+            self.report.summary.suppressed_alerts += watched.monitor.suppressed();
+            self.report.summary.unswept_frames += watched.monitor.unswept();
+        }
+    }
+
+    /// Reports what has become of commands: first of up to the last 128 from before it was there.
+    fn take_commands(&mut self, ports: &mut MonitorPorts) -> anyhow::Result<()> {
+        let Some(commands) = &mut ports.run.commands else { return Ok(()) };
+        while let Some(event) = commands.receive()? {
+            self.report.summary.commands.count(&event);
+            // Its own grants are no news.
+            if event.sent_by() != Some(Sender::Guard) || event.pid != std::process::id() {
+                self.report.print_command(&event)?;
+            }
+        }
+        self.report.summary.commands.lost = commands.lost();
+        Ok(())
+    }
+
+    fn take_guard_news(&mut self) -> anyhow::Result<()> {
+        let guard = self.watched.as_ref().and_then(|watched| watched.guard.as_ref());
+        match guard.and_then(GuardThread::news) {
+            None => Ok(()),
+            Some(GuardNews::FinalRest(rest)) => {
+                if !rest.is_free {
+                    tracing::warn!("the benches are nearer than margin_m where the head is: seek to free ground");
+                }
+                self.report.print_rest(&rest)
+            }
+            Some(GuardNews::GaveUp(held)) => {
+                let held = held.map_or("it has held the show".to_owned(), |error| error.to_string());
+                tracing::warn!("the frames are not what the guard has proved: it grants no more, and {held}");
+                Ok(())
+            }
+            Some(GuardNews::Failed(error)) => Err(error).context("the guard"),
+        }
+    }
+
+    fn send_alert(&mut self, alert: &Alert, ports: &MonitorPorts) -> anyhow::Result<()> {
+        ports.alerts.publish(alert)?;
+        self.report.print_alert(alert)
+    }
+}
+
+impl WatchedRun {
+    /// Asks for a new forecast where the present one does not cover the head's travel.
+    fn follow_forecast(&mut self, header: &FrameHeader, forecast: &Forecast) {
+        let travel_m = header.head_travel_m;
+        let is_asked = self.asked_from_m != forecast.from_m;
+        if !is_asked && !forecast.covers(travel_m) && !self.monitor.is_touching() {
+            self.forecaster.restart(travel_m);
+            self.asked_from_m = travel_m;
+        }
+    }
+
+    /// The alert of a hold that begins with this frame. A guarded show begins held, until its guard has looked at it.
+    fn state_alert(&mut self, header: &FrameHeader) -> Option<Alert> {
+        let state = header.show_state();
+        let last = std::mem::replace(&mut self.state, state);
+        let begins = last != state && (last.is_some() || self.guard.is_none());
+        (begins && state == Some(ShowState::Held)).then(|| run_alert(header, AlertKind::Held))
+    }
+}

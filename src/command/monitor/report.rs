@@ -1,0 +1,173 @@
+//! What a monitor prints: alerts, commands and progress as they come, and its summary.
+
+use std::fmt::Write as _;
+use std::time::{Duration, Instant};
+
+use bench_dragon_geometry::clearance::PairClearance;
+use bench_dragon_ipc::{Alert, AlertKind, CommandEvent, EventKind, FrameHeader, TimeHistogram};
+
+use crate::cli::{Format, MonitorArgs};
+use crate::command::print::{print_json, print_line, print_report};
+use crate::output::Counted;
+use crate::output::report::{
+    AlertLine, ClearanceReport, CommandCounts, CommandLine, ContactReport, GuardReport, MonitorLine, MonitorProgress,
+    MonitorSummary, TimesReport, local_time,
+};
+use crate::safety::alerts::ALERTS_PER_S;
+use crate::safety::forecast::Forecast;
+use crate::safety::guard::FinalRest;
+
+/// What has been seen so far.
+pub(super) struct MonitorReport {
+    format: Format,
+    pub(super) summary: MonitorSummary,
+    latency: TimeHistogram,
+    nearest: Option<PairClearance>,
+    forecast_s: Option<f64>,
+    /// How often progress is printed, if it is.
+    progress_period: Option<Duration>,
+    progress_due: Instant,
+}
+
+impl MonitorReport {
+    pub(super) fn new(args: &MonitorArgs) -> Self {
+        let format = args.format.format;
+        Self {
+            format,
+            summary: MonitorSummary::default(),
+            latency: TimeHistogram::default(),
+            nearest: None,
+            forecast_s: None,
+            progress_period: args.progress.filter(|_| format == Format::Json).map(Duration::from_secs_f64),
+            progress_due: Instant::now(),
+        }
+    }
+
+    pub(super) fn has_contact(&self) -> bool {
+        self.summary.contact.is_some()
+    }
+
+    pub(super) fn count_frame(&mut self, latency_ns: u64) {
+        self.latency.record(latency_ns);
+        self.summary.frames += 1;
+    }
+
+    /// Takes note of what was measured in a frame.
+    pub(super) fn note(&mut self, header: &FrameHeader, nearest: Option<PairClearance>, forecast: &Forecast) {
+        let time_s = header.sim_time_s();
+        self.nearest = nearest;
+        self.forecast_s = forecast
+            .contact
+            .filter(|_| forecast.covers(header.head_travel_m) && header.head_speed_mps > 0.0)
+            .map(|contact| time_s + (contact.travel_m - header.head_travel_m) / header.head_speed_mps);
+        let Some(PairClearance { clearance_m, benches, .. }) = nearest else { return };
+        if self.summary.least_clearance.is_none_or(|least| clearance_m < least.clearance_m) {
+            let benches = benches.map(|bench| bench as u32);
+            self.summary.least_clearance = Some(ClearanceReport { time_s, benches, clearance_m });
+        }
+    }
+
+    pub(super) fn print_alert(&mut self, alert: &Alert) -> anyhow::Result<()> {
+        let line = AlertLine::from(alert);
+        if alert.alert_kind() == Some(AlertKind::Contact) && self.summary.contact.is_none() {
+            let benches = alert.pair().expect("a contact is of two benches");
+            self.summary.contact = Some(ContactReport { time_s: line.time_s, benches });
+        }
+        let text = alert_text(&line);
+        print_report(self.format, &MonitorLine::Alert(line), text)
+    }
+
+    pub(super) fn print_command(&self, event: &CommandEvent) -> anyhow::Result<()> {
+        let line = CommandLine::from(event);
+        // Grants come some ten times a second.
+        if self.format == Format::Text && event.event_kind() == Some(EventKind::Grant) && line.accepted {
+            tracing::debug!("{}", line.text);
+            return Ok(());
+        }
+        let text = format!("{:>12.6} s  command    {}  {}", line.time_s, local_time(event), line.text);
+        print_report(self.format, &MonitorLine::Command(line), text)
+    }
+
+    /// Reports where the guard holds the head for good.
+    pub(super) fn print_rest(&mut self, rest: &FinalRest) -> anyhow::Result<()> {
+        let report = GuardReport {
+            held_at_s: rest.sim_time_s,
+            clearance_m: self.nearest.map(|pair| pair.clearance_m),
+            forecast_contact_s: rest.forecast_s,
+        };
+        self.summary.guard = Some(report);
+        print_report(self.format, &MonitorLine::Guard(report), rest_text(&report))
+    }
+
+    /// Prints the progress where it is due.
+    pub(super) fn print_progress(&mut self) -> anyhow::Result<()> {
+        let (Some(period), now) = (self.progress_period, Instant::now()) else { return Ok(()) };
+        if now < self.progress_due {
+            return Ok(());
+        }
+        self.progress_due = now + period;
+        print_json(&MonitorLine::Progress(MonitorProgress {
+            frames: self.summary.frames,
+            lost: self.summary.lost,
+            clearance_m: self.nearest.map(|pair| pair.clearance_m),
+            forecast_s: self.forecast_s,
+            latency: TimesReport::from(&self.latency),
+        }))
+    }
+
+    pub(super) fn print_summary(&mut self) -> anyhow::Result<()> {
+        self.summary.latency_us = (&self.latency).into();
+        self.summary.latency = (&self.latency).into();
+        if self.format == Format::Json {
+            return print_json(&MonitorLine::Summary(self.summary.clone()));
+        }
+        let MonitorSummary { frames, lost, contact, least_clearance, commands, .. } = &self.summary;
+        print_line(format_args!("{}, {lost} lost", Counted(*frames, "frame")))?;
+        let CommandCounts { accepted, refused, grants, lost } = commands;
+        let grants = Counted(*grants, "grant");
+        print_line(format_args!("commands: {accepted} accepted, {refused} refused, {grants}, {lost} lost"))?;
+        if let Some(ClearanceReport { time_s, benches: [a, b], clearance_m }) = least_clearance {
+            print_line(format_args!("least clearance {clearance_m:.6} m at {time_s:.6} s, benches {a} and {b}"))?;
+        }
+        match contact {
+            Some(ContactReport { time_s, benches: [a, b] }) => {
+                print_line(format_args!("first contact at {time_s:.6} s, benches {a} and {b}"))?;
+            }
+            None => print_line("no contact")?,
+        }
+        let MonitorSummary { faults, suppressed_alerts, unswept_frames, .. } = &self.summary;
+        let left_out = [
+            (faults, "fault", ": frames were not as published".to_owned()),
+            (suppressed_alerts, "alert", format!(" not sent: over {ALERTS_PER_S} a second")),
+            (unswept_frames, "frame", " not swept whole: the way there takes too much work".to_owned()),
+        ];
+        for (count, noun, what) in left_out.into_iter().filter(|(count, ..)| **count > 0) {
+            print_line(format_args!("{}{what}", Counted(*count, noun)))?;
+        }
+        Ok(())
+    }
+}
+
+fn rest_text(report: &GuardReport) -> String {
+    let mut text = format!("{:>12.6} s  held by the guard for good", report.held_at_s);
+    if let Some(clearance_m) = report.clearance_m {
+        // Writing into a String cannot fail, here and below.
+        let _ = write!(text, ", clearance {clearance_m:.6} m");
+    }
+    if let Some(forecast_s) = report.forecast_contact_s {
+        let _ = write!(text, ", contact forecast at {forecast_s:.6} s");
+    }
+    text
+}
+
+fn alert_text(line: &AlertLine) -> String {
+    let mut text = format!("{:>12.6} s  {:<9}", line.time_s, line.kind);
+    if let (Some([a, b]), Some(clearance_m), Some([x, y])) = (line.benches, line.clearance_m, line.point_m) {
+        // Writing into a String cannot fail, here and below.
+        let _ = write!(text, "  benches {a} and {b}, clearance {clearance_m:.6} m at ({x:.3}, {y:.3})");
+    }
+    if let Some(forecast_s) = line.forecast_s.filter(|_| line.kind == AlertKind::Near.name()) {
+        let _ = write!(text, ", contact forecast at {forecast_s:.6} s");
+    }
+    text
+}
