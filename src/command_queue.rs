@@ -1,6 +1,7 @@
-//! Commands of somebody who does not wait for their replies.
+//! Commands to the server of an instance. [`call()`] sends one and waits for its reply. A [`CommandQueue`] is for whoever may
+//! not wait, or sends many.
 //!
-//! They are sent one at a time, in the command in which they are given. A hold goes past all others: at once, on a thread of its
+//! A queue sends commands one at a time, in the order in which they are submitted. A hold overtakes them: at once, on a thread of its
 //! own. Those that have not been sent by then are given up, and so is a seek that waits for its proof. One that is on its way
 //! may reach the server after the hold and undo it; so the hold is sent once more when that one is answered, and its own answer is
 //! that of the last time.
@@ -9,7 +10,7 @@ use std::io;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::{BusError, CommandClient, CommandReply, Domain, GuardLock, Refusal, Request, Sender};
@@ -39,12 +40,19 @@ type Callback = Box<dyn FnOnce(Result<CommandReply, CommandQueueError>) + Send>;
 /// What a command is sent by: it is told, too, how to find out whether the command is given up.
 type SendCommand = dyn Fn(Request, &dyn Fn() -> bool) -> Result<CommandReply, BusError> + Send + Sync;
 
-/// Sends commands in their command, and a hold past all others.
+/// Sends commands in their order, and a hold past all others.
 #[derive(Debug)]
 pub struct CommandQueue {
-    others: SyncSender<QueuedCommand>,
-    holds: SyncSender<QueuedCommand>,
     lanes: Arc<LaneState>,
+    others: Lane,
+    holds: Lane,
+}
+
+/// Commands that wait, and the thread that sends them, which ends with it.
+#[derive(Debug)]
+struct Lane {
+    commands: Option<SyncSender<QueuedCommand>>,
+    thread: Option<JoinHandle<()>>,
 }
 
 /// A command, its number, and how many holds were given before it.
@@ -70,6 +78,8 @@ struct LaneState {
     holds: AtomicU64,
     /// Whether nothing but holds is sent any more.
     is_closed: AtomicBool,
+    /// Whether nobody waits for any reply any more.
+    is_over: AtomicBool,
     /// Locked while a command is on its way.
     on_its_way: Mutex<()>,
     /// Commands given so far.
@@ -84,25 +94,24 @@ impl CommandQueue {
     /// # Errors
     /// The operating system's reason for having no more threads.
     pub fn open(domain: Domain, name: &'static str, sender: Sender) -> io::Result<Self> {
-        Self::sending(Arc::new(move |request, is_given_up: &dyn Fn() -> bool| {
-            call(&domain, name, sender, request, is_given_up)
-        }))
-    }
-
-    fn sending(send: Arc<SendCommand>) -> io::Result<Self> {
         let lanes = Arc::new(LaneState::default());
-        let (others, commands) = mpsc::sync_channel(ROOM);
-        let (holds, hold_commands) = mpsc::sync_channel(ROOM);
-        let (sent_by, of_lanes) = (Arc::clone(&send), Arc::clone(&lanes));
-        thread::Builder::new()
-            .name("commands".to_owned())
-            .spawn(move || send_others(&commands, &*sent_by, &of_lanes))?;
-        let of_lanes = Arc::clone(&lanes);
-        thread::Builder::new().name("holds".to_owned()).spawn(move || send_holds(&hold_commands, &*send, &of_lanes))?;
-        Ok(Self { others, holds, lanes })
+        let state = Arc::clone(&lanes);
+        let is_over = move || state.is_over.load(Ordering::SeqCst);
+        let send = move |request, is_given_up: &dyn Fn() -> bool| {
+            call_unless(&domain, name, sender, request, is_given_up, &is_over)
+        };
+        Self::sending(lanes, Arc::new(send))
     }
 
-    /// Gives a command. `answer` is called once, on a thread of the queue's: at once where there is no room for the command, on the
+    fn sending(lanes: Arc<LaneState>, send: Arc<SendCommand>) -> io::Result<Self> {
+        Ok(Self {
+            others: Lane::start("commands", Arc::clone(&send), Arc::clone(&lanes), send_others)?,
+            holds: Lane::start("holds", send, Arc::clone(&lanes), send_holds)?,
+            lanes,
+        })
+    }
+
+    /// Submits a command. `answer` is called once, on a thread of the queue's: at once where there is no room for the command, on the
     /// caller's.
     pub fn submit(
         &self,
@@ -114,8 +123,8 @@ impl CommandQueue {
         let number = self.lanes.begin(request);
         let command = QueuedCommand { request, number, holds_before, answer: Box::new(answer) };
         let lane = if is_hold { &self.holds } else { &self.others };
-        // The lanes last as long as their senders.
-        if let Err(TrySendError::Full(command) | TrySendError::Disconnected(command)) = lane.try_send(command) {
+        let commands = lane.commands.as_ref().expect("a lane is open for as long as the queue lasts");
+        if let Err(TrySendError::Full(command) | TrySendError::Disconnected(command)) = commands.try_send(command) {
             (command.answer)(Err(CommandQueueError::Crowded));
             self.lanes.end(number);
         }
@@ -132,6 +141,34 @@ impl CommandQueue {
     }
 }
 
+impl Drop for CommandQueue {
+    fn drop(&mut self) {
+        self.lanes.is_closed.store(true, Ordering::SeqCst);
+        self.lanes.is_over.store(true, Ordering::SeqCst);
+    }
+}
+
+impl Lane {
+    fn start(
+        name: &str,
+        send: Arc<SendCommand>,
+        lanes: Arc<LaneState>,
+        send_all: fn(&Receiver<QueuedCommand>, &SendCommand, &LaneState),
+    ) -> io::Result<Self> {
+        let (sender, commands) = mpsc::sync_channel(ROOM);
+        let thread = thread::Builder::new().name(name.to_owned()).spawn(move || send_all(&commands, &*send, &lanes))?;
+        Ok(Self { commands: Some(sender), thread: Some(thread) })
+    }
+}
+
+impl Drop for Lane {
+    fn drop(&mut self) {
+        self.commands = None;
+        // A panic has been reported already.
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
+
 impl std::fmt::Debug for QueuedCommand {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         formatter.debug_struct("QueuedCommand").field("request", &self.request).finish_non_exhaustive()
@@ -139,7 +176,7 @@ impl std::fmt::Debug for QueuedCommand {
 }
 
 impl LaneState {
-    /// Why an command is not to be sent any more: a hold was given after it, or nobody waits for it.
+    /// Why a command is not to be sent any more: a hold was given after it, or nobody waits for it.
     fn gives_up(&self, holds_before: u64) -> Option<CommandQueueError> {
         let is_overtaken = self.holds.load(Ordering::SeqCst) > holds_before;
         let is_closed = self.is_closed.load(Ordering::SeqCst);
@@ -202,7 +239,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// How long a server may take to answer: far more than a tick at the lowest rate.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// The longest that a hold may take at a queue, where it is sent twice: a little more than that.
+/// The longest that a hold may take in a queue, where it is sent twice: a little more than that.
 pub const HOLD_PATIENCE: Duration = Duration::from_secs(12);
 /// How often a seek that is not proved yet is sent again.
 const PROOF_PERIOD: Duration = Duration::from_millis(20);
@@ -222,10 +259,22 @@ pub fn call(
     request: Request,
     is_given_up: impl Fn() -> bool,
 ) -> Result<CommandReply, BusError> {
+    call_unless(domain, name, sender, request, &is_given_up, &|| false)
+}
+
+/// The same, where nobody may wait for the reply any more.
+fn call_unless(
+    domain: &Domain,
+    name: &str,
+    sender: Sender,
+    request: Request,
+    is_given_up: &dyn Fn() -> bool,
+    is_over: &dyn Fn() -> bool,
+) -> Result<CommandReply, BusError> {
     let client = CommandClient::open(domain, name)?.sending_as(sender);
     let began = Instant::now();
     loop {
-        let reply = client.call(request, PATIENCE)?;
+        let reply = client.call_unless(request, PATIENCE, is_over)?;
         let may_be_proved = reply.outcome() == Err(Refusal::NotProved) && GuardLock::holder(domain).is_some();
         if !may_be_proved || began.elapsed() >= PATIENCE || is_given_up() {
             return Ok(reply);
@@ -243,7 +292,7 @@ mod tests {
     /// A server that is told by the test when to take each command.
     struct FakeServer {
         queue: CommandQueue,
-        /// What has been sent, in command.
+        /// What has been sent, in order.
         sent: Receiver<Request>,
         /// Lets the next command that is no hold be answered.
         go_on: Sender<()>,
@@ -260,7 +309,7 @@ mod tests {
             }
             Ok(CommandReply::accepted(u64::from(is_given_up()), 0))
         };
-        FakeServer { queue: CommandQueue::sending(Arc::new(send)).expect("two threads"), sent, go_on }
+        FakeServer { queue: CommandQueue::sending(Arc::default(), Arc::new(send)).expect("two threads"), sent, go_on }
     }
 
     /// Gives a command, and what comes of it later.

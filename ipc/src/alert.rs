@@ -3,6 +3,7 @@
 use core::fmt;
 
 use iceoryx2::prelude::ZeroCopySend;
+use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
 /// One event, on the `bench-dragon/alerts` service.
 ///
@@ -12,7 +13,7 @@ use iceoryx2::prelude::ZeroCopySend;
 ///
 /// 72 bytes, no padding. Use [`Alert::alert_kind`], [`Alert::pair`] and [`Alert::forecast`] to read the coded fields.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[type_name("bench_dragon.Alert.v1")]
 pub struct Alert {
     /// Run in which it happened.

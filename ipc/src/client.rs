@@ -209,6 +209,19 @@ impl CommandClient {
     /// [`BusError::NoServer`] where no server took the command or it ended before it answered, [`BusError::NoAnswer`] where it
     /// has not answered in time, else [`BusError::Failed`].
     pub fn call(&self, request: Request, timeout: Duration) -> Result<CommandReply, BusError> {
+        self.call_unless(request, timeout, || false)
+    }
+
+    /// The same for a command that may be given up: then no more time is left for its reply.
+    ///
+    /// # Errors
+    /// As [`CommandClient::call`].
+    pub fn call_unless(
+        &self,
+        request: Request,
+        timeout: Duration,
+        is_given_up: impl Fn() -> bool,
+    ) -> Result<CommandReply, BusError> {
         const POLL_PERIOD: Duration = Duration::from_micros(200);
         let command = Command { sender: self.sender.to_wire(), pid: std::process::id(), ..request.to_wire() };
         let pending = self.client.send_copy(command).map_err(|error| BusError::failed(COMMANDS, error))?;
@@ -218,7 +231,7 @@ impl CommandClient {
         let began = Instant::now();
         loop {
             // Asked before the reply is looked for: a server lets go of a command as soon as it has answered.
-            let (is_gone, is_late) = (!pending.is_connected(), began.elapsed() >= timeout);
+            let (is_gone, is_late) = (!pending.is_connected(), began.elapsed() >= timeout || is_given_up());
             if let Some(reply) = pending.receive().map_err(|error| BusError::failed(COMMANDS, error))? {
                 return Ok(*reply.payload());
             }

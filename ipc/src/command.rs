@@ -3,10 +3,11 @@
 use core::fmt;
 
 use iceoryx2::prelude::ZeroCopySend;
+use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
 /// A command as it lies in shared memory. Build it with [`Request::to_wire`].
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[type_name("bench_dragon.Command.v3")]
 pub struct Command {
     /// Number of the [`Request`] variant, see [`Request::to_wire`].
@@ -96,7 +97,7 @@ impl fmt::Display for Sender {
 
 /// The server's answer as it lies in shared memory. Read it with [`CommandReply::outcome`].
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[type_name("bench_dragon.CommandReply.v1")]
 pub struct CommandReply {
     /// Run of the server that answers.

@@ -6,12 +6,13 @@
 use core::fmt;
 
 use iceoryx2::prelude::ZeroCopySend;
+use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
 /// What a frame says about the whole dragon: the user header of the `bench-dragon/frames` service.
 ///
 /// 72 bytes, little-endian, no padding. Any change of this layout is a new type name.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[type_name("bench_dragon.FrameHeader.v1")]
 pub struct FrameHeader {
     /// Random number under 2^53 of the run; another value means that the source has been started again.
@@ -59,7 +60,7 @@ impl FrameHeader {
 ///
 /// 48 bytes. x right, y away, z up; z is 0 on a flat stage.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[type_name("bench_dragon.HandleState.v1")]
 pub struct HandleState {
     /// Position in metres.
@@ -76,6 +77,11 @@ impl HandleState {
         let [x, y, z] = self.velocity_mps;
         x.hypot(y).hypot(z)
     }
+}
+
+/// A frame as the bytes that it has in shared memory: the 72 of its header, then 48 for each handle.
+pub fn frame_bytes(header: &FrameHeader, handles: &[HandleState]) -> Vec<u8> {
+    [header.as_bytes(), handles.as_bytes()].concat()
 }
 
 /// What the show is doing.

@@ -85,7 +85,7 @@ pub use continuity::{Continuity, ContinuityTracker};
 pub use domain::{Domain, Instance, MAX_ROOT_PATH_LEN};
 pub use domain_error::DomainError;
 pub use error::BusError;
-pub use frame::{FrameHeader, HandleState, ShowState};
+pub use frame::{FrameHeader, HandleState, ShowState, frame_bytes};
 pub use guard_lock::GuardLock;
 pub use half_made_segments::SegmentWatch;
 pub use open_files::require_open_files;
@@ -97,6 +97,8 @@ pub use space::require_shared_memory;
 pub use status::{GuardState, SourceKind, Status, Stops, TimecodeKind, TimecodeState};
 pub use subscriber::{Frame, FrameSubscriber};
 pub use time_histogram::TimeHistogram;
+/// What turns the layouts of the bus into their bytes, and bytes into them.
+pub use zerocopy::{FromBytes, IntoBytes};
 
 /// The version of iceoryx2 whose services these are; another one's cannot be opened.
 pub const ICEORYX2_VERSION: &str = "0.10";

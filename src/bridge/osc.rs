@@ -62,7 +62,7 @@ impl OscEncoder {
         Self { settings, addresses: Vec::new(), messages: Packets::default() }
     }
 
-    /// Replaces `packets` by those of the latest frame. `unix_minus_monotonic_ns` tells what its clock is on the calendar.
+    /// Replaces `packets` by those of a frame. `unix_minus_monotonic_ns` tells what its clock is on the calendar.
     pub fn frame(&mut self, latest: &LatestFrame, unix_minus_monotonic_ns: i64, packets: &mut Packets) {
         packets.clear();
         if !self.settings.bundle {

@@ -1,12 +1,13 @@
-//! The ground ahead: a thread that looks for the next contact while the monitor watches the present.
+//! The travel ahead: a thread that looks for the next contact while the monitor watches the present.
 
 use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread;
+use std::thread::{self, JoinHandle};
 
 use bench_dragon_geometry::clearance::{Contact, ContactSearch};
 use bench_dragon_geometry::dragon::{Dragon, Meter};
-use crossbeam::channel::{self, Sender, TryRecvError};
+use crossbeam::queue::ArrayQueue;
 
 /// Travel that is searched between two looks at new requests, in metres.
 const STRIDE_M: f64 = 2.0;
@@ -25,6 +26,10 @@ pub struct Forecast {
 }
 
 impl Forecast {
+    fn unknown_from(from_m: f64) -> Self {
+        Self { from_m, free_to_m: from_m, contact: None }
+    }
+
     /// Whether no two benches touch anywhere from the one travel to the other.
     pub fn is_free(&self, from_m: f64, to_m: f64) -> bool {
         self.from_m <= from_m && to_m <= self.free_to_m
@@ -36,11 +41,22 @@ impl Forecast {
     }
 }
 
-/// The running search. It ends with its owner.
+/// The running search, on a thread of its own that ends with it.
 #[derive(Debug)]
 pub struct Forecaster {
-    starts: Sender<f64>,
-    forecast: Arc<Mutex<Forecast>>,
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// What the search and its owner share.
+#[derive(Debug)]
+struct Shared {
+    forecast: Mutex<Forecast>,
+    /// Where to search anew: the last request alone counts.
+    start: ArrayQueue<f64>,
+    /// Work that the stride at hand may take.
+    stride: Meter,
+    is_over: AtomicBool,
 }
 
 impl Forecaster {
@@ -61,48 +77,73 @@ impl Forecaster {
     /// # Panics
     /// With a clearance that is negative or not finite.
     pub fn start_within(dragon: &Dragon, clearance_m: f64, from_m: f64) -> io::Result<Self> {
-        let forecast = Arc::new(Mutex::new(Forecast { from_m, free_to_m: from_m, contact: None }));
-        let (starts, requests) = channel::unbounded();
-        let shared = Arc::clone(&forecast);
-        let dragon = dragon.metered(&Meter::of(STEPS_PER_STRIDE));
-        thread::Builder::new().name("forecast".to_owned()).spawn(move || {
-            let mut search = ContactSearch::within(&dragon, clearance_m);
-            let mut next = Some(*lock(&shared));
-            loop {
-                match requests.try_recv() {
-                    Ok(from_m) => next = Some(Forecast { from_m, free_to_m: from_m, contact: None }),
-                    Err(TryRecvError::Empty) => {}
-                    Err(TryRecvError::Disconnected) => return,
-                }
-                let Some(forecast) = next else {
-                    let Ok(from_m) = requests.recv() else { return };
-                    next = Some(Forecast { from_m, free_to_m: from_m, contact: None });
-                    continue;
-                };
-                let (extended, goes_on) = extend(&mut search, &dragon, forecast);
-                *lock(&shared) = extended;
-                next = goes_on.then_some(extended);
-            }
-        })?;
-        Ok(Self { starts, forecast })
+        let shared = Arc::new(Shared {
+            forecast: Mutex::new(Forecast::unknown_from(from_m)),
+            start: ArrayQueue::new(1),
+            stride: Meter::of(STEPS_PER_STRIDE),
+            is_over: AtomicBool::new(false),
+        });
+        let (dragon, of_thread) = (dragon.metered(&shared.stride), Arc::clone(&shared));
+        let thread =
+            thread::Builder::new().name("forecast".to_owned()).spawn(move || of_thread.run(&dragon, clearance_m))?;
+        Ok(Self { shared, thread: Some(thread) })
     }
 
     /// Searches anew from this travel on. What is known so far stays known until the first result.
     pub fn restart(&self, from_m: f64) {
-        // The thread ends only after this end of the channel is gone.
-        let _ = self.starts.send(from_m);
+        self.shared.start.force_push(from_m);
+        self.wake();
     }
 
     /// What is known at present.
     pub fn latest(&self) -> Forecast {
-        *lock(&self.forecast)
+        *lock(&self.shared.forecast)
+    }
+
+    fn wake(&self) {
+        if let Some(thread) = &self.thread {
+            thread.thread().unpark();
+        }
+    }
+}
+
+impl Drop for Forecaster {
+    fn drop(&mut self) {
+        self.shared.is_over.store(true, Ordering::Relaxed);
+        // The stride at hand is cut short.
+        self.shared.stride.add(STEPS_PER_STRIDE);
+        self.wake();
+        // It does not panic, and here nobody could be told.
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
+
+impl Shared {
+    fn run(&self, dragon: &Dragon, clearance_m: f64) {
+        let mut search = ContactSearch::within(dragon, clearance_m);
+        let mut next = Some(*lock(&self.forecast));
+        loop {
+            self.stride.restart();
+            if self.is_over.load(Ordering::Relaxed) {
+                return;
+            }
+            if let Some(from_m) = self.start.pop() {
+                next = Some(Forecast::unknown_from(from_m));
+            }
+            let Some(forecast) = next else {
+                thread::park();
+                continue;
+            };
+            let (extended, goes_on) = extend(&mut search, dragon, forecast);
+            *lock(&self.forecast) = extended;
+            next = goes_on.then_some(extended);
+        }
     }
 }
 
 /// The forecast with one stride more, and whether there is more to find out.
 fn extend(search: &mut ContactSearch, dragon: &Dragon, forecast: Forecast) -> (Forecast, bool) {
     let to_m = (forecast.free_to_m + STRIDE_M).min(dragon.end_travel_m());
-    dragon.meter().restart();
     match search.first(forecast.free_to_m, to_m) {
         Ok(Some(contact)) => (Forecast { free_to_m: contact.travel_m, contact: Some(contact), ..forecast }, false),
         Ok(None) => (Forecast { free_to_m: to_m, ..forecast }, to_m < dragon.end_travel_m()),

@@ -16,9 +16,8 @@ pub(crate) mod service_manager;
 
 #[cfg(feature = "zenoh")]
 pub(crate) use command_server::AskedCommand;
-pub(crate) use command_server::{CommandLog, CommandServer, Moment};
+pub(crate) use command_server::Moment;
 pub(crate) use reporter::TimesOfAll;
 #[cfg(feature = "zenoh")]
 pub(crate) use source_ports::described_bench_count;
-pub(crate) use source_ports::{FramePublisher, SourcePorts, described_rate_hz, random_run_id};
-pub(crate) use source_report::SourceReport;
+pub(crate) use source_ports::{SourcePorts, described_rate_hz, take_instance};

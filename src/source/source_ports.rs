@@ -1,8 +1,9 @@
-//! The place on the bus of a run whose frames come from elsewhere: a recording, or another host.
+//! What a source has on the bus: the server, a replay, and a bridge that receives.
 
 use bench_dragon_ipc::service::{self, AlertService, EventService, FrameService, Member, ReaderService, Role, Service};
 use bench_dragon_ipc::{
-    BusError, Description, Domain, FrameHeader, HandleState, Refusal, Request, SourceKind, require_shared_memory,
+    BusError, Description, Domain, FrameHeader, HandleState, Refusal, Request, SourceKind, SourceLock,
+    require_shared_memory,
 };
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
@@ -12,6 +13,7 @@ use iceoryx2::sample_mut::SampleMut;
 use super::command_server::{CommandServer, Moment};
 use super::reporter::{TimesOfAll, node_name};
 use super::source_report::SourceReport;
+use crate::system::clock::monotonic_ns;
 
 /// What one run of a source has on the bus. The run has a number of its own, and its ticks are counted afresh.
 #[derive(Debug)]
@@ -62,18 +64,26 @@ impl SourcePorts {
         self.run_id
     }
 
-    /// What it tells of itself.
+    /// Its slow side, which publishes the description and the status.
     pub(crate) fn report(&mut self) -> &mut SourceReport {
         &mut self.report
     }
 
     /// Readers connected at present.
     pub(crate) fn reader_count(&self) -> usize {
-        self.frames.reader_count()
+        self.frames.frames.dynamic_config().number_of_subscribers()
+    }
+
+    /// Publishes the frame whose handles `fill` writes in place, and whose header it returns.
+    ///
+    /// # Errors
+    /// [`BusError::Failed`] where iceoryx2 has no memory left, which the limits of the service rule out.
+    pub(crate) fn publish(&mut self, fill: impl FnOnce(&mut [HandleState]) -> FrameHeader) -> Result<(), BusError> {
+        self.frames.publish(fill)
     }
 
     /// Publishes a frame from elsewhere as a tick of this run: with its number, and due and sent now.
-    pub(crate) fn publish(
+    pub(crate) fn publish_copy(
         &mut self,
         header: &FrameHeader,
         handles: &[HandleState],
@@ -85,7 +95,7 @@ impl SourcePorts {
             place.copy_from_slice(handles);
             FrameHeader { run_id, tick, scheduled_ns, ..*header }
         };
-        self.frames.publish(fill, crate::system::clock::monotonic_ns)
+        self.publish(fill)
     }
 
     /// Answers the commands that have come.
@@ -111,6 +121,18 @@ impl SourcePorts {
     }
 }
 
+/// Takes an instance for a source.
+///
+/// # Errors
+/// [`BusError::SourceRunning`] where a source runs on it.
+pub(crate) fn take_instance(domain: &Domain) -> Result<SourceLock, BusError> {
+    let lock = SourceLock::take(domain)?;
+    for path in lock.cleared() {
+        tracing::warn!("removed {}, which a killed server had left half made", path.display());
+    }
+    Ok(lock)
+}
+
 /// The rate that a run is described with; 0 where its description is one that this version does not know.
 pub(crate) fn described_rate_hz(toml: &str) -> u32 {
     described(toml, "serve", "rate_hz").unwrap_or(0)
@@ -133,7 +155,7 @@ fn described(toml: &str, section: &str, key: &str) -> Option<u32> {
 /// The sample of the next frame is loaned right after the last one is sent, so that between a release and its frame
 /// there is neither an allocation nor a search for free memory.
 #[derive(Debug)]
-pub(crate) struct FramePublisher {
+struct FramePublisher {
     // Dropped in this order: the sample before its publisher, ports before their services.
     next: Option<SampleMut<Service, [HandleState], FrameHeader>>,
     publisher: Publisher<Service, [HandleState], FrameHeader>,
@@ -149,7 +171,7 @@ impl FramePublisher {
     /// # Errors
     /// [`BusError::SharedMemoryFull`] where the frames of all possible readers would not fit, and as
     /// [`Member::frames`].
-    pub(crate) fn create(domain: &Domain, member: &Member, bench_count: usize) -> Result<Self, BusError> {
+    fn create(domain: &Domain, member: &Member, bench_count: usize) -> Result<Self, BusError> {
         require_shared_memory(domain, service::frame_memory(bench_count))?;
         let (frames, events) = (member.frames()?, member.frame_events()?);
         let handle_count = bench_count + 1;
@@ -165,23 +187,11 @@ impl FramePublisher {
         Ok(Self { next: Some(next), publisher, notifier, frames, _events: events, handle_count })
     }
 
-    /// Readers connected at present.
-    pub(crate) fn reader_count(&self) -> usize {
-        self.frames.dynamic_config().number_of_subscribers()
-    }
-
     /// Publishes one frame: `fill` writes every handle in place, then the header is stamped and the frame sent.
-    ///
-    /// # Errors
-    /// [`BusError::Failed`] where iceoryx2 has no memory left, which the limits of the service rule out.
-    pub(crate) fn publish(
-        &mut self,
-        fill: impl FnOnce(&mut [HandleState]) -> FrameHeader,
-        now_ns: impl FnOnce() -> u64,
-    ) -> Result<(), BusError> {
+    fn publish(&mut self, fill: impl FnOnce(&mut [HandleState]) -> FrameHeader) -> Result<(), BusError> {
         let mut sample = self.next.take().expect("a sample is loaned after each frame");
         let header = fill(sample.payload_mut());
-        *sample.user_header_mut() = FrameHeader { published_ns: now_ns(), ..header };
+        *sample.user_header_mut() = FrameHeader { published_ns: monotonic_ns(), ..header };
         sample.send().map_err(|error| BusError::failed(service::FRAMES, error))?;
         // A reader that is gone or whose wake-ups are full is its own affair.
         let _ = self.notifier.notify();
@@ -193,7 +203,7 @@ impl FramePublisher {
 }
 
 /// A random number under 2^53, so that every double and every JavaScript number holds it.
-pub(crate) fn random_run_id() -> u64 {
+fn random_run_id() -> u64 {
     let mut bytes = [0; 8];
     rustix::rand::getrandom(&mut bytes, rustix::rand::GetRandomFlags::empty())
         .expect("the kernel's random numbers are ready long before any program runs");

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use bench_dragon_ipc::{Continuity, Frame, FrameHeader, FrameSubscriber, HandleState, ShowState};
+use bench_dragon_ipc::{Continuity, Frame, FrameHeader, FrameSubscriber, HandleState, ShowState, frame_bytes};
 
 use crate::eventually::{DEADLINE, eventually_from};
 use crate::stage::Stage;
@@ -105,10 +105,7 @@ impl Shot {
 
     /// The frame as the bytes it has in shared memory.
     pub(crate) fn wire_bytes(&self) -> Vec<u8> {
-        let [words @ .., benches, state] = self.header_words();
-        let values = self.handles.iter().flat_map(|handle| [handle.position_m, handle.velocity_mps]).flatten();
-        let words = words.into_iter().chain([state << 32 | benches]).chain(values.map(f64::to_bits));
-        words.flat_map(u64::to_le_bytes).collect()
+        frame_bytes(&self.header, &self.handles)
     }
 
     /// The header's values in their order, as their bits.

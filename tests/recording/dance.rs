@@ -7,7 +7,7 @@ use std::{
 };
 
 use bench_dragon::recording::{FrameReader, RecordedFrame, Recorder, RecorderSettings};
-use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState};
+use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState, frame_bytes};
 
 /// Benches of the paper's dragon.
 pub(crate) const BENCHES: u32 = 223;
@@ -129,24 +129,7 @@ pub(crate) fn log_times_ns(path: &Path, topic: &str) -> Vec<u64> {
 pub(crate) fn assert_same(recorded: &[RecordedFrame], sent: &[Frame]) {
     assert_eq!(recorded.len(), sent.len(), "number of frames");
     for (recorded, sent) in recorded.iter().zip(sent) {
-        let recorded_bytes = wire_bytes(&recorded.header, &recorded.handles);
-        assert!(recorded_bytes == wire_bytes(&sent.header, &sent.handles), "tick {} differs", sent.header.tick);
+        let recorded_bytes = frame_bytes(&recorded.header, &recorded.handles);
+        assert!(recorded_bytes == frame_bytes(&sent.header, &sent.handles), "tick {} differs", sent.header.tick);
     }
-}
-
-/// A frame as the bytes it has in shared memory.
-pub(crate) fn wire_bytes(header: &FrameHeader, handles: &[HandleState]) -> Vec<u8> {
-    let words = [
-        header.run_id,
-        header.tick,
-        header.sim_time_ns as u64,
-        header.scheduled_ns,
-        header.published_ns,
-        header.head_travel_m.to_bits(),
-        header.head_speed_mps.to_bits(),
-        header.time_scale.to_bits(),
-        u64::from(header.state) << 32 | u64::from(header.bench_count),
-    ];
-    let values = handles.iter().flat_map(|handle| [handle.position_m, handle.velocity_mps]).flatten();
-    words.into_iter().chain(values.map(f64::to_bits)).flat_map(u64::to_le_bytes).collect()
 }

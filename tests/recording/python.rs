@@ -18,7 +18,7 @@ fn write_whole(folder: &Path) {
     let mut expected = fs::File::create(folder.join("frames.bin")).expect("a file");
     for Frame { header, handles } in &frames {
         recorder.frame(header, handles).expect("a frame");
-        expected.write_all(&dance::wire_bytes(header, handles)).expect("the bytes of a frame");
+        expected.write_all(&bench_dragon_ipc::frame_bytes(header, handles)).expect("the bytes of a frame");
     }
     recorder.alert(&dance::alert(FRAMES - 1), 6_000_000_000_000).expect("an alert");
     recorder.finish().expect("a finished recording");

@@ -1,20 +1,20 @@
-//! Commands of the other side, on their last connection to the server.
+//! Commands of the other side, on their last way to the server.
 //!
 //! What has been told to be refused must not be carried out: whoever asked waits for [`PATIENCE`] and a little more, and a
-//! command that comes later is held up on its connection or here, by a cut or a process that stood. It is refused.
+//! command that comes later is held up on its way or here, by a cut or a process that stood. It is refused.
 
 use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use bench_dragon_ipc::{BusError, CommandClient, CommandReply, Domain, Refusal, Request, Sender, Status, StatusReader};
+use bench_dragon_ipc::{
+    BusError, CommandClient, CommandReply, Domain, IntoBytes as _, Refusal, Request, Sender, Status, StatusReader,
+};
 use zenoh::Wait as _;
 use zenoh::bytes::ZBytes;
 
 use super::query_server::{QueryState, Question};
-use super::wire::{
-    COMMAND_BYTES, REPLY_ENCODING, SEEN_BYTES, Seen, WireError, decode_command, decode_seen, encode_reply,
-};
+use super::wire::{COMMAND_BYTES, REPLY_ENCODING, SEEN_BYTES, Seen, WireError, decode_command, decode_seen};
 use crate::system::clock::monotonic_ns;
 
 /// How long a command may take from whoever asks to the server and its answer back to here: less than the other side waits.
@@ -35,7 +35,7 @@ pub(super) struct CommandForwarder {
     connection: Option<ServerConnection>,
 }
 
-/// The connection to the server.
+/// What a forwarder has open to the server.
 #[derive(Debug)]
 struct ServerConnection {
     client: CommandClient,
@@ -63,12 +63,12 @@ impl CommandForwarder {
         let reply = match Request::from_wire(&command) {
             _ if question.is_too_many => Err(Refusal::TooMany),
             None => Err(Refusal::Unknown),
-            // A guard stands where the server is: what it grants has to reach it, whatever happens to the connection.
+            // A guard stands where the server is: what it grants has to reach it, whatever happens to the link.
             Some(Request::Grant { .. }) => Err(Refusal::NotGuarded),
             Some(request) => self.call(request, seen, question.asked_ns),
         };
         let reply = reply.unwrap_or_else(|refusal| CommandReply::refused(0, 0, refusal));
-        query.reply(&self.key, encode_reply(&reply)).encoding(REPLY_ENCODING).express(true).wait()
+        query.reply(&self.key, reply.as_bytes()).encoding(REPLY_ENCODING).express(true).wait()
     }
 
     /// Sends a command to the server, unless it comes too late.
@@ -81,7 +81,7 @@ impl CommandForwarder {
         };
         self.state.count_command();
         let connection = self.connection.take().ok_or(Refusal::Unreachable)?;
-        // Where it fails, the next one goes another connection.
+        // Where it fails, the next command opens another connection.
         let reply = connection.client.call(request, patience).map_err(|_| Refusal::Unreachable)?;
         self.connection = Some(connection);
         Ok(reply)

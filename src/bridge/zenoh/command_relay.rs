@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use bench_dragon_ipc::{CommandReply, Refusal, Request};
+use bench_dragon_ipc::{CommandReply, IntoBytes as _, Refusal, Request};
 use zenoh::handlers::CallbackDrop;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::Reply;
@@ -15,7 +15,7 @@ use zenoh::{Session, Wait as _};
 use super::inbox::Inbox;
 use super::key_prefix::KeyPrefix;
 use super::remote_run::RemoteRun;
-use super::wire::{COMMAND_ENCODING, REPLY_BYTES, Seen, decode_reply, encode_command, encode_seen};
+use super::wire::{COMMAND_ENCODING, REPLY_BYTES, Seen, decode_reply, encode_seen};
 use crate::source::AskedCommand;
 
 /// Commands that are on their way at a time.
@@ -80,7 +80,7 @@ impl CommandRelay {
     ) {
         let refusal = match command.request() {
             None => Refusal::Unknown,
-            // A guard stands where the server is: what it grants has to reach it, whatever happens to the way.
+            // A guard stands where the server is: what it grants has to reach it, whatever happens to the link.
             Some(Request::Grant { .. }) => Refusal::NotGuarded,
             Some(_) if self.asked.len() == MAX_ASKED => Refusal::TooMany,
             Some(request) => {
@@ -158,7 +158,7 @@ fn ask(
     let at_end = answer.clone();
     session
         .get(key)
-        .payload(encode_command(&request.to_wire()))
+        .payload(request.to_wire().as_bytes())
         .encoding(COMMAND_ENCODING)
         .attachment(encode_seen(seen))
         .congestion_control(CongestionControl::Drop)

@@ -23,7 +23,7 @@ const MAX_QUESTIONS: usize = 16;
 /// Questions of a kind a second, and at once.
 const QUESTION_RATE: (u64, u64) = (100, 50);
 
-/// The running server.
+/// The threads that answer. They end with it.
 #[derive(Debug)]
 pub(super) struct QueryServer {
     state: Arc<QueryState>,

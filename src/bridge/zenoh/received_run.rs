@@ -148,7 +148,7 @@ impl ReceivedRun {
             Err(NotNew) => return Ok(Taken::NotNew),
         };
         self.last_arrived_ns = arrived_ns;
-        self.ports.publish(header, handles, tick, arrived_ns)?;
+        self.ports.publish_copy(header, handles, tick, arrived_ns)?;
         self.ports.report().report_frame(&FrameHeader { tick, ..*header }, 0);
         self.ports.report().count(begun_ns - arrived_ns, monotonic_ns() - begun_ns);
         Ok(Taken::Published)

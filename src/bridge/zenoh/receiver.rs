@@ -16,6 +16,7 @@ use super::report::{ReceiverSummary, Silence, ZenohReport};
 use super::session::{BridgeError, BridgeSession, SessionError};
 use super::wire::{Described, decode_alert, decode_frame};
 use crate::output::histogram::LatencyHistogram;
+use crate::source::take_instance;
 use crate::system::clock::monotonic_ns;
 
 /// How long nothing may happen before commands and signals are looked for.
@@ -62,10 +63,7 @@ impl ReceivingBridge {
     /// [`BusError::SourceRunning`] where a source runs on the instance,
     /// [`SessionError::Session`].
     pub fn open(domain: &Domain, session: BridgeSession, prefix: KeyPrefix) -> Result<Self, BridgeError> {
-        let lock = SourceLock::take(domain)?;
-        for path in lock.cleared() {
-            tracing::warn!("removed {}, which a killed server had left half made", path.display());
-        }
+        let lock = take_instance(domain)?;
         let inbox = Arc::new(Inbox::of_this_thread(MAX_ASKED));
         let subscriptions = subscribe(&session.zenoh, &prefix, &inbox).map_err(SessionError::session)?;
         let receiver = Self {

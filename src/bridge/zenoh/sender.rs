@@ -6,7 +6,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::{
-    AlertSubscriber, BusError, Description, DescriptionReader, Domain, Frame, FrameSubscriber, StatusReader,
+    AlertSubscriber, BusError, Description, DescriptionReader, Domain, Frame, FrameSubscriber, IntoBytes as _,
+    StatusReader, frame_bytes,
 };
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Publisher;
@@ -18,9 +19,7 @@ use super::query_server::{QueryServer, QueryState};
 use super::report::{SenderSummary, Silence, ZenohReport};
 use super::sent_runs::{FrameDisposition, SentRuns, Share, Thinning};
 use super::session::{BridgeError, BridgeSession, Change, PeerPresence, SessionError};
-use super::wire::{
-    ALERT_ENCODING, DESCRIPTION_ENCODING, Described, FRAME_ENCODING, encode_alert, encode_described, encode_frame,
-};
+use super::wire::{ALERT_ENCODING, DESCRIPTION_ENCODING, Described, FRAME_ENCODING, encode_described};
 use crate::source::described_rate_hz;
 use crate::source::replay::FASTEST_HZ;
 use crate::system::clock::monotonic_ns;
@@ -94,7 +93,7 @@ pub struct SendingBridge {
     was_silent: bool,
     summary: SenderSummary,
     state: Arc<QueryState>,
-    // The query_server's questions end before the session does.
+    // Ends before the session does.
     query_server: QueryServer,
     publishers: Publishers,
     session: BridgeSession,
@@ -187,7 +186,7 @@ impl SendingBridge {
             FrameDisposition::Sent => {
                 self.publishers
                     .frames
-                    .put(encode_frame(header, frame.handles()))
+                    .put(frame_bytes(header, frame.handles()))
                     .wait()
                     .map_err(SessionError::session)?;
                 let count = if self.presence.is_there() { &mut self.summary.frames } else { &mut self.summary.unheard };
@@ -263,7 +262,7 @@ impl SendingBridge {
     fn send_alerts(&mut self) -> Result<(), BridgeError> {
         for _ in 0..MAX_ALERTS_A_FRAME {
             let Some(alert) = self.ports.alerts.receive()? else { break };
-            self.publishers.alerts.put(encode_alert(&alert)).wait().map_err(SessionError::session)?;
+            self.publishers.alerts.put(alert.as_bytes()).wait().map_err(SessionError::session)?;
             self.summary.alerts += 1;
         }
         Ok(())

@@ -48,12 +48,13 @@ impl BridgeSession {
             None => SessionError::Settings { reason: one_line(error) },
         })?;
         let (sender, opened) = channel::bounded(1);
-        // Where it is not waited for any more, it ends with the process.
+        // zenoh cannot be told to give up: where `stop` comes first, this one thread is not joined, and ends with the process.
         require_threads()
             .map_err(|error| SessionError::Open { reason: format!("cannot start {THREADS} threads: {error}") })?;
         let open = move || sender.send(zenoh::open(config).wait());
         let opening = thread::Builder::new().name("zenoh-open".to_owned()).spawn(open);
-        opening.map_err(|error| SessionError::Open { reason: format!("cannot start a thread: {error}") })?;
+        let opening =
+            opening.map_err(|error| SessionError::Open { reason: format!("cannot start a thread: {error}") })?;
         let connects = endpoints(&document, "connect");
         let mut waiting = Some((Instant::now() + SILENT_WAIT, tell_waiting));
         let opened = loop {
@@ -70,6 +71,8 @@ impl BridgeSession {
                 }
             }
         };
+        // It has sent, and ends.
+        let _ = opening.join();
         let zenoh = opened.map_err(|error| SessionError::Open { reason: one_line(error) })?;
         let listens = zenoh.info().locators().wait().iter().map(ToString::to_string).collect();
         Ok(Some(Self { zenoh, listens, connects }))

@@ -54,7 +54,7 @@ impl PacketSession {
         let to = &self.to;
         match (self.outage.note(delivery.trouble.is_some(), now_ns), delivery.trouble) {
             (Some(OutageChange::Began), Some(error)) => {
-                self.notify(&format!("cannot send to {to}, still trying: {error}"))?
+                self.notify(&format!("cannot send to {to}, still trying: {error}"))?;
             }
             (Some(OutageChange::Ended { failed_frames }), _) => {
                 self.notify(&format!(

@@ -37,7 +37,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::RATE_HZ;
 use crate::recording::{Flaws, NothingFound, ReadError, ShowInterval};
-use crate::source::{SourcePorts, described_rate_hz};
+use crate::source::{SourcePorts, described_rate_hz, take_instance};
 
 pub use pass::{Pass, PassSummary};
 pub use playback_clock::PlaybackClock;
@@ -102,10 +102,7 @@ impl Replay {
     /// instance.
     pub fn open(domain: &Domain, settings: ReplaySettings) -> Result<Self, ReplayError> {
         let read_ahead = ReadAhead::start(&settings)?;
-        let lock = SourceLock::take(domain)?;
-        for path in lock.cleared() {
-            tracing::warn!("removed {}, which a killed server had left half made", path.display());
-        }
+        let lock = take_instance(domain)?;
         Ok(Self {
             domain: domain.clone(),
             clock: PlaybackClock::new(settings.rate),

@@ -109,7 +109,7 @@ impl<'a> Pass<'a> {
         let begun_ns = monotonic_ns();
         let header = FrameHeader { time_scale: frame.header.time_scale * self.replay.clock.rate(), ..frame.header };
         let tick = self.progress.tick;
-        self.ports.publish(&header, &frame.handles, tick, due_ns)?;
+        self.ports.publish_copy(&header, &frame.handles, tick, due_ns)?;
         self.progress.take(&header, missing);
         let overruns = self.overruns();
         self.ports.report().report_frame(&FrameHeader { tick, ..header }, overruns);

@@ -11,17 +11,15 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use bench_dragon_ipc::service::{AlertService, EventService, Member, ReaderService, Role};
 use bench_dragon_ipc::{
-    BusError, CommandEvent, Description, Domain, EventKind, Refusal, Request, RunStart, Sender, ShowState, SourceKind,
-    SourceLock,
+    BusError, CommandEvent, Domain, EventKind, Refusal, Request, RunStart, Sender, ShowState, SourceKind, SourceLock,
 };
 
 use crate::config::Config;
 use crate::output::histogram::Percentiles;
-use crate::source::{
-    CommandLog, CommandServer, FramePublisher, Moment, SourceReport, TimesOfAll, random_run_id, service_manager,
-};
+use crate::source::command_server::CommandLog;
+use crate::source::source_report::SourceReport;
+use crate::source::{Moment, SourcePorts, TimesOfAll, service_manager, take_instance};
 use crate::system::clock::{monotonic_ns, sleep_until, spin_until};
 
 pub mod motion;
@@ -88,15 +86,8 @@ pub struct ServerSummary {
 #[derive(Debug)]
 pub struct Server {
     simulation: Simulation,
-    // Dropped in this order: ports before the node, everything before the lock.
-    frames: FramePublisher,
-    commands: CommandServer,
-    // Alerts are the monitor's and reports the readers', but only a source creates services, and they last while somebody
-    // holds them.
-    _alerts: (AlertService, EventService),
-    _readers: ReaderService,
-    report: SourceReport,
-    _member: Member,
+    // Dropped in this order: the ports before the lock.
+    ports: SourcePorts,
     _lock: SourceLock,
     following: Option<Following>,
     /// Whether a signal has asked for the end.
@@ -104,42 +95,27 @@ pub struct Server {
     /// Show seconds per wall-clock second at present.
     time_scale: f64,
     settings: ServerSettings,
-    run_id: u64,
 }
 
 impl Server {
     /// Takes the instance, creates its services and publishes the description.
     ///
     /// # Errors
-    /// [`BusError::SourceRunning`] where another server runs on the instance; the others as [`Member::join`] and
-    /// [`Member::frames`].
+    /// [`BusError::SourceRunning`] where another server runs on the instance; the others as [`SourcePorts::open`].
     pub fn create(domain: &Domain, settings: ServerSettings) -> Result<Self, BusError> {
-        let lock = SourceLock::take(domain)?;
-        for path in lock.cleared() {
-            tracing::warn!("removed {}, which a killed server had left half made", path.display());
-        }
+        let lock = take_instance(domain)?;
         let bench_count = settings.config.dragon().dimensions().benches();
-        let member = Member::join(domain, "serve", Role::Source { bench_count })?;
-        let run_id = random_run_id();
-        let description = Description { run_id, toml: settings.config.to_toml() };
-        let rate_hz = settings.config.rate_hz();
-        let report = SourceReport::start(SourceKind::Server, domain.clone(), description, bench_count, rate_hz)?;
-        let plan = MotionPlan::of_run(&settings.config, &settings.run_start(), run_id);
+        let (toml, rate_hz) = (settings.config.to_toml(), settings.config.rate_hz());
+        let ports = SourcePorts::open(domain, SourceKind::Server, &toml, bench_count, rate_hz)?;
+        let plan = MotionPlan::of_run(&settings.config, &settings.run_start(), ports.run_id());
         let server = Self {
             simulation: Simulation::new(settings.config.dragon().clone(), plan),
-            commands: CommandServer::create(&member)?,
-            _alerts: (member.alerts()?, member.alert_events()?),
-            _readers: member.readers()?,
-            // The last service: clients take it for the sign that all are there.
-            frames: FramePublisher::create(domain, &member, bench_count)?,
-            report,
-            _member: member,
+            ports,
             _lock: lock,
             following: None,
             is_ending: false,
             time_scale: settings.config.time_scale(),
             settings,
-            run_id,
         };
         service_manager::ready();
         Ok(server)
@@ -147,7 +123,7 @@ impl Server {
 
     /// The run's number.
     pub fn run_id(&self) -> u64 {
-        self.run_id
+        self.ports.run_id()
     }
 
     /// Whether the head walks only where a guard has granted it.
@@ -181,7 +157,7 @@ impl Server {
             let begun_ns = spin_until(schedule.due_ns());
             let state = self.tick(tick, missed, &schedule, stop.load(Ordering::Relaxed))?;
             let ended_ns = monotonic_ns();
-            self.report.count(begun_ns - schedule.due_ns(), ended_ns - begun_ns);
+            self.ports.report().count(begun_ns - schedule.due_ns(), ended_ns - begun_ns);
             if state == ShowState::Ended {
                 self.record(CommandEvent::plain(EventKind::End, Sender::Server, tick), schedule.overruns());
                 return Ok(self.finish(tick + 1, &schedule));
@@ -194,30 +170,24 @@ impl Server {
     /// One tick, after so many missed releases. Returns the state that its frame shows.
     fn tick(&mut self, tick: u64, missed: u64, schedule: &Schedule, has_signal: bool) -> Result<ShowState, BusError> {
         let is_led = self.is_led();
-        let Self { simulation, commands, report, following, settings, run_id, time_scale, is_ending, .. } = self;
+        let Self { simulation, ports, following, settings, time_scale, is_ending, .. } = self;
         simulation.tick(missed, is_led, |simulation| {
             let overruns = schedule.overruns();
             if has_signal && !std::mem::replace(is_ending, true) {
-                end_by_signal(simulation, report.commands(), tick, overruns);
+                end_by_signal(simulation, ports.report().commands(), tick, overruns);
             }
-            take_commands(
-                commands,
-                simulation,
-                report.commands(),
-                CommandTick { run_id: *run_id, tick, overruns, is_led },
-            );
+            take_commands(ports, simulation, CommandTick { tick, overruns, is_led });
             let following = following.as_mut()?;
-            let steering = follow_timecode(following, simulation, report, tick, schedule);
+            let steering = follow_timecode(following, simulation, ports.report(), tick, schedule);
             *time_scale = steering.time_scale;
             Some(steering)
         });
-        let header = simulation.header(*run_id, tick, schedule.due_ns(), *time_scale);
-        let fill = |handles: &mut [_]| {
+        let header = simulation.header(ports.run_id(), tick, schedule.due_ns(), *time_scale);
+        ports.publish(|handles| {
             simulation.write(handles);
             header
-        };
-        self.frames.publish(fill, monotonic_ns)?;
-        let rate_hz = settings.config.rate_hz();
+        })?;
+        let (report, rate_hz) = (ports.report(), settings.config.rate_hz());
         report.report_frame(&header, schedule.overruns());
         report.report_behind(simulation.catch_up().behind_ns(rate_hz));
         report.report_limits(simulation.limits());
@@ -227,7 +197,7 @@ impl Server {
 
     fn record(&mut self, event: CommandEvent, overruns: u64) {
         let moment = moment(&self.simulation, overruns);
-        self.report.commands().record(event, moment);
+        self.ports.report().commands().record(event, moment);
     }
 
     /// Whether it is a timecode that says where the show is.
@@ -240,16 +210,14 @@ impl Server {
         const POLL_PERIOD: Duration = Duration::from_millis(1);
         let deadline = Instant::now() + READER_PATIENCE;
         let is_to_end = |simulation: &Simulation| simulation.stops().ending || stop.load(Ordering::Relaxed);
-        while self.frames.reader_count() < self.settings.readers && !is_to_end(&self.simulation) {
+        while self.ports.reader_count() < self.settings.readers && !is_to_end(&self.simulation) {
             if Instant::now() >= deadline {
-                let (seen, expected) = (self.frames.reader_count(), self.settings.readers);
+                let (seen, expected) = (self.ports.reader_count(), self.settings.readers);
                 tracing::warn!("starting with {seen} of {expected} readers");
                 break;
             }
-            let Self { simulation, commands, report, run_id, .. } = self;
-            let command_tick = CommandTick { run_id: *run_id, tick: 0, overruns: 0, is_led: false };
-            take_commands(commands, simulation, report.commands(), command_tick);
-            self.report.beat();
+            take_commands(&mut self.ports, &mut self.simulation, CommandTick { tick: 0, overruns: 0, is_led: false });
+            self.ports.report().beat();
             std::thread::sleep(POLL_PERIOD);
         }
     }
@@ -260,8 +228,8 @@ impl Server {
         let (catch_up, rate_hz) = (*self.simulation.catch_up(), self.settings.config.rate_hz());
         let [behind_s, most_behind_s] =
             [catch_up.behind_ns(rate_hz), catch_up.most_behind_ns(rate_hz)].map(|behind_ns| behind_ns as f64 * 1e-9);
-        let (run_id, overruns) = (self.run_id, schedule.overruns());
-        let TimesOfAll { lateness_us, tick_us } = self.report.finish();
+        let (run_id, overruns) = (self.run_id(), schedule.overruns());
+        let TimesOfAll { lateness_us, tick_us } = self.ports.finish();
         ServerSummary { run_id, frames, sim_time_s, overruns, behind_s, most_behind_s, lateness_us, tick_us }
     }
 }
@@ -269,7 +237,6 @@ impl Server {
 /// Which tick takes commands.
 #[derive(Clone, Copy, Debug)]
 struct CommandTick {
-    run_id: u64,
     tick: u64,
     /// Releases missed before it.
     overruns: u64,
@@ -278,19 +245,14 @@ struct CommandTick {
 }
 
 /// Answers the commands that have come; they hold from this tick on.
-fn take_commands(
-    commands: &CommandServer,
-    simulation: &mut Simulation,
-    log: &mut CommandLog,
-    command_tick: CommandTick,
-) {
-    let moment = moment(simulation, command_tick.overruns);
+fn take_commands(ports: &mut SourcePorts, simulation: &mut Simulation, at: CommandTick) {
+    let moment = moment(simulation, at.overruns);
     let decide = |request| match request {
         // It would be undone at once.
-        Request::Seek { .. } if command_tick.is_led => Err(Refusal::Followed),
+        Request::Seek { .. } if at.is_led => Err(Refusal::Followed),
         _ => simulation.request(request),
     };
-    commands.drain(command_tick.run_id, command_tick.tick, decide, |event| log.record(event, moment));
+    ports.take_commands(at.tick, moment, decide);
 }
 
 /// Has the head come to rest, because the process was asked to end.

@@ -55,7 +55,7 @@ pub(super) struct FloodGuard {
 }
 
 impl FloodGuard {
-    /// An flood_guard whose first period begins now.
+    /// A guard whose first period begins now.
     pub(super) fn new(now_ns: u64) -> Self {
         Self { begun_ns: now_ns, timecodes: 0, others: 0 }
     }

@@ -72,7 +72,7 @@ struct Shared {
 }
 
 impl TimecodeReceiver {
-    /// Binds the socket and begins to listen; samples come into the inbox. Frames whose number a second is not told are of
+    /// Binds the socket and begins to listen; samples come into the queue. Frames whose number a second is not told are of
     /// `rate`; a sender that is silent for `timeout_ns` gives way to another.
     ///
     /// # Errors
@@ -180,7 +180,7 @@ pub struct SampleQueue(Consumer<Sample>);
 #[derive(Debug)]
 pub(super) struct SampleSender(Producer<Sample>);
 
-/// An inbox with nothing in it, and its samples.
+/// The two ends of an empty queue.
 pub(super) fn sample_queue() -> (SampleSender, SampleQueue) {
     let (samples, inbox) = RingBuffer::new(MOST_SAMPLES);
     (SampleSender(samples), SampleQueue(inbox))

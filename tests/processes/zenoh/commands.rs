@@ -1,7 +1,6 @@
 //! Commands from the other side.
 
-use bench_dragon::bridge::zenoh::wire::encode_command;
-use bench_dragon_ipc::{Request, ShowState};
+use bench_dragon_ipc::{IntoBytes as _, Request, ShowState};
 use rustix::process::Signal;
 use serde_json::Value;
 use zenoh::Wait as _;
@@ -111,10 +110,10 @@ fn a_bridge_that_ends_passes_on_no_more_of_the_commands_that_wait() {
     let server = near.serve(&["--rate", "20"]);
     let sender = Bridge::sending(&near, &["--allow-commands"]);
     let session = connected(&sender.endpoint);
-    let command = encode_command(&Request::Pause.to_wire());
+    let command = Request::Pause.to_wire();
     server.process.signal(Signal::STOP);
     let replies: Vec<_> = (0..ASKED)
-        .map(|_| session.get(format!("{KEY}/commands")).payload(command).wait().expect("it is open"))
+        .map(|_| session.get(format!("{KEY}/commands")).payload(command.as_bytes()).wait().expect("it is open"))
         .collect();
     // It is answered, though the server answers none of those that came before it.
     let described = session.get(format!("{KEY}/description")).wait().expect("it is open");

@@ -4,8 +4,8 @@ use std::collections::HashSet;
 use std::process::Command;
 use std::time::Instant;
 
-use bench_dragon::bridge::zenoh::wire::{Described, encode_described, encode_frame};
-use bench_dragon_ipc::{FrameHeader, HandleState};
+use bench_dragon::bridge::zenoh::wire::{Described, encode_described};
+use bench_dragon_ipc::{FrameHeader, HandleState, frame_bytes};
 use serde_json::json;
 use zenoh::qos::CongestionControl;
 use zenoh::{Config, Session, Wait as _};
@@ -48,18 +48,18 @@ fn what_is_malformed_or_foreign_is_counted_and_dropped_and_the_show_goes_on() {
     let sound = FrameHeader { run_id: remote_run_id, tick: u64::MAX - 9, bench_count: 2, ..FrameHeader::default() };
     let not_finite = FrameHeader { head_travel_m: f64::NAN, ..sound };
     let malformed =
-        [vec![], vec![0; 71], vec![0xff; 300], encode_frame(&not_finite, &handles), encode_frame(&sound, &handles)];
+        [vec![], vec![0; 71], vec![0xff; 300], frame_bytes(&not_finite, &handles), frame_bytes(&sound, &handles)];
     for payload in malformed.clone() {
         put("frames", payload.clone());
         put("alerts", payload.clone());
         put("description", payload);
     }
     // Of a dragon as sound as ours, but no run that anybody has described.
-    let foreign = encode_frame(&FrameHeader { run_id: remote_run_id ^ 1, ..sound }, &handles);
+    let foreign = frame_bytes(&FrameHeader { run_id: remote_run_id ^ 1, ..sound }, &handles);
     put("frames", foreign);
     // As sound as can be, but of a tick that the run reaches in half a billion years.
     let ahead = FrameHeader { bench_count: 223, ..sound };
-    put("frames", encode_frame(&ahead, &[HandleState::default(); 224]));
+    put("frames", frame_bytes(&ahead, &[HandleState::default(); 224]));
     session.get(format!("{KEY}/commands")).wait().expect("it is open");
     session.close().wait().expect("it is open");
 
@@ -89,7 +89,7 @@ fn describe(session: &Session, run_id: u64, benches: u32) {
 /// A frame of so many benches.
 fn frame_of(run_id: u64, bench_count: u32) -> Vec<u8> {
     let handles = vec![HandleState::default(); bench_count as usize + 1];
-    encode_frame(&FrameHeader { run_id, bench_count, ..FrameHeader::default() }, &handles)
+    frame_bytes(&FrameHeader { run_id, bench_count, ..FrameHeader::default() }, &handles)
 }
 
 #[test]
