@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use bench_dragon::config::Config;
 use bench_dragon::safety::guard::{ClearanceCheck, Guard, GuardSettings};
-use bench_dragon::source::server::motion::{HeadState, Motion, MotionPlan};
+use bench_dragon::source::server::motion::{HeadState, Motion, MotionPlan, MotionSettings};
 use bench_dragon_geometry::dragon::Dragon;
 use bench_dragon_geometry::planner::least_clearance;
 use bench_dragon_ipc::{FrameHeader, Refusal, Request, ShowState};
@@ -37,7 +37,7 @@ struct Rehearsal<'a> {
 impl<'a> Rehearsal<'a> {
     fn new(config: &'a Config, start_travel_m: f64, lag_ticks: usize) -> Self {
         let dragon: &Dragon = config.dragon();
-        let plan = MotionPlan {
+        let plan = MotionSettings {
             speed_mps: config.head_speed_mps(),
             start_speed_mps: config.head_speed_mps(),
             accel_mps2: config.head_accel_mps2(),
@@ -46,12 +46,12 @@ impl<'a> Rehearsal<'a> {
             last_s: config.end_s(),
             guarded_run: Some(RUN_ID),
             most_jumped: config.most_jumped(),
-            ..MotionPlan::plain(config.tick_s(), start_travel_m, dragon.end_travel_m())
+            ..MotionSettings::plain(config.tick_s(), start_travel_m, dragon.end_travel_m())
         };
         Self {
             config,
             dragon,
-            motion: Motion::new(plan),
+            motion: Motion::new(MotionPlan::new(plan).expect("the settings are sound")),
             guard: guard(config),
             check: ClearanceCheck::new(Arc::clone(config.dragon())),
             tick: 0,

@@ -4,7 +4,7 @@ use bench_dragon::config::{Config, Overrides};
 use bench_dragon::safety::forecast::Forecast;
 use bench_dragon::safety::monitor::Monitor;
 use bench_dragon::source::server::Simulation;
-use bench_dragon::source::server::motion::MotionPlan;
+use bench_dragon::source::server::motion::{MotionPlan, MotionSettings};
 use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState, Request};
 
 const FIRST_CONTACT_S: f64 = 412.473_837_682;
@@ -22,13 +22,16 @@ impl Rehearsal {
     fn new(time_scale: f64, start_s: f64) -> Self {
         let overrides = Overrides { time_scale: Some(time_scale), ..Overrides::default() };
         let config = Config::load(None, overrides).expect("the paper's dragon is valid");
-        let plan = MotionPlan {
+        let plan = MotionSettings {
             start_s,
             start_travel_m: start_s,
-            ..MotionPlan::plain(config.tick_s(), 0.0, config.dragon().end_travel_m())
+            ..MotionSettings::plain(config.tick_s(), 0.0, config.dragon().end_travel_m())
         };
         Self {
-            simulation: Simulation::new(config.dragon().clone(), plan),
+            simulation: Simulation::new(
+                config.dragon().clone(),
+                MotionPlan::new(plan).expect("the settings are sound"),
+            ),
             monitor: Monitor::new(&config),
             handles: vec![HandleState::default(); config.dragon().dimensions().benches() + 1],
             tick: 0,

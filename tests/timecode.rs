@@ -1,6 +1,6 @@
 //! A motion that follows timecode, tick by tick, with no clock and no socket.
 
-use bench_dragon::source::server::motion::{HeadState, Motion, MotionPlan};
+use bench_dragon::source::server::motion::{HeadState, Motion, MotionPlan, MotionSettings};
 use bench_dragon::source::timecode::{Follower, FollowerEvent, FollowerSettings, Position, Sample, Show};
 use bench_dragon_ipc::{Request, ShowState};
 
@@ -29,13 +29,13 @@ struct Moment {
 }
 
 impl Rehearsal {
-    fn new(plan: MotionPlan) -> Self {
+    fn new(plan: MotionSettings) -> Self {
         Self::with_offset(plan, 0.0)
     }
 
-    fn with_offset(plan: MotionPlan, offset_s: f64) -> Self {
+    fn with_offset(plan: MotionSettings, offset_s: f64) -> Self {
         let settings = FollowerSettings { offset_s, timeout_ns: 1_000_000_000, first_s: 0.0, last_s: LAST_S };
-        let mut motion = Motion::new(plan);
+        let mut motion = Motion::new(MotionPlan::new(plan).expect("the settings are sound"));
         motion.set_stands(true);
         Self { motion, follower: Follower::new(settings), tick: 0, events: Vec::new() }
     }
@@ -67,8 +67,8 @@ impl Rehearsal {
     }
 }
 
-fn plan() -> MotionPlan {
-    MotionPlan::plain(1.0 / RATE_HZ as f64, 0.0, LAST_S)
+fn plan() -> MotionSettings {
+    MotionSettings::plain(1.0 / RATE_HZ as f64, 0.0, LAST_S)
 }
 
 impl Moment {
@@ -265,7 +265,7 @@ fn before_midnight_a_show_that_starts_then_stands_at_its_start() {
 /// With an acceleration the head brakes for two seconds from 1 m/s, in which show time goes on.
 #[test]
 fn a_head_that_brakes_when_the_timecode_stands_is_not_put_back() {
-    let mut rehearsal = Rehearsal::new(MotionPlan { accel_mps2: Some(0.5), ..plan() });
+    let mut rehearsal = Rehearsal::new(MotionSettings { accel_mps2: Some(0.5), ..plan() });
     let mut moments = rehearsal.play(10_000, |elapsed_s| Some(20.0 + elapsed_s));
     moments.extend(rehearsal.play(6_000, |_| Some(29.96)));
     assert_eq!(moments[15_999].head.state, ShowState::Paused);
@@ -308,7 +308,7 @@ fn an_operators_stop_comes_first_and_what_was_missed_is_one_seek() {
 
 #[test]
 fn a_guard_lets_the_show_be_put_where_the_way_is_proved() {
-    let mut rehearsal = Rehearsal::new(MotionPlan { guarded_run: Some(7), ..plan() });
+    let mut rehearsal = Rehearsal::new(MotionSettings { guarded_run: Some(7), ..plan() });
     let moments = rehearsal.play(1_000, |elapsed_s| Some(100.0 + elapsed_s));
     assert!(moments.iter().all(|moment| moment.head.sim_time_ns == 0));
     let asked_m = rehearsal.motion.limits().asked_m.expect("it was asked where to prove the way");
@@ -322,7 +322,8 @@ fn a_guard_lets_the_show_be_put_where_the_way_is_proved() {
 #[test]
 fn a_walk_keeps_its_travel_where_the_time_scale_changes() {
     for accel_mps2 in [None, Some(0.5)] {
-        let mut motion = Motion::new(MotionPlan { accel_mps2, ..plan() });
+        let mut motion =
+            Motion::new(MotionPlan::new(MotionSettings { accel_mps2, ..plan() }).expect("the settings are sound"));
         motion.advance();
         let mut ticks_s = 0.0;
         for tick in 0..20_000_u32 {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use bench_dragon::recording::FrameReader;
 use bench_dragon::source::server::Simulation;
-use bench_dragon::source::server::motion::MotionPlan;
+use bench_dragon::source::server::motion::{MotionPlan, MotionSettings};
 use bench_dragon_ipc::{FrameHeader, HandleState};
 
 use crate::RATE_HZ;
@@ -53,6 +53,7 @@ fn bits(handles: &[HandleState]) -> impl Iterator<Item = u64> {
 fn plan(end_travel_m: f64, seconds: u32) -> MotionPlan {
     // That of the default catch_up_s.
     let most_jumped = u64::from(RATE_HZ) / 4;
-    let plain = MotionPlan::plain(1.0 / f64::from(RATE_HZ), 0.0, end_travel_m);
-    MotionPlan { until_s: Some(f64::from(seconds)), most_jumped, ..plain }
+    let plain = MotionSettings::plain(1.0 / f64::from(RATE_HZ), 0.0, end_travel_m);
+    let settings = MotionSettings { until_s: Some(f64::from(seconds)), most_jumped, ..plain };
+    MotionPlan::new(settings).expect("the settings are sound")
 }

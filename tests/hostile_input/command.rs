@@ -1,6 +1,6 @@
 //! Commands and replies as they lie in shared memory, where any process of this user can write them.
 
-use bench_dragon::source::server::motion::{Motion, MotionPlan};
+use bench_dragon::source::server::motion::{Motion, MotionPlan, MotionSettings};
 use bench_dragon_ipc::{Command, CommandReply, Request};
 
 /// Bytes of a command: kind, reserved, run, two values. A last byte is a number of ticks.
@@ -11,12 +11,12 @@ const RUN_ID: u64 = 0;
 /// reply of any bits has an outcome that can be told.
 pub(crate) fn check(input: &[u8]) {
     let kind = input.first().copied().unwrap_or_default();
-    let plan = MotionPlan {
+    let plan = MotionSettings {
         guarded_run: (kind & 1 == 1).then_some(RUN_ID),
         accel_mps2: (kind & 2 == 2).then_some(0.25),
-        ..MotionPlan::plain(0.02, 0.0, 432.75)
+        ..MotionSettings::plain(0.02, 0.0, 432.75)
     };
-    let mut motion = Motion::new(plan);
+    let mut motion = Motion::new(MotionPlan::new(plan).expect("the settings are sound"));
     for bytes in input.get(1..).unwrap_or_default().chunks_exact(COMMAND_BYTES) {
         let command = Command {
             kind: u32_at(bytes, 0),

@@ -31,7 +31,7 @@ impl Tape {
     fn of(ticks: u64, requests: &[(u64, Request)], missed: &[(u64, u64)]) -> Self {
         let config = Config::from_toml(TOML).expect("a valid text");
         let start = start();
-        let plan = MotionPlan::of_run(&config, &start, RUN_ID);
+        let plan = MotionPlan::of_run(&config, &start, RUN_ID).expect("a sound start");
         let mut simulation = Simulation::new(config.dragon().clone(), plan);
         let mut schedule = Schedule::new(EPOCH_NS, RATE_HZ);
         let mut tape = Self { frames: Vec::new(), events: Vec::new() };

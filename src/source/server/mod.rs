@@ -108,6 +108,7 @@ impl Server {
         let (toml, rate_hz) = (settings.config.to_toml(), settings.config.rate_hz());
         let ports = SourcePorts::open(domain, SourceKind::Server, &toml, bench_count, rate_hz)?;
         let plan = MotionPlan::of_run(&settings.config, &settings.run_start(), ports.run_id());
+        let plan = plan.expect("a command checks what it starts a server with");
         let server = Self {
             simulation: Simulation::new(settings.config.dragon().clone(), plan),
             ports,

@@ -69,7 +69,7 @@ impl RunCheck {
         let events = RunEvents::new(events)?;
         let start = events.start;
         require_start(&config, &start)?;
-        let plan = MotionPlan::of_run(&config, &start, run_id);
+        let plan = MotionPlan::of_run(&config, &start, run_id).map_err(|error| error.to_string())?;
         let mut simulation = Simulation::new(config.dragon().clone(), plan);
         if start.follows_timecode {
             simulation.follow();

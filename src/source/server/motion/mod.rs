@@ -13,8 +13,6 @@
 
 mod authority;
 mod catch_up;
-#[cfg(test)]
-mod missed_releases;
 mod plan;
 #[cfg(test)]
 mod tests;
@@ -23,7 +21,7 @@ mod walk;
 use bench_dragon_ipc::{Refusal, Request, ShowState, Stops};
 
 pub use catch_up::{CatchUp, FASTEST};
-pub use plan::{HeadState, Limits, MotionPlan};
+pub use plan::{HeadState, Limits, MotionPlan, MotionPlanError, MotionSettings};
 
 use authority::Authority;
 use walk::Walk;
@@ -42,7 +40,7 @@ struct Leg {
 #[allow(clippy::struct_excessive_bools, reason = "each is the word of somebody else")]
 #[derive(Clone, Copy, Debug)]
 pub struct Motion {
-    plan: MotionPlan,
+    plan: MotionSettings,
     leg: Leg,
     walk: Walk,
     /// Speed to walk at unless something stops the head.
@@ -59,13 +57,14 @@ pub struct Motion {
     ending: bool,
     /// Whether the show time at which the show is over has been reached.
     over: bool,
-    /// Whether the head has been put where it is and has not walked since.
+    /// Whether the head was repositioned and has not walked since.
     repositioned: bool,
 }
 
 impl Motion {
     /// The motion before tick 0, which begins with the first [`Motion::advance`].
     pub fn new(plan: MotionPlan) -> Self {
+        let plan = plan.settings();
         let mut motion = Self {
             plan,
             leg: Leg { start_s: plan.start_s, parts: 0, shown: false },

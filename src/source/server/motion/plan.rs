@@ -1,15 +1,15 @@
 //! What a motion starts from, and what it says of the head.
 
-use bench_dragon_ipc::{RunStart, ShowState};
+use bench_dragon_ipc::{Request, RunStart, ShowState};
 
 use crate::config::Config;
 
 #[cfg(doc)]
-use {super::Motion, bench_dragon_ipc::Request};
+use super::Motion;
 
-/// What a motion starts from. All values are finite.
+/// What a motion is planned with, not yet checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MotionPlan {
+pub struct MotionSettings {
     /// Speed of the head that travel is planned with, above 0, in metres per show second.
     pub speed_mps: f64,
     /// Greatest acceleration of the head, above 0, in m/s²; without one it starts and stops at once.
@@ -40,27 +40,7 @@ pub struct MotionPlan {
     pub most_jumped: u64,
 }
 
-impl MotionPlan {
-    /// The motion of a server's run.
-    pub fn of_run(config: &Config, start: &RunStart, run_id: u64) -> Self {
-        Self {
-            speed_mps: config.head_speed_mps(),
-            accel_mps2: config.head_accel_mps2(),
-            tick_s: config.tick_s(),
-            start_s: start.start_s,
-            start_travel_m: start.travel_m,
-            start_speed_mps: start.speed_mps,
-            first_s: config.start_s(),
-            last_s: config.last_seek_s(),
-            end_travel_m: config.dragon().end_travel_m(),
-            until_s: start.until_s,
-            held: start.is_held,
-            paused: start.is_paused,
-            guarded_run: start.is_guarded.then_some(run_id),
-            most_jumped: config.most_jumped(),
-        }
-    }
-
+impl MotionSettings {
     /// A run at 1 m/s, between two travels, of which nothing else is wanted. It jumps all missed releases.
     pub fn plain(tick_s: f64, start_travel_m: f64, end_travel_m: f64) -> Self {
         Self {
@@ -80,6 +60,92 @@ impl MotionPlan {
             most_jumped: u64::MAX,
         }
     }
+}
+
+/// Settings that a motion can be made of: they are finite, and in the ranges that [`MotionSettings`] names.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotionPlan(MotionSettings);
+
+/// A value that no motion can be made of.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("{name} of a motion is {value}, must be {allowed}")]
+pub struct MotionPlanError {
+    name: &'static str,
+    value: f64,
+    allowed: &'static str,
+}
+
+impl MotionPlan {
+    /// Checks settings.
+    ///
+    /// # Errors
+    /// The first value that is not in its range.
+    pub fn new(settings: MotionSettings) -> Result<Self, MotionPlanError> {
+        let MotionSettings { speed_mps, accel_mps2, tick_s, start_s, start_travel_m, start_speed_mps, .. } = settings;
+        let MotionSettings { first_s, last_s, end_travel_m, until_s, .. } = settings;
+        for (name, value) in [("speed_mps", Some(speed_mps)), ("accel_mps2", accel_mps2), ("tick_s", Some(tick_s))] {
+            let is_allowed = |value: f64| value.is_finite() && value > 0.0;
+            require(name, value.unwrap_or(1.0), is_allowed, "finite and above 0")?;
+        }
+        let instants = [("start_s", start_s), ("first_s", first_s), ("until_s", until_s.unwrap_or(0.0))];
+        for (name, value) in instants.into_iter().chain([("travel_m", start_travel_m), ("end_travel_m", end_travel_m)])
+        {
+            require(name, value, f64::is_finite, "finite")?;
+        }
+        require("last_s", last_s, |last_s| last_s.is_finite() && first_s <= last_s, "finite and first_s at least")?;
+        let speeds = 0.0..=Request::MAX_SPEED_MPS;
+        require(
+            "start_speed_mps",
+            start_speed_mps,
+            |speed_mps| speeds.contains(&speed_mps),
+            "a speed that may be asked for",
+        )?;
+        Ok(Self(settings))
+    }
+
+    /// The plan of a server's run.
+    ///
+    /// # Errors
+    /// As [`MotionPlan::new`].
+    pub fn of_run(config: &Config, start: &RunStart, run_id: u64) -> Result<Self, MotionPlanError> {
+        Self::new(MotionSettings {
+            speed_mps: config.head_speed_mps(),
+            accel_mps2: config.head_accel_mps2(),
+            tick_s: config.tick_s(),
+            start_s: start.start_s,
+            start_travel_m: start.travel_m,
+            start_speed_mps: start.speed_mps,
+            first_s: config.start_s(),
+            last_s: config.last_seek_s(),
+            end_travel_m: config.dragon().end_travel_m(),
+            until_s: start.until_s,
+            held: start.is_held,
+            paused: start.is_paused,
+            guarded_run: start.is_guarded.then_some(run_id),
+            most_jumped: config.most_jumped(),
+        })
+    }
+
+    /// The plan of [`MotionSettings::plain`].
+    ///
+    /// # Panics
+    /// With a tick that is not above 0, and travels that are not finite or in the wrong order.
+    pub fn plain(tick_s: f64, start_travel_m: f64, end_travel_m: f64) -> Self {
+        Self::new(MotionSettings::plain(tick_s, start_travel_m, end_travel_m)).expect("a tick and two travels in order")
+    }
+
+    pub(super) fn settings(&self) -> MotionSettings {
+        self.0
+    }
+}
+
+fn require(
+    name: &'static str,
+    value: f64,
+    is_allowed: impl Fn(f64) -> bool,
+    allowed: &'static str,
+) -> Result<(), MotionPlanError> {
+    if is_allowed(value) { Ok(()) } else { Err(MotionPlanError { name, value, allowed }) }
 }
 
 /// The head at one tick.
@@ -104,4 +170,26 @@ pub struct Limits {
     pub asked_m: Option<f64>,
     /// Travel at which the granted stretch ends for good, in metres, where the guard has reached it.
     pub end_m: Option<f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_plan_is_made_of_values_that_no_motion_can_have() {
+        let sound = MotionSettings::plain(0.001, 0.0, 400.0);
+        assert!(MotionPlan::new(sound).is_ok());
+        for (odd, name) in [
+            (MotionSettings { speed_mps: 0.0, ..sound }, "speed_mps"),
+            (MotionSettings { accel_mps2: Some(f64::NAN), ..sound }, "accel_mps2"),
+            (MotionSettings { tick_s: f64::INFINITY, ..sound }, "tick_s"),
+            (MotionSettings { until_s: Some(f64::NAN), ..sound }, "until_s"),
+            (MotionSettings { end_travel_m: f64::INFINITY, ..sound }, "end_travel_m"),
+            (MotionSettings { last_s: -1.0, ..sound }, "last_s"),
+            (MotionSettings { start_speed_mps: 10.1, ..sound }, "start_speed_mps"),
+        ] {
+            assert_eq!(MotionPlan::new(odd).expect_err(name).name, name);
+        }
+    }
 }

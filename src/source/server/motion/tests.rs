@@ -5,13 +5,18 @@ use proptest::prelude::*;
 
 use super::*;
 
-pub(super) fn plan() -> MotionPlan {
-    MotionPlan::plain(0.001, 0.0, 400.0)
+pub(super) fn plan() -> MotionSettings {
+    MotionSettings::plain(0.001, 0.0, 400.0)
+}
+
+/// The motion before tick 0.
+pub(super) fn planned(settings: MotionSettings) -> Motion {
+    Motion::new(MotionPlan::new(settings).expect("the settings are sound"))
 }
 
 /// The motion at tick 0.
-pub(super) fn start(plan: MotionPlan) -> Motion {
-    after(Motion::new(plan), 1)
+pub(super) fn start(plan: MotionSettings) -> Motion {
+    after(planned(plan), 1)
 }
 
 pub(super) fn after(mut motion: Motion, ticks: u64) -> Motion {
@@ -23,7 +28,7 @@ pub(super) fn after(mut motion: Motion, ticks: u64) -> Motion {
 
 #[test]
 fn running_ticks_advance_show_time_by_exactly_one_step() {
-    let motion = after(start(MotionPlan { tick_s: 20.0 / 1000.0, ..plan() }), 12_345);
+    let motion = after(start(MotionSettings { tick_s: 20.0 / 1000.0, ..plan() }), 12_345);
     assert_eq!(motion.head().sim_time_ns, 246_900_000_000);
     assert_eq!(motion.head().travel_m, 12_345.0 * 0.02);
 }
@@ -78,7 +83,7 @@ fn impossible_speeds_are_refused_with_the_range() {
 
 #[test]
 fn a_seek_goes_to_the_configured_speed_times_the_time() {
-    let mut motion = after(start(MotionPlan { speed_mps: 0.5, start_speed_mps: 0.5, last_s: 800.0, ..plan() }), 10);
+    let mut motion = after(start(MotionSettings { speed_mps: 0.5, start_speed_mps: 0.5, last_s: 800.0, ..plan() }), 10);
     motion.request(Request::Speed { speed_mps: 3.0 }).expect("3 m/s is allowed");
     motion.request(Request::Seek { sim_time_s: 100.0 }).expect("100 s is inside the run");
     assert_eq!(motion.head().travel_m, 50.0);
@@ -89,7 +94,7 @@ fn a_seek_goes_to_the_configured_speed_times_the_time() {
 
 #[test]
 fn a_run_that_starts_before_0_may_be_sought_as_far_back() {
-    let plan = MotionPlan { start_s: -2.0, start_travel_m: -2.0, first_s: -2.0, ..plan() };
+    let plan = MotionSettings { start_s: -2.0, start_travel_m: -2.0, first_s: -2.0, ..plan() };
     let mut motion = after(start(plan), 100);
     assert_eq!(motion.head().sim_time_ns, -1_900_000_000);
     motion.request(Request::Seek { sim_time_s: -1.5 }).expect("-1.5 s is inside the run");
@@ -100,7 +105,7 @@ fn a_run_that_starts_before_0_may_be_sought_as_far_back() {
 
 #[test]
 fn the_run_ends_exactly_at_its_end() {
-    let motion = after(start(MotionPlan { tick_s: 0.3, end_travel_m: 1.0, ..plan() }), 50);
+    let motion = after(start(MotionSettings { tick_s: 0.3, end_travel_m: 1.0, ..plan() }), 50);
     let head = motion.head();
     assert_eq!((head.state, head.travel_m, head.sim_time_ns), (ShowState::Finished, 1.0, 1_000_000_000));
     assert_eq!(motion.clone().request(Request::Resume), Err(Refusal::Finished));
@@ -108,7 +113,7 @@ fn the_run_ends_exactly_at_its_end() {
 
 #[test]
 fn the_show_ends_exactly_at_the_time_asked_for() {
-    let motion = after(start(MotionPlan { tick_s: 0.3, until_s: Some(0.5), ..plan() }), 50);
+    let motion = after(start(MotionSettings { tick_s: 0.3, until_s: Some(0.5), ..plan() }), 50);
     let head = motion.head();
     assert_eq!((head.state, head.sim_time_ns), (ShowState::Ended, 500_000_000));
     assert!((head.travel_m - 0.5).abs() < 1e-12);
@@ -116,7 +121,7 @@ fn the_show_ends_exactly_at_the_time_asked_for() {
 
 #[test]
 fn a_seek_starts_a_finished_show_again() {
-    let mut motion = after(start(MotionPlan { end_travel_m: 0.002, ..plan() }), 9);
+    let mut motion = after(start(MotionSettings { end_travel_m: 0.002, ..plan() }), 9);
     assert_eq!(motion.head().state, ShowState::Finished);
     motion.request(Request::Seek { sim_time_s: 0.0 }).expect("the start is inside the run");
     assert_eq!(after(motion, 1).head().sim_time_ns, 0, "the tick of a seek shows its target");
@@ -125,7 +130,10 @@ fn a_seek_starts_a_finished_show_again() {
 
 #[test]
 fn a_show_that_starts_at_its_end_is_finished() {
-    assert_eq!(start(MotionPlan { start_s: 400.0, start_travel_m: 400.0, ..plan() }).head().state, ShowState::Finished);
+    assert_eq!(
+        start(MotionSettings { start_s: 400.0, start_travel_m: 400.0, ..plan() }).head().state,
+        ShowState::Finished
+    );
 }
 
 proptest! {
@@ -143,8 +151,8 @@ proptest! {
         let (start_travel_m, end_travel_m) = (speed_mps * start_s, speed_mps * start_s + run_m);
         let timetable = HeadTimetable::new(speed_mps, accel_mps2, start_s, end_travel_m);
         let (first_s, last_s) = (start_s, end_travel_m / speed_mps);
-        let paces = MotionPlan { speed_mps, accel_mps2, tick_s, start_speed_mps: speed_mps, ..plan() };
-        let mut motion = start(MotionPlan { start_s, start_travel_m, first_s, last_s, end_travel_m, ..paces });
+        let paces = MotionSettings { speed_mps, accel_mps2, tick_s, start_speed_mps: speed_mps, ..plan() };
+        let mut motion = start(MotionSettings { start_s, start_travel_m, first_s, last_s, end_travel_m, ..paces });
         while motion.head().state == ShowState::Running {
             let HeadState { sim_time_ns, travel_m, speed_mps: walked_mps, .. } = motion.head();
             let time_s = sim_time_ns as f64 / 1e9;
@@ -159,8 +167,8 @@ proptest! {
     }
 }
 
-pub(super) fn guarded() -> MotionPlan {
-    MotionPlan { guarded_run: Some(7), ..plan() }
+pub(super) fn guarded() -> MotionSettings {
+    MotionSettings { guarded_run: Some(7), ..plan() }
 }
 
 pub(super) fn grant(motion: &mut Motion, from_m: f64, to_m: f64) -> Result<(), Refusal> {
@@ -192,7 +200,7 @@ fn neither_release_nor_resume_lifts_a_guards_stop() {
 
 #[test]
 fn a_grant_does_not_lift_a_hold() {
-    let mut motion = start(MotionPlan { held: true, ..guarded() });
+    let mut motion = start(MotionSettings { held: true, ..guarded() });
     grant(&mut motion, 0.0, 10.0).expect("the head is there");
     assert_eq!(after(motion, 5).head().state, ShowState::Held);
     motion.request(Request::Release).expect("a held show is released");
@@ -227,7 +235,7 @@ fn grants_of_an_unguarded_head_for_another_run_and_outside_the_run_are_refused()
 
 #[test]
 fn with_an_acceleration_the_head_ramps_up_and_is_paused_once_it_rests() {
-    let mut motion = start(MotionPlan { accel_mps2: Some(0.5), ..plan() });
+    let mut motion = start(MotionSettings { accel_mps2: Some(0.5), ..plan() });
     motion = after(motion, 1000);
     assert!((motion.head().travel_m - 0.25).abs() < 1e-12 && (motion.head().speed_mps - 0.5).abs() < 1e-12);
     motion.request(Request::Pause).expect("pause is always accepted");
@@ -240,7 +248,7 @@ fn with_an_acceleration_the_head_ramps_up_and_is_paused_once_it_rests() {
 #[test]
 fn with_an_acceleration_the_head_rests_exactly_at_the_end_of_its_grant() {
     for tick_s in [0.000_1, 0.02, 0.4] {
-        let mut motion = start(MotionPlan { accel_mps2: Some(0.5), tick_s, ..guarded() });
+        let mut motion = start(MotionSettings { accel_mps2: Some(0.5), tick_s, ..guarded() });
         grant(&mut motion, 0.0, 7.5).expect("the head is there");
         let head = after(motion, (20.0 / tick_s) as u64).head();
         assert_eq!((head.state, head.travel_m), (ShowState::Held, 7.5));
@@ -251,7 +259,7 @@ fn with_an_acceleration_the_head_rests_exactly_at_the_end_of_its_grant() {
 
 #[test]
 fn with_timecode_a_run_ends_where_the_head_has_walked_and_not_where_a_seek_has_put_it() {
-    let mut motion = start(MotionPlan { until_s: Some(300.0), ..plan() });
+    let mut motion = start(MotionSettings { until_s: Some(300.0), ..plan() });
     motion.follow();
     motion.set_stands(false);
     for (sim_time_s, state) in [(300.0, ShowState::Finished), (299.0, ShowState::Ended)] {
@@ -262,8 +270,8 @@ fn with_timecode_a_run_ends_where_the_head_has_walked_and_not_where_a_seek_has_p
 }
 
 /// A head that brakes evenly from 1 m/s to rest in 0.5 s.
-fn braking() -> MotionPlan {
-    MotionPlan { accel_mps2: Some(2.0), tick_s: 0.1, ..plan() }
+fn braking() -> MotionSettings {
+    MotionSettings { accel_mps2: Some(2.0), tick_s: 0.1, ..plan() }
 }
 
 #[test]
@@ -307,15 +315,15 @@ fn a_head_that_stands_ends_with_the_next_tick() {
 
 #[test]
 fn a_run_with_an_end_has_ended_there_and_one_without_is_finished() {
-    let ended = after(start(MotionPlan { until_s: Some(0.01), ..plan() }), 20).head();
+    let ended = after(start(MotionSettings { until_s: Some(0.01), ..plan() }), 20).head();
     assert_eq!((ended.state, ended.sim_time_ns), (ShowState::Ended, 10_000_000));
-    let finished = after(start(MotionPlan { end_travel_m: 0.01, ..plan() }), 20).head();
+    let finished = after(start(MotionSettings { end_travel_m: 0.01, ..plan() }), 20).head();
     assert_eq!((finished.state, finished.sim_time_ns), (ShowState::Finished, 10_000_000));
 }
 
 #[test]
 fn a_head_tells_everything_that_keeps_it_from_walking() {
-    let mut motion = start(MotionPlan { held: true, ..guarded() });
+    let mut motion = start(MotionSettings { held: true, ..guarded() });
     motion.request(Request::Pause).expect("never refused");
     assert_eq!(motion.stops(), Stops { paused: true, held: true, guard_limit: true, ..Stops::default() });
     motion.follow();
