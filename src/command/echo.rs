@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::process::ExitCode;
 
-use bench_dragon_ipc::{Domain, Frame, FrameSubscriber};
+use bench_dragon_ipc::{Domain, Frame, FrameHeader, FrameSubscriber, HandleState};
 use serde::Serialize;
 
 use crate::cli::{EchoArgs, Format};
@@ -52,23 +52,22 @@ pub(crate) fn run(args: &EchoArgs) -> anyhow::Result<ExitCode> {
 }
 
 fn json_line(frame: &Frame) -> FrameLine {
-    let header = frame.header();
-    let handle = |handle: &bench_dragon_ipc::HandleState| HandleLine {
-        position_m: handle.position_m,
-        velocity_mps: handle.velocity_mps,
-    };
+    let FrameHeader { run_id, tick, sim_time_ns, scheduled_ns, published_ns, head_travel_m, .. } = *frame.header();
+    let FrameHeader { head_speed_mps, time_scale, bench_count, state, .. } = *frame.header();
+    let handle = |&HandleState { position_m, velocity_mps }: &HandleState| HandleLine { position_m, velocity_mps };
+    let handles = frame.handles().iter().map(handle).collect();
     FrameLine {
-        run_id: header.run_id,
-        tick: header.tick,
-        sim_time_ns: header.sim_time_ns,
-        scheduled_ns: header.scheduled_ns,
-        published_ns: header.published_ns,
-        head_travel_m: header.head_travel_m,
-        head_speed_mps: header.head_speed_mps,
-        time_scale: header.time_scale,
-        bench_count: header.bench_count,
-        state: header.state,
-        handles: frame.handles().iter().map(handle).collect(),
+        run_id,
+        tick,
+        sim_time_ns,
+        scheduled_ns,
+        published_ns,
+        head_travel_m,
+        head_speed_mps,
+        time_scale,
+        bench_count,
+        state,
+        handles,
     }
 }
 

@@ -21,7 +21,6 @@ pub(super) const CONTACT: u8 = 3;
 /// A recorder whose disk is full.
 pub(super) const DISK_FULL: u8 = 4;
 
-/// The exit status of a command that failed.
 pub(super) fn of_error(error: &anyhow::Error) -> ExitCode {
     if error.chain().any(|cause| cause.downcast_ref().is_some_and(RecordError::is_disk_full)) {
         ExitCode::from(DISK_FULL)

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::bail;
 use bench_dragon_ipc::{
-    BusError, CommandEvent, CommandEventReader, Description, DescriptionReader, Domain, EventKind, Frame,
+    BusError, CommandEvent, CommandEventReader, Continuity, Description, DescriptionReader, Domain, EventKind, Frame,
     FrameSubscriber, Instance, SourceLock, StatusReader,
 };
 
@@ -43,8 +43,26 @@ pub(crate) fn open_when_there<Port>(
     Ok(None)
 }
 
+/// What a command that measures has read.
+#[derive(Default)]
+pub(crate) struct FrameCounts {
+    pub(crate) frames: u64,
+    pub(crate) lost: u64,
+    pub(crate) restarts: u64,
+}
+
+impl FrameCounts {
+    pub(crate) fn count(&mut self, frame: &Frame) {
+        self.frames += 1;
+        match frame.continuity() {
+            Continuity::Lost(frames) => self.lost += frames,
+            Continuity::Restarted => self.restarts += 1,
+            Continuity::First | Continuity::Next => {}
+        }
+    }
+}
+
 /// What a reader of every run reads of the bus.
-#[derive(Debug)]
 pub(crate) struct RunPorts {
     pub(crate) frames: FrameSubscriber,
     pub(crate) descriptions: Descriptions,
@@ -53,9 +71,6 @@ pub(crate) struct RunPorts {
 
 impl RunPorts {
     /// Opens the frames last, so that from their first one on everything else is there, also what `open_others` opens.
-    ///
-    /// # Errors
-    /// The first port that cannot be opened.
     pub(crate) fn open<Others>(
         domain: &Domain,
         name: &str,
@@ -74,14 +89,11 @@ impl RunPorts {
 
 /// Gives frame after frame; after a signal, those that were published before it. So a reader that gets every frame loses
 /// none at its end, and one that is slower than the server ends as well.
-#[derive(Debug)]
 pub(crate) struct Following<'a> {
     stop: &'a StopFlag,
     stopped_ns: Option<u64>,
 }
 
-/// What a reader is given.
-#[derive(Debug)]
 pub(crate) enum Next {
     /// The oldest frame that has not been read yet.
     Frame(Frame),
@@ -92,7 +104,6 @@ pub(crate) enum Next {
 }
 
 impl<'a> Following<'a> {
-    /// Follows until this flag is set.
     pub(crate) fn until(stop: &'a StopFlag) -> Self {
         Self { stop, stopped_ns: None }
     }
@@ -138,7 +149,6 @@ const FIRST_DESCRIPTION_TIMEOUT: Duration = Duration::from_millis(500);
 const DESCRIPTION_LOOK_PERIOD: Duration = Duration::from_millis(1);
 
 /// The descriptions of the runs on an instance.
-#[derive(Debug)]
 pub(crate) struct Descriptions {
     reader: DescriptionReader,
     latest: Option<Description>,
@@ -147,9 +157,6 @@ pub(crate) struct Descriptions {
 impl Descriptions {
     /// Opens them, and returns once there is one: at a high rate, a reader that would wait for it at its first frame would
     /// lose those that come in the meantime.
-    ///
-    /// # Errors
-    /// As [`DescriptionReader::open`] and [`DescriptionReader::poll`].
     pub(crate) fn open(domain: &Domain, name: &str, stop: &StopFlag) -> Result<Self, BusError> {
         let mut descriptions = Self { reader: DescriptionReader::open(domain, name)?, latest: None };
         let deadline = Instant::now() + FIRST_DESCRIPTION_TIMEOUT;
@@ -180,7 +187,6 @@ impl Descriptions {
         Ok(self.latest.as_ref())
     }
 
-    /// Takes the next description, where there is one.
     fn renew(&mut self) -> Result<bool, BusError> {
         let next = self.reader.poll()?;
         let is_there = next.is_some();
@@ -190,14 +196,11 @@ impl Descriptions {
 }
 
 /// The events of the runs on an instance, oldest first.
-#[derive(Debug)]
 pub(crate) struct CommandTrail {
     events: CommandEventReader,
     statuses: StatusReader,
     domain: Domain,
-    /// The newest event.
     last: Option<CommandEvent>,
-    /// Run and tick of the newest status.
     status: Option<(u64, u64)>,
     lost: u64,
 }
@@ -205,9 +208,6 @@ pub(crate) struct CommandTrail {
 impl CommandTrail {
     /// Opens the record of an instance, before its frames. `name` begins the names of its nodes. `None` where there is none:
     /// there is no source, or it keeps no record.
-    ///
-    /// # Errors
-    /// As [`CommandEventReader::open`] and [`StatusReader::open`], but for their absence.
     pub(crate) fn open(domain: &Domain, name: &str) -> Result<Option<Self>, BusError> {
         match Self::open_all(domain, name) {
             Err(error) if error.is_absent() => Ok(None),
@@ -227,9 +227,6 @@ impl CommandTrail {
     }
 
     /// The oldest event that has not been read yet. Never waits.
-    ///
-    /// # Errors
-    /// As [`CommandEventReader::receive`].
     pub(crate) fn receive(&mut self) -> Result<Option<CommandEvent>, BusError> {
         let Some(event) = self.events.receive()? else { return Ok(None) };
         // The events of a run are numbered from 0.
@@ -246,9 +243,6 @@ impl CommandTrail {
 
     /// Whether all events of a run's ticks up to this one are there to be received: the run has ended, or its source has
     /// published a later status, before which it publishes them.
-    ///
-    /// # Errors
-    /// As [`StatusReader::poll`].
     pub(crate) fn is_complete(&mut self, run_id: u64, tick: u64) -> Result<bool, BusError> {
         while let Some(status) = self.statuses.poll()? {
             self.status = Some((status.run_id, status.tick));

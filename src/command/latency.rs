@@ -3,10 +3,10 @@
 use std::hint;
 use std::process::ExitCode;
 
-use bench_dragon_ipc::{BusError, Continuity, Domain, Frame, FrameSubscriber, HandleState};
+use bench_dragon_ipc::{BusError, Domain, Frame, FrameSubscriber, HandleState};
 
 use crate::cli::{Format, LatencyArgs};
-use crate::command::follow::{WAIT_PERIOD, open_when_there};
+use crate::command::follow::{FrameCounts, WAIT_PERIOD, open_when_there};
 use crate::command::print::{print_bytes, print_json, print_line};
 use crate::output::Counted;
 use crate::output::histogram::{Bars, LatencyHistogram, PercentileText, Percentiles};
@@ -17,29 +17,21 @@ use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
 use crate::system::whole_file;
 
-/// What has been read.
 #[derive(Default)]
-struct Tally {
-    frames: u64,
-    lost: u64,
-    restarts: u64,
+struct Measured {
+    counts: FrameCounts,
     due: LatencyHistogram,
     sent: LatencyHistogram,
 }
 
-impl Tally {
+impl Measured {
     /// Reads every handle of a frame, then takes the time.
     fn read(&mut self, frame: &Frame) {
         hint::black_box(sum_of_bits(frame.handles()));
         let (read_ns, header) = (monotonic_ns(), frame.header());
         self.due.record(read_ns.saturating_sub(header.scheduled_ns));
         self.sent.record(read_ns.saturating_sub(header.published_ns));
-        self.frames += 1;
-        match frame.continuity() {
-            Continuity::Lost(frames) => self.lost += frames,
-            Continuity::Restarted => self.restarts += 1,
-            Continuity::First | Continuity::Next => {}
-        }
+        self.counts.count(frame);
     }
 }
 
@@ -53,24 +45,25 @@ pub(crate) fn run(args: &LatencyArgs) -> anyhow::Result<ExitCode> {
     let opened = open_when_there(domain.instance(), &stop, || FrameSubscriber::open(&domain, "latency"))?;
     let Some(mut frames) = opened else { return Ok(ExitCode::SUCCESS) };
     let mode = if args.poll { ReadMode::Polling } else { ReadMode::Woken };
-    let (mut tally, begun_ns) = (Tally::default(), monotonic_ns());
-    let end_ns = measure(&mut frames, mode, begun_ns + (args.seconds * 1e9) as u64, &stop, &mut tally)?;
+    let (mut measured, begun_ns) = (Measured::default(), monotonic_ns());
+    let end_ns = measure(&mut frames, mode, begun_ns + (args.seconds * 1e9) as u64, &stop, &mut measured)?;
+    let FrameCounts { frames, lost, restarts } = measured.counts;
     let report = LatencyReport {
-        frames: tally.frames,
-        lost: tally.lost,
-        restarts: tally.restarts,
+        frames,
+        lost,
+        restarts,
         seconds: (end_ns - begun_ns) as f64 / 1e9,
         mode,
-        due_us: (tally.frames > 0).then(|| tally.due.percentiles()),
-        sent_us: (tally.frames > 0).then(|| tally.sent.percentiles()),
+        due_us: (frames > 0).then(|| measured.due.percentiles()),
+        sent_us: (frames > 0).then(|| measured.sent.percentiles()),
     };
     match args.format.format {
         Format::Json => print_json(&report)?,
-        Format::Text => print_text(&report, &tally.due)?,
+        Format::Text => print_text(&report, &measured.due)?,
     }
     // Last, so that nothing that is measured is lost where it cannot be written.
     if let Some(path) = &args.hgrm {
-        whole_file::write(path, PercentileText(&tally.due).to_string().as_bytes())?;
+        whole_file::write(path, PercentileText(&measured.due).to_string().as_bytes())?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -81,11 +74,11 @@ fn measure(
     mode: ReadMode,
     mut end_ns: u64,
     stop: &StopFlag,
-    tally: &mut Tally,
+    measured: &mut Measured,
 ) -> Result<u64, BusError> {
     loop {
         match next(frames, mode)? {
-            Some(frame) if frame.header().published_ns <= end_ns => tally.read(&frame),
+            Some(frame) if frame.header().published_ns <= end_ns => measured.read(&frame),
             Some(_) => return Ok(end_ns),
             // Only where all that came in time has been read.
             None if monotonic_ns() >= end_ns => return Ok(end_ns),

@@ -129,7 +129,6 @@ fn load_config(args: &ConfigArgs, overrides: Overrides) -> anyhow::Result<Config
     }
 }
 
-/// Prints an error in one line.
 fn complain_of(error: &anyhow::Error) {
     let remedy = remedy(error).map_or_else(String::new, |remedy| format!(": {remedy}"));
     let label = Painted::on(&io::stderr(), *Styles::styled().get_error(), "error:");

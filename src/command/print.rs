@@ -16,7 +16,6 @@ use crate::recording::Flaws;
 
 pub(crate) use crate::output::complain;
 
-/// Prints one line.
 pub(crate) fn print_line(line: impl Display) -> io::Result<()> {
     print(format!("{line}\n").into_bytes())
 }
@@ -82,21 +81,18 @@ const PATIENCE: Duration = Duration::from_millis(500);
 const DRAW_PERIOD: Duration = Duration::from_millis(50);
 
 /// The bar, taken away when it is dropped. Where stderr is no terminal it is not drawn.
-#[derive(Debug)]
 pub(crate) struct Progress {
     what: &'static str,
     total: f64,
     state: Mutex<State>,
 }
 
-#[derive(Debug)]
 struct State {
     done: f64,
     due: Instant,
 }
 
 impl Progress {
-    /// A bar for this much work.
     pub(crate) fn new(what: &'static str, total: f64) -> Self {
         Self { what, total, state: Mutex::new(State { done: 0.0, due: Instant::now() + PATIENCE }) }
     }

@@ -123,7 +123,6 @@ fn begin_repairs(folder: &Path) -> Option<BackgroundRepair> {
     Some(repairs)
 }
 
-/// Reports a file that a killed recorder left.
 fn report_repair(repaired: Result<Repair, RepairError>) {
     match repaired {
         Ok(Repair { path, frames, .. }) => {
@@ -137,7 +136,6 @@ fn report_repair(repaired: Result<Repair, RepairError>) {
     }
 }
 
-/// Everything of the bus that a recorder uses.
 struct RecordPorts {
     run: RunPorts,
     alerts: AlertSubscriber,
@@ -154,7 +152,6 @@ impl RecordPorts {
 struct RecordSession {
     format: Format,
     recorder: Recorder,
-    /// Run and tick of the newest frame.
     newest: Option<(u64, u64)>,
     lost: u64,
     commands_lost: u64,
@@ -253,7 +250,6 @@ impl RecordSession {
         print_notice(self.format, &RecordLine::Warning { message: warning.to_string() }, &text)
     }
 
-    /// Ends the recording, and says what it came to.
     fn finish(self) -> anyhow::Result<RecordSummary> {
         let begun = self.recorder.progress().files;
         let summary = self.recorder.finish()?;

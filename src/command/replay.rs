@@ -152,7 +152,6 @@ fn run_text(run: &RunVerification) -> String {
     }
 }
 
-/// What the simulation did.
 fn done_text(run: &RunVerification) -> String {
     let RunVerification { missing, overruns, commands, grants, timecode, .. } = run;
     let missing =

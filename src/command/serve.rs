@@ -67,7 +67,6 @@ pub(crate) fn end_s(config: &Config, start_s: f64) -> f64 {
     if start_s == config.start_s() { config.end_s() } else { config.timetable_from(start_s).end_s() }
 }
 
-/// Show time at which a show starts.
 fn start_s(config: &Config, pace: &PaceArgs) -> f64 {
     pace.start_at.unwrap_or_else(|| config.start_s())
 }

@@ -21,7 +21,6 @@ const LOOK_PERIOD: Duration = Duration::from_millis(20);
 const DEFAULT_TIMEOUT_S: f64 = 1.0;
 
 /// Timecode that is being received, and that nobody follows yet.
-#[derive(Debug)]
 pub(super) struct AwaitedTimecode {
     receiver: TimecodeReceiver,
     inbox: SampleQueue,
@@ -30,16 +29,12 @@ pub(super) struct AwaitedTimecode {
     format: Format,
 }
 
-/// Timecode that a server follows.
-#[derive(Debug)]
 pub(super) struct FollowedTimecode {
     receiver: TimecodeReceiver,
     format: Format,
     news_thread: NewsThread,
 }
 
-/// The thread that reports what happens.
-#[derive(Debug)]
 struct NewsThread {
     is_over: Arc<AtomicBool>,
     thread: JoinHandle<()>,

@@ -95,7 +95,6 @@ pub(super) struct ListeningLine {
     pub(super) address: SocketAddr,
 }
 
-/// Listens at an address.
 fn listen(address: SocketAddr, args: &SiteArgs) -> anyhow::Result<Site> {
     let name = rustix::system::uname();
     let machine = name.nodename().to_str().ok();
@@ -182,13 +181,11 @@ mod tests {
 
     use super::*;
 
-    /// An observer of an instance that nobody serves.
     fn observer() -> Observer {
         let instance = Instance::new("nobody-serves-this").expect("the name has only allowed characters");
         Observer::new(Domain::new(instance).expect("XDG_RUNTIME_DIR is short, or unset"), "test", 1000)
     }
 
-    /// Serves until the flag is set.
     fn wait_for(stop: &AtomicBool) -> anyhow::Result<()> {
         let patience = Instant::now() + Duration::from_mins(1);
         while !stop.load(Ordering::Relaxed) {

@@ -13,7 +13,6 @@ const MAX_STATUSES: usize = 4;
 
 /// Polls the bus at a fixed rate, so that the server wakes nobody. A server that is gone leaves its last frame to be told
 /// again, as stale; that of the next one follows by itself.
-#[derive(Debug)]
 pub(super) struct Feed<'a> {
     stop: &'a StopFlag,
     frames: FrameSubscriber,
@@ -26,11 +25,8 @@ pub(super) struct Feed<'a> {
 }
 
 /// An instant at which to send.
-#[derive(Debug)]
 pub(super) struct Release<'a> {
-    /// When it is, in nanoseconds of `CLOCK_MONOTONIC`.
     pub(super) now_ns: u64,
-    /// What to send.
     pub(super) latest: &'a LatestFrame,
 }
 

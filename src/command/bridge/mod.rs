@@ -48,7 +48,6 @@ fn open_udp(to: SocketAddrV4, network: NetworkArgs) -> anyhow::Result<Box<dyn Ou
     Ok(Box::new(sender))
 }
 
-/// INFO frames a second.
 const INFO_RATE_HZ: u32 = 1;
 
 fn send_psn(args: &BridgeArgs, psn: &PsnArgs) -> anyhow::Result<ExitCode> {
@@ -101,7 +100,6 @@ fn send_osc(args: &BridgeArgs, osc: &OscArgs) -> anyhow::Result<ExitCode> {
     session.finish(feed.missed())
 }
 
-/// Refuses what cannot be sent, or not be told apart.
 fn check(OscArgs { to, tcp, address, show_address, .. }: &OscArgs) -> Result<(), BadInput> {
     if *tcp && (to.ip().is_multicast() || to.ip().is_broadcast()) {
         return Err(BadInput(format!("--to is {to}, must be one machine's with --tcp")));

@@ -10,7 +10,6 @@ use crate::command::print::{print_notice, print_report};
 use crate::output::Counted;
 use crate::output::report::{BridgeLine, BridgeSummary};
 
-/// A bridge at work.
 pub(super) struct PacketSession {
     format: Format,
     /// The receiver, as it is told.
@@ -28,14 +27,12 @@ impl PacketSession {
         Self { format, to: to.to_string(), outlet, outage, is_stale: false, summary }
     }
 
-    /// Tells that there is a server.
     pub(super) fn announce(&self, epoch_ns: u64, rate_hz: u32) -> anyhow::Result<()> {
         let to = &self.to;
         let line = BridgeLine::Started { to: to.clone(), epoch_ns };
         print_notice(self.format, &line, &format!("sending to {to} at {rate_hz} Hz; Ctrl-C ends it"))
     }
 
-    /// Sends a frame of poses.
     pub(super) fn send_frame(&mut self, packets: &Packets, release: &Release<'_>) -> anyhow::Result<()> {
         self.note_freshness(release.latest.freshness)?;
         let is_sent = self.send(packets, release.now_ns)?;

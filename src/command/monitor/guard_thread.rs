@@ -24,7 +24,6 @@ const LOOK_PERIOD: Duration = Duration::from_millis(20);
 const REPLY_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// The guard of one run. Its thread ends with it, and with that its grants.
-#[derive(Debug)]
 pub(super) struct GuardThread {
     newest: Arc<ArrayQueue<FrameHeader>>,
     check: ClearanceCheck,
@@ -34,8 +33,6 @@ pub(super) struct GuardThread {
     thread: Option<JoinHandle<()>>,
 }
 
-/// What a guard reports.
-#[derive(Debug)]
 pub(super) enum GuardNews {
     /// The head rests where no further travel can ever be granted.
     FinalRest(FinalRest),
@@ -47,9 +44,6 @@ pub(super) enum GuardNews {
 
 impl GuardThread {
     /// Starts to guard a run.
-    ///
-    /// # Errors
-    /// The operating system's reason why there can be no thread for it.
     pub(super) fn start(domain: &Domain, config: Config, run_id: u64) -> io::Result<Self> {
         let check = ClearanceCheck::new(Arc::clone(config.dragon()));
         let newest = Arc::new(ArrayQueue::new(1));
@@ -87,7 +81,6 @@ impl GuardThread {
         })
     }
 
-    /// What it reports, if there is anything.
     pub(super) fn news(&self) -> Option<GuardNews> {
         self.news.try_recv().ok()
     }

@@ -39,7 +39,6 @@ pub(super) fn run(args: &MonitorArgs) -> anyhow::Result<ExitCode> {
     Ok(if failed { ExitCode::from(CONTACT) } else { ExitCode::SUCCESS })
 }
 
-/// Everything of the bus that a monitor uses.
 struct MonitorPorts {
     run: RunPorts,
     alerts: AlertPublisher,
@@ -58,7 +57,6 @@ impl MonitorPorts {
     }
 }
 
-/// The run that is being watched.
 struct WatchedRun {
     run_id: u64,
     monitor: Monitor,

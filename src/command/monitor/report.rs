@@ -17,7 +17,6 @@ use crate::safety::alerts::ALERTS_PER_S;
 use crate::safety::forecast::Forecast;
 use crate::safety::guard::FinalRest;
 
-/// What has been seen so far.
 pub(super) struct MonitorReport {
     format: Format,
     pub(super) summary: MonitorSummary,
@@ -99,7 +98,6 @@ impl MonitorReport {
         print_report(self.format, &MonitorLine::Guard(report), rest_text(&report))
     }
 
-    /// Prints the progress where it is due.
     pub(super) fn print_progress(&mut self) -> anyhow::Result<()> {
         let (Some(period), now) = (self.progress_period, Instant::now()) else { return Ok(()) };
         if now < self.progress_due {

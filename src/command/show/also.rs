@@ -5,7 +5,6 @@ use clap::Parser as _;
 
 use crate::cli::{BadInput, Bridge, Cli, Command};
 
-/// What may be configured.
 const ALLOWED: &str = "one of bridge, view, metrics, monitor, hz and echo";
 
 /// A configured command that has been checked.
@@ -19,9 +18,6 @@ pub(super) struct AlsoCommand {
 
 impl AlsoCommand {
     /// Reads the configured command lines.
-    ///
-    /// # Errors
-    /// The first line that is none of a command that reads this instance until it is stopped.
     pub(super) fn read_all(lines: &[&str], instance: &Instance) -> Result<Vec<Self>, BadInput> {
         let mut commands: Vec<Self> = Vec::new();
         for line in lines {
@@ -36,7 +32,6 @@ impl AlsoCommand {
         Ok(commands)
     }
 
-    /// Reads one line. An error goes on where the line has been named.
     fn read(line: &str, instance: &Instance) -> Result<Self, String> {
         let mut args = shlex::split(line).ok_or(": a quotation mark is missing, or there is nothing behind a \\")?;
         for flag in ["--instance", "--parent"] {

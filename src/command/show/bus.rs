@@ -4,8 +4,6 @@ use bench_dragon_ipc::{
     BusError, Domain, FrameHeader, FrameSubscriber, ReaderReports, ShowState, Status, StatusReader, Stops,
 };
 
-/// The show's ports.
-#[derive(Debug)]
 pub(super) struct Bus {
     pub(super) frames: FrameSubscriber,
     pub(super) status: StatusReader,
@@ -14,9 +12,6 @@ pub(super) struct Bus {
 
 impl Bus {
     /// Opens the ports. They outlive a server: what the next one publishes comes through them, too.
-    ///
-    /// # Errors
-    /// As [`FrameSubscriber::open`], of which the server counts one as a reader.
     pub(super) fn open(domain: &Domain) -> Result<Self, BusError> {
         let status = StatusReader::open(domain, "show-status")?;
         let readers = ReaderReports::open(domain, "show-readers")?;
@@ -38,7 +33,6 @@ pub(super) struct LastSeen {
     pub(super) header: Option<FrameHeader>,
     /// Travel up to which the guard has last let the head walk; not a number without one.
     granted_to_m: f64,
-    /// Speed at which the head last walked.
     pub(super) walking_speed_mps: Option<f64>,
     /// Whether the show was paused when it was last not held.
     pub(super) is_paused: bool,
@@ -47,7 +41,6 @@ pub(super) struct LastSeen {
 }
 
 impl LastSeen {
-    /// Nothing has been seen yet.
     pub(super) fn new() -> Self {
         Self {
             header: None,
@@ -58,7 +51,6 @@ impl LastSeen {
         }
     }
 
-    /// Takes note of the newest frame.
     pub(super) fn see_frame(&mut self, header: &FrameHeader) {
         match header.show_state() {
             Some(ShowState::Running) => {
@@ -71,7 +63,6 @@ impl LastSeen {
         self.header = Some(*header);
     }
 
-    /// Takes note of the newest status.
     pub(super) fn see_status(&mut self, status: &Status) {
         (self.granted_to_m, self.stops) = (status.granted_to_m, status.stops());
     }
@@ -85,7 +76,6 @@ impl LastSeen {
         })
     }
 
-    /// Whether the run is over.
     pub(super) fn is_finished(&self) -> bool {
         self.header.is_some_and(|header| matches!(header.show_state(), Some(ShowState::Finished | ShowState::Ended)))
     }

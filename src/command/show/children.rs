@@ -18,17 +18,11 @@ const LONGEST_LOOK: Duration = Duration::from_millis(200);
 /// The longest time between two frames: the lowest rate is 1 Hz.
 const LONGEST_PERIOD: Duration = Duration::from_millis(1500);
 
-/// What happens among the children.
-#[derive(Debug)]
 pub(super) enum ChildNews {
-    /// A child has printed a line.
     Line(Role, String),
-    /// A child has ended.
     Ended(Role, End),
 }
 
-/// How a child has ended.
-#[derive(Debug)]
 pub(super) struct End {
     pub(super) status: ExitStatus,
     /// Why: the status, or why the show has killed it.
@@ -36,7 +30,6 @@ pub(super) struct End {
 }
 
 /// The registry of the children, one of each role.
-#[derive(Debug)]
 pub(super) struct Children {
     entries: Vec<Entry>,
     events: Receiver<ProcessEvent>,
@@ -45,7 +38,6 @@ pub(super) struct Children {
 }
 
 /// A child, whether it runs or not.
-#[derive(Debug)]
 struct Entry {
     role: Role,
     name: String,
@@ -54,7 +46,6 @@ struct Entry {
 }
 
 impl Children {
-    /// None yet.
     pub(super) fn new() -> Self {
         let (sender, events) = channel::bounded(MOST_EVENTS);
         Self { entries: Vec::new(), events, sender, looked: Instant::now() }
@@ -66,7 +57,6 @@ impl Children {
         self.entries.push(Entry { role, name: name.into(), liveness, process: None });
     }
 
-    /// Starts a child that was registered.
     pub(super) fn start(&mut self, role: Role, launch: Launch) -> anyhow::Result<()> {
         let process = Process::start(role, launch, self.sender.clone())?;
         let entry = self.entry_mut(role);
@@ -75,15 +65,11 @@ impl Children {
         Ok(())
     }
 
-    /// The name that people read.
     pub(super) fn name(&self, role: Role) -> &str {
         &self.entry(role).name
     }
 
     /// What happens next, if before `timeout`.
-    ///
-    /// # Errors
-    /// A child that cannot be waited for.
     pub(super) fn next(&mut self, timeout: Duration) -> anyhow::Result<Option<ChildNews>> {
         match self.events.recv_timeout(timeout) {
             Ok(ProcessEvent::Line(role, line)) => return Ok(Some(ChildNews::Line(role, line))),
@@ -93,7 +79,6 @@ impl Children {
         self.entries.iter_mut().find_map(|entry| entry.poll_end().transpose()).transpose()
     }
 
-    /// Takes note of a child's sign of life.
     pub(super) fn hear(&mut self, role: Role) {
         self.entry_mut(role).liveness.hear();
     }
@@ -204,13 +189,10 @@ impl Entry {
 /// What a child does in the show, by which it is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
-    /// Publishes the frames.
     Serve,
     /// Looks for contacts, and guards.
     Monitor,
-    /// Writes the recording.
     Record,
-    /// Serves the page.
     View,
     /// Runs the configuration's command of this number.
     Also(usize),

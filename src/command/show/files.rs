@@ -25,8 +25,6 @@ const SUMMARY: &str = "summary.json";
 /// Who may read what a configured command prints, such as a page's token: its user.
 const OUTPUT_MODE: u32 = 0o600;
 
-/// The folder of one show, which no other show uses.
-#[derive(Debug)]
 pub(super) struct Folder {
     path: PathBuf,
     /// Whether it was made for this show.
@@ -62,7 +60,6 @@ impl Folder {
         &self.path
     }
 
-    /// The configuration's file.
     pub(super) fn config(&self) -> PathBuf {
         self.path.join(CONFIG)
     }
@@ -77,9 +74,6 @@ impl Folder {
     }
 
     /// The file that a configured command's output goes on in.
-    ///
-    /// # Errors
-    /// A file that cannot be made or written.
     pub(super) fn open_output(&self, name: &str) -> anyhow::Result<File> {
         let path = self.path.join(format!("{}.log", name.replace(' ', "-")));
         let options = File::options().append(true).create(true).mode(OUTPUT_MODE).open(&path);
@@ -96,9 +90,6 @@ impl Folder {
     }
 
     /// Writes the summary.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
     pub(super) fn write_summary(&self, summary: &ShowSummary) -> anyhow::Result<()> {
         let path = self.path.join(SUMMARY);
         let text = serde_json::to_string_pretty(summary)? + "\n";
@@ -153,7 +144,6 @@ fn used_before(folder: &Path, file: &str) -> BadInput {
 const PATIENCE: Duration = Duration::from_secs(30);
 
 /// The files that are being finished, by a thread that is started with the first of them.
-#[derive(Debug)]
 pub(super) struct Repairs {
     background: Option<BackgroundRepair>,
     sender: Sender<Result<Repair, RepairError>>,
@@ -166,7 +156,6 @@ pub(super) struct Repairs {
 }
 
 /// What has become of a file.
-#[derive(Debug)]
 pub(super) struct Repaired {
     /// Frames in it, where it is the show's own.
     pub(super) frames: Option<u64>,

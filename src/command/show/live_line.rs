@@ -12,7 +12,6 @@ use crate::output::{bar, set_live_line};
 const RATE_PERIOD: Duration = Duration::from_secs(1);
 
 /// The line. Where stderr is no terminal it is not drawn. A terminal that takes nothing shows the newest one when it does again.
-#[derive(Debug)]
 pub(super) struct LiveLine {
     start_s: f64,
     end_s: f64,
@@ -27,7 +26,6 @@ impl LiveLine {
         Self { start_s, end_s, measured: None, rate_hz: 0.0 }
     }
 
-    /// Draws the present.
     pub(super) fn update(&mut self, header: &FrameHeader, progress: &MonitorProgress) {
         self.measure_rate(header.tick);
         let sim_time_s = header.sim_time_s();

@@ -11,7 +11,6 @@ pub(super) const LONGEST_DISK_SILENCE: Duration = Duration::from_secs(30);
 const LONGEST_START: Duration = Duration::from_secs(30);
 
 /// The liveness of a child, over its restarts.
-#[derive(Debug)]
 pub(super) struct Liveness {
     phase: Phase,
     backoff: RestartBackoff,
@@ -62,12 +61,10 @@ impl Liveness {
         }
     }
 
-    /// The child has been started.
     pub(super) fn start(&mut self) {
         (self.phase, self.stopped, self.has_lived) = (Phase::Starting(Duration::ZERO), Duration::ZERO, false);
     }
 
-    /// The child has given a sign of life.
     pub(super) fn hear(&mut self) {
         if matches!(self.phase, Phase::Starting(_) | Phase::Living(_)) {
             (self.phase, self.has_lived) = (Phase::Living(Duration::ZERO), true);
@@ -86,7 +83,6 @@ impl Liveness {
         self.phase = Phase::Waiting;
     }
 
-    /// Whether the child waits for something.
     pub(super) fn is_waiting(&self) -> bool {
         self.phase == Phase::Waiting
     }
@@ -96,12 +92,10 @@ impl Liveness {
         self.phase = Phase::Due(now);
     }
 
-    /// Whether the child is to be started again by now.
     pub(super) fn is_due(&self, now: Instant) -> bool {
         matches!(self.phase, Phase::Due(at) if at <= now)
     }
 
-    /// Whether the child has ended too often.
     pub(super) fn is_over(&self) -> bool {
         self.phase == Phase::Over
     }

@@ -22,7 +22,6 @@ const REAP_PATIENCE: Duration = Duration::from_secs(1);
 const LOOK_PERIOD: Duration = Duration::from_millis(2);
 
 /// What the reader of a child's stdout reports.
-#[derive(Debug)]
 pub(super) enum ProcessEvent {
     /// It has printed a line.
     Line(Role, String),
@@ -31,7 +30,6 @@ pub(super) enum ProcessEvent {
 }
 
 /// How a child is started.
-#[derive(Debug)]
 pub(super) struct Launch {
     /// The command and its arguments.
     pub(super) args: Vec<String>,
@@ -42,7 +40,6 @@ pub(super) struct Launch {
 }
 
 /// A running process. One that is dropped without having been waited for is killed.
-#[derive(Debug)]
 pub(super) struct Process {
     child: Child,
     stdout: Stdout,
@@ -91,7 +88,6 @@ impl Process {
         self.child.id()
     }
 
-    /// Takes note that all lines have come.
     pub(super) fn close(&mut self) {
         self.stdout = Stdout::Closed(Instant::now());
     }
@@ -102,13 +98,11 @@ impl Process {
         self.send(Signal::CONT);
     }
 
-    /// Kills it for a reason.
     pub(super) fn kill(&mut self, reason: String) {
         self.killed = Some(reason);
         self.send(Signal::KILL);
     }
 
-    /// Whether it is stopped, as by SIGSTOP.
     pub(super) fn is_stopped(&self) -> bool {
         let options = WaitIdOptions::STOPPED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
         matches!(waitid(WaitId::Pid(Pid::from_child(&self.child)), options), Ok(Some(status)) if status.stopped())

@@ -16,7 +16,6 @@ use crate::command::timecode::print_listening;
 use crate::output::report::{ContactReport, MonitorLine, MonitorProgress, RecordLine, ServeLine, TimecodeEvent};
 
 /// The reports of the children: added up, and what of them the show needs by itself.
-#[derive(Debug)]
 pub(super) struct ChildReports {
     pub(super) totals: Totals,
     pub(super) line: LiveLine,
@@ -35,7 +34,6 @@ pub(super) struct ChildReports {
 }
 
 impl ChildReports {
-    /// No reports yet of a show between two show times.
     pub(super) fn new(start_s: f64, end_s: f64, format: Format) -> Self {
         Self {
             totals: Totals::default(),
@@ -51,9 +49,6 @@ impl ChildReports {
     }
 
     /// Takes a line of a child.
-    ///
-    /// # Errors
-    /// A line that is not one of the role's.
     pub(super) fn take_line(&mut self, role: Role, line: &str) -> anyhow::Result<()> {
         let unreadable = || format!("a child printed {line:?}");
         match role {

@@ -20,7 +20,6 @@ const PROGRESS_PERIOD_S: &str = "0.2";
 const HELD: &str = "the dragon stands where it was, held: `bench-dragon ctl release` lets it walk";
 
 impl Show<'_> {
-    /// Starts a child, for the first time or again.
     pub(super) fn start(&mut self, role: Role) -> anyhow::Result<()> {
         let launch = match role {
             Role::Serve => self.server(),
@@ -46,7 +45,6 @@ impl Show<'_> {
         self.launch("serve", args)
     }
 
-    /// Where the first server begins.
     fn beginning(&self) -> Vec<String> {
         self.args.run.pace.start_at.map(|start_s| format!("--start-at={start_s}")).into_iter().collect()
     }
@@ -113,12 +111,10 @@ impl Show<'_> {
 }
 
 /// Where the page is, and what it takes to steer.
-#[derive(Debug)]
 pub(super) struct Page {
     /// Where it was asked to listen; once it does, where that is.
     listen: SocketAddr,
     token: Token,
-    /// Whether people know where it is.
     is_announced: bool,
 }
 
@@ -133,13 +129,11 @@ impl Page {
         Ok(Self { listen, token, is_announced: false })
     }
 
-    /// Whether people know where it is.
     pub(super) fn is_announced(&self) -> bool {
         self.is_announced
     }
 }
 
-/// What a show with a page prints first.
 #[derive(Serialize)]
 #[serde(tag = "type", rename = "view")]
 struct ViewLine {

@@ -22,7 +22,6 @@ pub(super) struct Totals {
     /// Frames published in each run: by the server's own report, or as far as the show has seen them.
     published: BTreeMap<u64, u64>,
     monitored: u64,
-    /// Frames that are in recordings.
     pub(super) recorded: u64,
     /// The recordings that were begun, oldest first.
     pub(super) recordings: Vec<PathBuf>,
@@ -31,7 +30,6 @@ pub(super) struct Totals {
     most_behind_s: f64,
     lateness: MergedTimes,
     latency: MergedTimes,
-    /// Monitors that have ended.
     monitors: u64,
     last_run_id: u64,
     pub(super) contact: Option<ContactReport>,
@@ -48,7 +46,6 @@ impl Totals {
         *published = (*published).max(header.tick + 1);
     }
 
-    /// Takes a server's present status.
     pub(super) fn see_status(&mut self, status: &Status) {
         self.overruns.insert(status.run_id, status.overruns);
         let seconds = |nanos: u64| nanos as f64 * 1e-9;
@@ -56,7 +53,6 @@ impl Totals {
         self.lateness.report(status.run_id, &status.lateness);
     }
 
-    /// Adds a server's last report.
     pub(super) fn add_server(&mut self, summary: &ServerSummary) {
         self.last_run_id = summary.run_id;
         self.published.insert(summary.run_id, summary.frames);
@@ -75,7 +71,6 @@ impl Totals {
         self.most_behind_s = self.most_behind_s.max(most_behind_s);
     }
 
-    /// Adds a monitor's last report.
     pub(super) fn add_monitor(&mut self, summary: &MonitorSummary) {
         self.see_latency(&summary.latency);
         self.monitored += summary.frames;
@@ -102,7 +97,6 @@ impl Totals {
         self.restart_log.push(RestartReport { role, reason, show_time_s, at, restarted });
     }
 
-    /// The whole show.
     pub(super) fn summary(&self) -> ShowSummary {
         let published = self.published.values().sum::<u64>();
         ShowSummary {
@@ -146,7 +140,6 @@ impl MergedTimes {
         self.current = Some((source, *times));
     }
 
-    /// The times of all sources.
     pub(super) fn all(&self) -> TimeHistogram {
         let mut all = self.ended;
         self.current.iter().for_each(|(_, times)| all.add(times));

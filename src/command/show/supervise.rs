@@ -18,7 +18,6 @@ const LEAST_ROOM_BYTES: u64 = 256 << 20;
 const ROOM_PERIOD: Duration = Duration::from_secs(1);
 
 impl Show<'_> {
-    /// Takes a line of a child.
     pub(super) fn take_line(&mut self, role: Role, line: &str) -> anyhow::Result<()> {
         match role {
             Role::Serve if self.bus.is_none() => self.join_bus()?,
@@ -67,7 +66,6 @@ impl Show<'_> {
         }
     }
 
-    /// What is to be done between two pieces of news.
     pub(super) fn supervise(&mut self) -> anyhow::Result<()> {
         self.look_at_bus()?;
         self.begin_others()?;

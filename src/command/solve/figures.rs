@@ -58,7 +58,6 @@ pub(super) fn refuse(args: &FigureArgs, reason: &str) -> anyhow::Result<()> {
     }
 }
 
-/// The dragon on its route at a time.
 pub(super) fn plan_view(args: &FigureArgs, config: &Config, time_s: f64, travel_m: f64) -> PlanView {
     let caption = caption(args, config, format!("The dragon at {time_s} s"));
     let plan = plan_of(config.dragon(), caption, travel_m);
@@ -120,7 +119,6 @@ fn pair(dragon: &Dragon, travel_m: f64, benches: Option<[usize; 2]>) -> Option<P
     Some(Pair { benches, clearance_m: approach.clearance_m, points: [approach.point - half, approach.point + half] })
 }
 
-/// The boards at a contact.
 pub(super) fn contact_view(args: &FigureArgs, config: &Config, contact: &Contact) -> ContactView {
     let dragon = config.dragon();
     let handles = handles(dragon, contact.travel_m);

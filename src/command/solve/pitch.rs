@@ -25,9 +25,7 @@ struct PitchAnswer {
 #[derive(Serialize)]
 struct Limit {
     kind: &'static str,
-    /// The pair that touches.
     benches: Option<[usize; 2]>,
-    /// Where.
     point_m: Option<[f64; 2]>,
 }
 

@@ -17,7 +17,9 @@ use crate::system::whole_file;
 pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<()> {
     let config = load_config(&args.config, Overrides::default())?;
     let sensitivity = sensitivity(&config, args);
-    let responses = study(&sensitivity, args);
+    let progress = Progress::new("answers", sensitivity.questions() as f64);
+    let responses = sensitivity.study(&args.work.long_meter(), || progress.add(1.0));
+    drop(progress);
     if let Some(path) = &args.xlsx {
         whole_file::write(path, &Xlsx.export(&sheets(&sensitivity, &responses))?)?;
     }
@@ -33,10 +35,7 @@ pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<()> {
     if !notes.is_empty() {
         print_line("")?;
     }
-    for note in notes {
-        print_line(note)?;
-    }
-    Ok(())
+    Ok(notes.into_iter().try_for_each(print_line)?)
 }
 
 fn sensitivity(config: &Config, args: &SensitivityArgs) -> Sensitivity {
@@ -59,14 +58,8 @@ fn sensitivity(config: &Config, args: &SensitivityArgs) -> Sensitivity {
     }
 }
 
-/// With a bar while it takes long.
-fn study(sensitivity: &Sensitivity, args: &SensitivityArgs) -> Vec<Response> {
-    let progress = Progress::new("answers", sensitivity.questions() as f64);
-    sensitivity.study(&args.work.long_meter(), || progress.add(1.0))
-}
-
 #[derive(Serialize)]
-pub(super) struct SensitivityAnswer {
+struct SensitivityAnswer {
     turn_diameter_m: f64,
     range_percent: f64,
     quantities: Vec<ResponseAnswer>,
@@ -97,39 +90,26 @@ struct SampleAnswer {
     reason: Option<String>,
 }
 
-pub(super) fn answer(sensitivity: &Sensitivity, responses: &[Response]) -> SensitivityAnswer {
+fn answer(sensitivity: &Sensitivity, responses: &[Response]) -> SensitivityAnswer {
+    let sample_answer = |sample: &Sample| {
+        let (value, reason) = number_or_reason(&sample.value);
+        SampleAnswer { parameter_value: sample.parameter_value, value, reason }
+    };
+    let curve_answer = |curve: &Curve| {
+        let (derivative, derivative_reason) = number_or_reason(&curve.derivative);
+        let samples = curve.samples.iter().map(sample_answer).collect();
+        let (parameter, value) = (curve.parameter.key(), curve.parameter_value);
+        CurveAnswer { parameter, value, derivative, derivative_reason, samples }
+    };
+    let response_answer = |response: &Response| {
+        let (value, reason) = number_or_reason(&response.value);
+        let parameters = response.curves.iter().map(curve_answer).collect();
+        ResponseAnswer { quantity: response.quantity.key(), value, reason, parameters }
+    };
     SensitivityAnswer {
         turn_diameter_m: sensitivity.turn_diameter_m,
         range_percent: 100.0 * sensitivity.range,
-        quantities: responses.iter().map(ResponseAnswer::from).collect(),
-    }
-}
-
-impl From<&Response> for ResponseAnswer {
-    fn from(response: &Response) -> Self {
-        let (value, reason) = number_or_reason(&response.value);
-        let parameters = response.curves.iter().map(CurveAnswer::from).collect();
-        Self { quantity: response.quantity.key(), value, reason, parameters }
-    }
-}
-
-impl From<&Curve> for CurveAnswer {
-    fn from(curve: &Curve) -> Self {
-        let (derivative, derivative_reason) = number_or_reason(&curve.derivative);
-        Self {
-            parameter: curve.parameter.key(),
-            value: curve.parameter_value,
-            derivative,
-            derivative_reason,
-            samples: curve.samples.iter().map(SampleAnswer::from).collect(),
-        }
-    }
-}
-
-impl From<&Sample> for SampleAnswer {
-    fn from(sample: &Sample) -> Self {
-        let (value, reason) = number_or_reason(&sample.value);
-        Self { parameter_value: sample.parameter_value, value, reason }
+        quantities: responses.iter().map(response_answer).collect(),
     }
 }
 
@@ -137,11 +117,10 @@ fn number_or_reason<E: ToString>(result: &Result<f64, E>) -> (Option<f64>, Optio
     (result.as_ref().ok().copied(), result.as_ref().err().map(E::to_string))
 }
 
-/// Decimals that people see.
 const DECIMALS: usize = 6;
 
 /// For a terminal: a table for each quantity that there is.
-pub(super) fn texts(sensitivity: &Sensitivity, responses: &[Response]) -> Vec<Table> {
+fn texts(sensitivity: &Sensitivity, responses: &[Response]) -> Vec<Table> {
     let table = |response: &Response| {
         let mut table = Table::new(titled(response), columns(sensitivity, Vec::new()));
         response.curves.iter().for_each(|curve| table.push(row(curve, Vec::new())));
@@ -151,7 +130,7 @@ pub(super) fn texts(sensitivity: &Sensitivity, responses: &[Response]) -> Vec<Ta
 }
 
 /// For a workbook: what the terminal shows in one sheet, every sample in another.
-pub(super) fn sheets(sensitivity: &Sensitivity, responses: &[Response]) -> [Table; 2] {
+fn sheets(sensitivity: &Sensitivity, responses: &[Response]) -> [Table; 2] {
     let quantity = || vec![Column::text("quantity")];
     let mut summary = Table::new("summary", columns(sensitivity, quantity()));
     let numbers = ["change (%)", "parameter value", "value"].map(|title| Column::number(title, DECIMALS));
@@ -170,7 +149,7 @@ pub(super) fn sheets(sensitivity: &Sensitivity, responses: &[Response]) -> [Tabl
 }
 
 /// Why there are blanks, a line each.
-pub(super) fn notes(responses: &[Response]) -> Vec<String> {
+fn notes(responses: &[Response]) -> Vec<String> {
     let mut notes = Vec::new();
     for response in responses {
         let quantity = response.quantity;
@@ -232,13 +211,11 @@ fn sample_row(response: &Response, curve: &Curve, sample: &Sample) -> Vec<Cell> 
     ]
 }
 
-/// The first and the last sample.
 fn ends(curve: &Curve) -> [&Sample; 2] {
     [curve.samples.first(), curve.samples.last()].map(|sample| sample.expect("a curve has samples"))
 }
 
-/// The quantity with its unit.
-pub(super) fn titled(response: &Response) -> String {
+fn titled(response: &Response) -> String {
     match response.quantity.unit() {
         "" => response.quantity.to_string(),
         unit => format!("{} ({unit})", response.quantity),
@@ -246,11 +223,7 @@ pub(super) fn titled(response: &Response) -> String {
 }
 
 /// A plot for each quantity that there is.
-pub(super) fn chart(
-    caption: figure::Caption,
-    sensitivity: &Sensitivity,
-    responses: &[Response],
-) -> figure::Sensitivity {
+fn chart(caption: figure::Caption, sensitivity: &Sensitivity, responses: &[Response]) -> figure::Sensitivity {
     let answered = responses.iter().filter(|response| response.value.is_ok());
     let plot = |response: &Response| figure::Quantity {
         name: titled(response),

@@ -46,7 +46,6 @@ struct TurnAnswer {
     shortest: Option<Shortest>,
 }
 
-/// What `--shortest` adds.
 #[derive(Serialize)]
 struct Shortest {
     /// Radius at which the S begins and ends.
@@ -73,7 +72,6 @@ struct Touch {
     point_m: [f64; 2],
 }
 
-/// A handle that is faster than it may be.
 #[derive(Serialize)]
 struct TooFast {
     ratio: f64,

@@ -17,8 +17,6 @@ use crate::system::stop::is_hangup_ignored;
 /// Keys that may wait while the screen is drawn; more of them stay with the terminal.
 const INPUT_ROOM: usize = 64;
 
-/// Something has happened.
-#[derive(Debug)]
 pub(super) enum WatchEvent {
     /// A key was hit, or the terminal has another size.
     Input(Input),
@@ -50,7 +48,7 @@ pub(super) struct Mailbox {
 struct Mail {
     inputs: VecDeque<Input>,
     /// The last of the signals that suspend and continue: each undoes the other.
-    job: Option<Job>,
+    suspends: Option<bool>,
     /// Since when the end is asked for.
     end: Option<Instant>,
     failure: Option<io::Error>,
@@ -59,22 +57,18 @@ struct Mail {
     is_closed: bool,
 }
 
-#[derive(Clone, Copy, Debug)]
-enum Job {
-    Suspend,
-    Continue,
-}
-
 impl Mailbox {
-    /// Waits for what has happened.
     pub(super) fn take(&self) -> WatchEvent {
-        let waiting = self.changed.wait_while(self.mail(), |mail| !mail.has_any());
-        let event = waiting.unwrap_or_else(PoisonError::into_inner).next();
-        self.changed.notify_all();
-        event.expect("there is something to take")
+        let mut mail = self.mail();
+        loop {
+            if let Some(event) = mail.next() {
+                self.changed.notify_all();
+                return event;
+            }
+            mail = self.changed.wait(mail).unwrap_or_else(PoisonError::into_inner);
+        }
     }
 
-    /// What has happened already.
     pub(super) fn take_waiting(&self) -> Option<WatchEvent> {
         let event = self.mail().next();
         self.changed.notify_all();
@@ -86,19 +80,16 @@ impl Mailbox {
         self.put(|mail| mail.snapshot = Some(Box::new(snapshot)));
     }
 
-    /// Says what became of a command.
     pub(super) fn answer(&self, reply: CommandOutcome) {
         self.put(|mail| mail.replies.push_back(reply));
     }
 
-    /// Suspends the process.
     pub(super) fn suspend(&self) {
-        self.put(|mail| mail.job = Some(Job::Suspend));
+        self.put(|mail| mail.suspends = Some(true));
     }
 
-    /// Says that the process goes on.
     pub(super) fn go_on(&self) {
-        self.put(|mail| mail.job = Some(Job::Continue));
+        self.put(|mail| mail.suspends = Some(false));
     }
 
     /// Asks for the end. Returns how long ago that was asked for first.
@@ -108,7 +99,6 @@ impl Mailbox {
         since
     }
 
-    /// Whether the end is asked for.
     pub(super) fn is_ending(&self) -> bool {
         self.mail().end.is_some()
     }
@@ -121,7 +111,6 @@ impl Mailbox {
         });
     }
 
-    /// The replies that nobody has taken.
     pub(super) fn replies(&self) -> VecDeque<CommandOutcome> {
         std::mem::take(&mut self.mail().replies)
     }
@@ -147,20 +136,11 @@ impl Mailbox {
 }
 
 impl Mail {
-    fn has_any(&self) -> bool {
-        !self.inputs.is_empty()
-            || self.job.is_some()
-            || self.end.is_some()
-            || self.failure.is_some()
-            || !self.replies.is_empty()
-            || self.snapshot.is_some()
-    }
-
     /// Keys come before the end, so that a hold is sent whose terminal is closed at once. The end stays.
     fn next(&mut self) -> Option<WatchEvent> {
         let input = self.inputs.pop_front().map(WatchEvent::Input);
         input
-            .or_else(|| self.job.take().map(WatchEvent::from))
+            .or_else(|| Some(if self.suspends.take()? { WatchEvent::Suspend } else { WatchEvent::Continue }))
             .or_else(|| self.end.map(|_| WatchEvent::End))
             .or_else(|| self.failure.take().map(WatchEvent::Failed))
             .or_else(|| self.replies.pop_front().map(WatchEvent::Outcome))
@@ -168,17 +148,7 @@ impl Mail {
     }
 }
 
-impl From<Job> for WatchEvent {
-    fn from(job: Job) -> Self {
-        match job {
-            Job::Suspend => Self::Suspend,
-            Job::Continue => Self::Continue,
-        }
-    }
-}
-
 /// Ends the watch with the thread that holds this, also where that panics.
-#[derive(Debug)]
 pub(super) struct EndsWith(pub(super) Arc<Mailbox>);
 
 impl Drop for EndsWith {

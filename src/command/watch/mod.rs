@@ -73,7 +73,6 @@ struct WatchSession {
 }
 
 impl WatchSession {
-    /// Draws whatever changes, until the end is asked for.
     fn follow(&mut self, mailbox: &Mailbox) -> anyhow::Result<()> {
         self.display.draw(|frame| draw(frame, &self.snapshot, &self.screen))?;
         while self.take(mailbox.take())? {
@@ -126,8 +125,6 @@ impl WatchSession {
 /// After so long the one who has left is told what is waited for.
 const MOMENT: Duration = Duration::from_millis(300);
 
-/// Submits commands to a queue, and puts the answers into the mailbox.
-#[derive(Debug)]
 struct CommandSender {
     commands: CommandQueue,
     mailbox: Arc<Mailbox>,
@@ -141,7 +138,6 @@ impl CommandSender {
         })
     }
 
-    /// Sends a command.
     fn send(&self, request: Request) {
         let mailbox = Arc::clone(&self.mailbox);
         self.commands.submit(request, move |outcome| mailbox.answer(CommandOutcome::to(request, outcome)));
