@@ -27,7 +27,7 @@ pub struct FrameStatistics {
 }
 
 /// Counts them.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct FrameCounter {
     statistics: FrameStatistics,
     /// Of the second in progress.
@@ -40,13 +40,7 @@ pub(super) struct FrameCounter {
 
 impl FrameCounter {
     pub(super) fn new(now_ns: u64) -> Self {
-        Self {
-            statistics: FrameStatistics::default(),
-            recent: TimeHistogram::default(),
-            recent_frames: 0,
-            has_ended: false,
-            begun_ns: now_ns,
-        }
+        Self { begun_ns: now_ns, ..Self::default() }
     }
 
     /// Counts a frame that is read now.

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use bench_dragon_ipc::{BusError, Description, Domain, Frame, FrameSubscriber, ShowState, SourceLock, Status};
+use bench_dragon_ipc::{
+    BusError, Description, Domain, Frame, FrameHeader, FrameSubscriber, ShowState, SourceLock, Status,
+};
 
 use super::current_run::CurrentRun;
 use super::frame_statistics::FrameCounter;
@@ -19,7 +21,7 @@ const SOURCE_PERIOD_NS: u64 = 100_000_000;
 const MOST_FRAMES: usize = 1_000;
 
 /// The last snapshot, which each reading brings up to date, and what the next ones need.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct ObserverState {
     /// Without what depends on the run and on the status: [`ObserverState::snapshot`] adds that.
     seen: Snapshot,
@@ -39,17 +41,7 @@ pub(super) struct ObserverState {
 
 impl ObserverState {
     pub(super) fn new(now_ns: u64, plans: bool) -> Self {
-        Self {
-            seen: Snapshot::default(),
-            newest: None,
-            run: None,
-            description: None,
-            unreadable_run: None,
-            status: None,
-            counter: FrameCounter::new(now_ns),
-            source_asked_ns: 0,
-            plans,
-        }
+        Self { counter: FrameCounter::new(now_ns), plans, ..Self::default() }
     }
 
     /// Waits for a frame, and counts it and all that are there by then.
@@ -127,7 +119,7 @@ impl ObserverState {
 
     /// Whether the run of the newest frame has ended in order: that frame says so, or the last status.
     fn has_ended(&self) -> bool {
-        let frame = self.seen.header().and_then(|header| header.show_state());
+        let frame = self.seen.header().and_then(FrameHeader::show_state);
         let status = self.current_status().and_then(|status| status.show_state());
         [frame, status].contains(&Some(ShowState::Ended))
     }
@@ -206,8 +198,6 @@ impl ObserverState {
 
 #[cfg(test)]
 mod tests {
-    use bench_dragon_ipc::FrameHeader;
-
     use super::super::ShowForecast;
     use super::*;
     use crate::config::Overrides;

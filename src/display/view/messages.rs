@@ -1,170 +1,155 @@
 //! The messages between the view and its page, as text: JSON with a `type` to the page, acknowledgements and commands from it.
 
 use bench_dragon_geometry::planner::ClosestApproach;
-use bench_dragon_ipc::{Alert, CommandEvent, Request};
+use bench_dragon_ipc::{Alert, CommandEvent, Request, Status, Stops};
 use glam::DVec2;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
+use serde_json::{Value, json};
 
-use crate::display::observe::{DescribedRun, Numbered, PlannedClearance};
+use crate::display::observe::{Controls, DescribedRun, Numbered, PlannedClearance, Snapshot, SourcePresence, lamps};
+use crate::output::histogram::Percentiles;
 use crate::output::report::CommandWords;
 
-/// What stays the same through a run. Metres, seconds.
-#[derive(Debug, Serialize)]
-#[serde(tag = "type", rename = "run")]
-pub(super) struct RunMessage {
-    run_id: u64,
-    benches: usize,
-    head_length_m: f64,
-    body_length_m: f64,
-    width_m: f64,
-    hole_offset_m: f64,
-    start_s: f64,
-    /// The latest show time that may be sought: with ramps the run ends later.
-    end_s: f64,
-    near_m: f64,
-    margin_m: f64,
-    guarded: bool,
-    planned_speed_mps: f64,
-    rate_hz: u32,
-    /// The route from point to point: x, y, x, y, …, to a millimetre.
-    route: Vec<f64>,
-}
+/// The name of a kind or a state that only a newer source knows.
+const UNKNOWN: &str = "unknown";
 
-impl From<&DescribedRun> for RunMessage {
-    fn from(run: &DescribedRun) -> Self {
-        let config = &run.config;
-        let dimensions = config.dragon().dimensions();
-        Self {
-            run_id: run.run_id,
-            benches: dimensions.benches(),
-            head_length_m: dimensions.head_length_m(),
-            body_length_m: dimensions.body_length_m(),
-            width_m: dimensions.width_m(),
-            hole_offset_m: dimensions.hole_offset_m(),
-            start_s: config.start_s(),
-            end_s: config.last_seek_s(),
-            near_m: config.near_m(),
-            margin_m: config.margin_m(),
-            guarded: config.is_guarded(),
-            planned_speed_mps: config.head_speed_mps(),
-            rate_hz: config.rate_hz(),
-            route: run.route.iter().flat_map(DVec2::to_array).map(to_millimetres).collect(),
-        }
-    }
-}
-
-fn to_millimetres(value_m: f64) -> f64 {
-    (value_m * 1e3).round() / 1e3
+/// What stays the same through a run, once a run. Metres, seconds.
+pub(super) fn run_message(run: &DescribedRun) -> Value {
+    let config = &run.config;
+    let dimensions = config.dragon().dimensions();
+    json!({
+        "type": "run",
+        "run_id": run.run_id,
+        "benches": dimensions.benches(),
+        "head_length_m": dimensions.head_length_m(),
+        "body_length_m": dimensions.body_length_m(),
+        "width_m": dimensions.width_m(),
+        "hole_offset_m": dimensions.hole_offset_m(),
+        "start_s": config.start_s(),
+        // The latest show time that may be sought: with ramps the run ends later.
+        "end_s": config.last_seek_s(),
+        "near_m": config.near_m(),
+        "margin_m": config.margin_m(),
+        "guarded": config.is_guarded(),
+        "planned_speed_mps": config.head_speed_mps(),
+        "rate_hz": config.rate_hz(),
+        // From point to point: x, y, x, y, …, to a millimetre.
+        "route": run.route.iter().flat_map(DVec2::to_array).map(|value_m| (value_m * 1e3).round() / 1e3).collect::<Vec<_>>(),
+    })
 }
 
 /// What lies ahead in a whole run: some 15 kB, 40 at most. Metres.
-#[derive(Debug, Serialize)]
-#[serde(tag = "type", rename = "plan")]
-pub(super) struct PlanMessage {
-    run_id: u64,
-    /// Whether everything that is to be found out has been.
-    is_complete: bool,
-    /// Travel and least clearance, travel and least clearance, …, in order of travel, to a micrometre.
-    curve: Vec<f64>,
-    near_misses: Vec<NearMissReport>,
-    /// Near misses that are left out, none of them nearer than those that are here.
-    near_misses_dropped: usize,
-    contact: Option<ContactReport>,
-}
-
-#[derive(Debug, Serialize)]
-struct NearMissReport {
-    travel_m: f64,
-    clearance_m: f64,
-    benches: [usize; 2],
-}
-
-#[derive(Debug, Serialize)]
-struct ContactReport {
-    travel_m: f64,
-    benches: [usize; 2],
-}
-
-impl PlanMessage {
-    /// The plan of a run.
-    pub(super) fn of(run_id: u64, plan: &PlannedClearance) -> Self {
-        let near_miss = |&ClosestApproach { travel_m, pair }: &ClosestApproach| NearMissReport {
-            travel_m,
-            clearance_m: pair.clearance_m,
-            benches: pair.benches,
-        };
-        Self {
-            run_id,
-            is_complete: plan.is_complete,
-            curve: plan.curve().iter().flat_map(|point| [point.travel_m, point.pair.clearance_m]).map(round).collect(),
-            near_misses: plan.near_misses.iter().map(near_miss).collect(),
-            near_misses_dropped: plan.near_misses_dropped,
-            contact: plan.contact.map(|contact| ContactReport { travel_m: contact.travel_m, benches: contact.benches }),
-        }
-    }
-}
-
-fn round(value_m: f64) -> f64 {
-    (value_m * 1e6).round() / 1e6
+pub(super) fn plan_message(run_id: u64, plan: &PlannedClearance) -> Value {
+    let near_miss = |ClosestApproach { travel_m, pair }: &ClosestApproach| json!({ "travel_m": travel_m, "clearance_m": pair.clearance_m, "benches": pair.benches });
+    let curve = plan.curve().into_iter().flat_map(|point| [point.travel_m, point.pair.clearance_m]);
+    json!({
+        "type": "plan",
+        "run_id": run_id,
+        "is_complete": plan.is_complete,
+        // Travel and least clearance, travel and least clearance, …, in order of travel, to a micrometre.
+        "curve": curve.map(|value_m| (value_m * 1e6).round() / 1e6).collect::<Vec<_>>(),
+        "near_misses": plan.near_misses.iter().map(near_miss).collect::<Vec<_>>(),
+        // Near misses that are left out, none of them nearer than those that are here.
+        "near_misses_dropped": plan.near_misses_dropped,
+        "contact": plan.contact.map(|contact| json!({ "travel_m": contact.travel_m, "benches": contact.benches })),
+    })
 }
 
 /// An alert and its number. Metres, seconds of show time.
-#[derive(Debug, Serialize)]
-#[serde(tag = "type", rename = "alert")]
-pub(super) struct AlertMessage {
-    number: u64,
-    run_id: u64,
-    kind: &'static str,
-    time_s: f64,
-    benches: Option<[u32; 2]>,
-    clearance_m: Option<f64>,
-    point_m: Option<[f64; 2]>,
-    forecast_s: Option<f64>,
+pub(super) fn alert_message(Numbered { number, event: alert }: &Numbered<Alert>) -> Value {
+    let benches = alert.pair();
+    json!({
+        "type": "alert",
+        "number": number,
+        "run_id": alert.run_id,
+        "kind": alert.alert_kind().map_or(UNKNOWN, |kind| kind.name()),
+        "time_s": alert.sim_time_ns as f64 * 1e-9,
+        "benches": benches,
+        "clearance_m": benches.map(|_| alert.clearance_m),
+        "point_m": benches.map(|_| alert.point_m),
+        "forecast_s": alert.forecast(),
+    })
 }
 
-impl From<&Numbered<Alert>> for AlertMessage {
-    fn from(Numbered { number, event: alert }: &Numbered<Alert>) -> Self {
-        let benches = alert.pair();
-        Self {
-            number: *number,
-            run_id: alert.run_id,
-            kind: alert.alert_kind().map_or("unknown", |kind| kind.name()),
-            time_s: alert.sim_time_ns as f64 * 1e-9,
-            benches,
-            clearance_m: benches.map(|_| alert.clearance_m),
-            point_m: benches.map(|_| alert.point_m),
-            forecast_s: alert.forecast(),
-        }
+/// A command, its sender, its time and its outcome.
+pub(super) fn command_message(Numbered { number, event }: &Numbered<CommandEvent>) -> Value {
+    let mut message = json!(CommandWords::from(event));
+    for (key, value) in [
+        ("type", json!("command")),
+        ("number", json!(number)),
+        ("run_id", json!(event.run_id)),
+        // From this tick on an accepted command holds; at this one a refused command came.
+        ("tick", json!(event.tick)),
+        ("time_s", json!(event.sim_time_ns as f64 * 1e-9)),
+        // Of the sender; 0 where it is not known.
+        ("pid", json!(event.pid)),
+    ] {
+        message[key] = value;
     }
+    message
 }
 
-/// Who did what, when, and what became of it.
-#[derive(Debug, Serialize)]
-#[serde(tag = "type", rename = "command")]
-pub(super) struct CommandMessage {
-    number: u64,
-    run_id: u64,
-    /// Tick from which an accepted command holds; at which it was refused otherwise.
-    tick: u64,
-    /// Show time then, in seconds.
-    time_s: f64,
-    /// Process id of the sender; 0 where it is not known.
-    pid: u32,
-    #[serde(flatten)]
-    words: CommandWords,
+/// Everything but the dragon at an instant, in nanoseconds of `CLOCK_MONOTONIC`; the chart as far as it has changed since a revision.
+pub(super) fn status_message(snapshot: &Snapshot, chart_revision: u64, now_ns: u64) -> Value {
+    let (presence, statistics) = (snapshot.presence_at(now_ns), &snapshot.statistics);
+    let reason = if let SourcePresence::Failed { reason } = &presence { Some(reason) } else { None };
+    let chart = snapshot.chart.as_ref().map(|chart| {
+        json!({
+            "start_s": chart.start_s(),
+            "step_s": chart.step_s(),
+            "bins": chart.least_m().len(),
+            "changed": chart.since(chart_revision).collect::<Vec<_>>(),
+        })
+    });
+    json!({
+        "type": "status",
+        "link": { "state": presence.name(), "age_s": presence.age_s(), "reason": reason },
+        "traffic": {
+            "rate_hz": statistics.rate_hz,
+            "frames": statistics.frames,
+            "lost": statistics.lost,
+            "restarts": statistics.restarts,
+            "latency_us": Percentiles::from(&*statistics.recent_latency),
+        },
+        "server": snapshot.status.as_deref().map(server_status),
+        "outlook": snapshot.forecast,
+        "guard": snapshot.guard,
+        "lamps": lamps(snapshot, now_ns),
+        // Why each command would be refused.
+        "refusals": Controls::of(snapshot),
+        "clock": snapshot.clock,
+        "least": snapshot.least,
+        "chart": chart,
+    })
 }
 
-impl From<&Numbered<CommandEvent>> for CommandMessage {
-    fn from(Numbered { number, event }: &Numbered<CommandEvent>) -> Self {
-        Self {
-            number: *number,
-            run_id: event.run_id,
-            tick: event.tick,
-            time_s: event.sim_time_ns as f64 * 1e-9,
-            pid: event.pid,
-            words: event.into(),
-        }
-    }
+fn server_status(status: &Status) -> Value {
+    json!({
+        // The tick that the rest is of.
+        "tick": status.tick,
+        "rate_hz": status.rate_hz,
+        "overruns": status.overruns,
+        "behind_s": status.behind_ns as f64 * 1e-9,
+        "lateness_us": Percentiles::from(&status.lateness),
+        "tick_us": Percentiles::from(&status.tick_time),
+        "source": status.source_kind().map_or(UNKNOWN, |kind| kind.name()),
+        "timecode": status.timecode_state().map_or(UNKNOWN, |state| state.name()),
+        "stops": stop_names(status.stops()),
+    })
+}
+
+/// The stops that hold, by their names.
+fn stop_names(stops: Stops) -> Vec<&'static str> {
+    let Stops { paused, held, guard_limit, timecode, ending, run_end } = stops;
+    let named = [
+        (paused, "paused"),
+        (held, "held"),
+        (guard_limit, "guard_limit"),
+        (timecode, "timecode"),
+        (ending, "ending"),
+        (run_end, "run_end"),
+    ];
+    named.into_iter().filter_map(|(holds, name)| holds.then_some(name)).collect()
 }
 
 #[derive(Deserialize)]
@@ -219,12 +204,12 @@ mod tests {
         let command = Command { sender: Sender::Ctl.to_wire(), pid: 12, ..seek };
         let refused = CommandReply::refused(3, 41, Refusal::OutOfRange { lowest: 0.0, highest: 442.5 });
         let event = CommandEvent { run_id: 3, ..CommandEvent::answered(&command, &refused) };
-        let json = serde_json::to_value(CommandMessage::from(&Numbered { number: 9, event })).expect("JSON");
+        let json = command_message(&Numbered { number: 9, event });
         assert_eq!([&json["type"], &json["sender"], &json["action"]], ["command", "ctl", "seek 500 s"]);
         assert_eq!([&json["number"], &json["tick"], &json["pid"]], [9, 41, 12]);
         assert!(json["accepted"] == false && json["reason"].as_str().is_some_and(|reason| reason.contains("442.5")));
         let hold = CommandEvent::answered(&Request::Hold.to_wire(), &CommandReply::accepted(3, 42));
-        let json = serde_json::to_value(CommandMessage::from(&Numbered { number: 10, event: hold })).expect("JSON");
+        let json = command_message(&Numbered { number: 10, event: hold });
         assert!(json["action"] == "hold" && json["accepted"] == true && json["reason"].is_null(), "{json}");
     }
 
@@ -265,5 +250,23 @@ mod tests {
         ] {
             assert!(read_command(body.as_bytes()).is_err(), "{body}");
         }
+    }
+
+    #[test]
+    fn a_snapshot_of_nothing_says_that_nothing_is_known() {
+        let text = status_message(&Snapshot::default(), 0, 0);
+        assert_eq!(text["type"], "status");
+        assert_eq!(text["link"]["state"], "waiting");
+        assert_eq!(text["outlook"]["kind"], "unknown");
+        assert!(["server", "least", "chart"].iter().all(|key| text[key].is_null()), "{text}");
+    }
+
+    #[test]
+    fn a_page_shows_that_the_observer_stands_still() {
+        let snapshot = Snapshot { presence: SourcePresence::Live, ..Snapshot::empty(5_000_000_000) };
+        let presence_at = |now_ns| status_message(&snapshot, 0, now_ns)["link"].clone();
+        assert_eq!(presence_at(5_900_000_000)["state"], "live");
+        let stale = presence_at(6_100_000_000);
+        assert_eq!((&stale["state"], &stale["reason"]), (&"failed".into(), &"the view's observer stands still".into()));
     }
 }

@@ -14,7 +14,6 @@ mod assets;
 mod frame_message;
 mod messages;
 mod page_stream;
-mod status_message;
 
 use std::io;
 use std::net::IpAddr;
@@ -31,7 +30,7 @@ use axum::middleware::{self, Next};
 use axum::response::Response;
 use axum::routing::{any, get, post};
 use bench_dragon_ipc::{BusError, Domain, Request, Sender};
-use serde::Serialize;
+use serde_json::json;
 use tokio::sync::{Semaphore, oneshot, watch};
 use tokio::time::timeout;
 
@@ -41,7 +40,7 @@ use self::messages::read_command;
 use self::page_stream::{MAX_MESSAGE_BYTES, NumberedSnapshot, PageStream};
 use super::metrics;
 use super::observe::Snapshot;
-use super::web::{Connection, json, refuse, text};
+use super::web::{Connection, json_reply, refuse, text};
 use crate::command_queue::{CommandQueue, CommandQueueError, HOLD_PATIENCE};
 
 pub use self::access::{Token, TokenError};
@@ -79,27 +78,6 @@ struct Inner {
     closing: watch::Sender<bool>,
     /// A permit for each stream that may be open.
     viewers: Arc<Semaphore>,
-}
-
-/// What a page has to know before it connects.
-#[derive(Serialize)]
-struct AccessReport<'a> {
-    version: &'static str,
-    instance: &'a str,
-    read_only: bool,
-    may_view: bool,
-    may_control: bool,
-    viewers: usize,
-    max_viewers: usize,
-}
-
-/// The server's reply to a command.
-#[derive(Serialize)]
-struct ReplyReport {
-    accepted: bool,
-    tick: u64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    reason: Option<String>,
 }
 
 impl View {
@@ -200,16 +178,16 @@ async fn keep_operator(State(view): State<View>, request: HttpRequest, next: Nex
 
 async fn report_access(State(View(view)): State<View>, headers: HeaderMap) -> Response {
     let Rights { may_view, may_control } = view.access.rights(&headers);
-    let report = AccessReport {
-        version: env!("CARGO_PKG_VERSION"),
-        instance: if may_view { &view.instance } else { "" },
-        read_only: view.access.is_read_only(),
-        may_view,
-        may_control,
-        viewers: MAX_VIEWERS - view.viewers.available_permits(),
-        max_viewers: MAX_VIEWERS,
-    };
-    let mut response = json(StatusCode::OK, &report);
+    let report = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "instance": if may_view { &view.instance } else { "" },
+        "read_only": view.access.is_read_only(),
+        "may_view": may_view,
+        "may_control": may_control,
+        "viewers": MAX_VIEWERS - view.viewers.available_permits(),
+        "max_viewers": MAX_VIEWERS,
+    });
+    let mut response = json_reply(StatusCode::OK, &report);
     response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-store"));
     response
 }
@@ -263,8 +241,11 @@ async fn take_command(State(view): State<View>, request: HttpRequest) -> Respons
     view.0.commands.submit(request, move |outcome| drop(answer.send(outcome)));
     match answered.await.expect("the queue answers each command") {
         Ok(reply) => {
-            let reason = reply.outcome().err().map(|refusal| refusal.explain(&request));
-            json(StatusCode::OK, &ReplyReport { accepted: reason.is_none(), tick: reply.tick, reason })
+            let mut report = json!({ "accepted": reply.outcome().is_ok(), "tick": reply.tick });
+            if let Err(refusal) = reply.outcome() {
+                report["reason"] = refusal.explain(&request).into();
+            }
+            json_reply(StatusCode::OK, &report)
         }
         Err(error) => refuse(status_of(&error), &error.to_string()),
     }

@@ -7,13 +7,12 @@ use std::time::Duration;
 
 use axum::body::Bytes;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
-use serde::Serialize;
+use serde_json::Value;
 use tokio::sync::{OwnedSemaphorePermit, watch};
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
 use super::frame_message::encode_frame;
-use super::messages::{AlertMessage, CommandMessage, PlanMessage, RunMessage, read_ack};
-use super::status_message::StatusMessage;
+use super::messages::{alert_message, command_message, plan_message, read_ack, run_message, status_message};
 use crate::display::observe::{DescribedRun, FrameCopy, PlannedClearance, Snapshot};
 use crate::display::web::closed;
 use crate::system::clock::monotonic_ns;
@@ -51,14 +50,6 @@ struct SentState {
     plan: Option<Arc<PlannedClearance>>,
     next_alert: u64,
     next_command: u64,
-}
-
-/// What a stream waits for.
-enum StreamEvent {
-    Message(Option<Result<Message, axum::Error>>),
-    StatusDue,
-    Snapshot,
-    Ended,
 }
 
 /// Why a stream ends.
@@ -104,18 +95,12 @@ impl PageStream {
         status_due.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             let has_room = self.unacknowledged.len() < MAX_UNACKNOWLEDGED;
-            let event = tokio::select! {
-                message = self.socket.recv() => StreamEvent::Message(message),
-                () = closed(&mut self.closing) => StreamEvent::Ended,
-                _ = status_due.tick() => StreamEvent::StatusDue,
-                changed = self.snapshots.changed(), if has_room => changed.map_or(StreamEvent::Ended, |()| StreamEvent::Snapshot),
-            };
-            match event {
-                StreamEvent::Message(message) => self.take(message)?,
-                StreamEvent::StatusDue => self.send_status().await?,
-                StreamEvent::Snapshot => self.send_frame().await?,
-                StreamEvent::Ended => {
-                    // The last word of a show comes with its end.
+            tokio::select! {
+                message = self.socket.recv() => self.take(message)?,
+                _ = status_due.tick() => self.send_status().await?,
+                Ok(()) = self.snapshots.changed(), if has_room => self.send_frame().await?,
+                () = closed(&mut self.closing) => {
+                    // The last status of a show comes with its end.
                     self.send_status().await?;
                     return Err(ENDED);
                 }
@@ -171,7 +156,7 @@ impl PageStream {
             return Ok(());
         }
         self.sent.plan = Some(Arc::clone(plan));
-        self.send_json(&PlanMessage::of(run.run_id, plan)).await
+        self.send_json(&plan_message(run.run_id, plan)).await
     }
 
     /// Sends how it goes, and the alerts that are new.
@@ -181,7 +166,7 @@ impl PageStream {
         }
         let newest = Arc::clone(&self.snapshots.borrow());
         self.send_run(&newest).await?;
-        self.send_json(&StatusMessage::of(&newest.snapshot, self.sent.chart_revision, monotonic_ns())).await?;
+        self.send_json(&status_message(&newest.snapshot, self.sent.chart_revision, monotonic_ns())).await?;
         self.sent.chart_revision = newest.snapshot.chart.as_ref().map_or(0, |chart| chart.revisions());
         self.send_alerts(&newest).await
     }
@@ -189,7 +174,7 @@ impl PageStream {
     /// Sends the alerts that are new.
     async fn send_alerts(&mut self, newest: &NumberedSnapshot) -> Result<(), StreamEnd> {
         for alert in newest.snapshot.alerts.log.since(self.sent.next_alert) {
-            self.send_json(&AlertMessage::from(alert)).await?;
+            self.send_json(&alert_message(alert)).await?;
         }
         self.sent.next_alert = newest.snapshot.alerts.log.total();
         Ok(())
@@ -198,7 +183,7 @@ impl PageStream {
     /// Sends the commands that are new.
     async fn send_commands(&mut self, newest: &NumberedSnapshot) -> Result<(), StreamEnd> {
         for command in newest.snapshot.commands.log.since(self.sent.next_command) {
-            self.send_json(&CommandMessage::from(command)).await?;
+            self.send_json(&command_message(command)).await?;
         }
         self.sent.next_command = newest.snapshot.commands.log.total();
         Ok(())
@@ -213,12 +198,11 @@ impl PageStream {
         self.sent.run = Some(Arc::clone(run));
         self.sent.chart_revision = 0;
         self.sent.plan = None;
-        self.send_json(&RunMessage::from(&**run)).await
+        self.send_json(&run_message(run)).await
     }
 
-    async fn send_json(&mut self, value: &impl Serialize) -> Result<(), StreamEnd> {
-        let text = serde_json::to_string(value).expect("a message has no keys but strings");
-        self.send(Message::Text(text.into())).await
+    async fn send_json(&mut self, value: &Value) -> Result<(), StreamEnd> {
+        self.send(Message::Text(value.to_string().into())).await
     }
 
     async fn send(&mut self, message: Message) -> Result<(), StreamEnd> {

@@ -106,3 +106,39 @@ impl AlertFilter {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use bench_dragon_ipc::ShowState;
+
+    use super::*;
+    use crate::display::watch::sample::{drawn, rows, screen_after, snapshot, text_after};
+    use crate::safety::monitor::run_alert;
+
+    #[test]
+    fn alerts_are_filtered_by_their_kind() {
+        let snapshot = snapshot(ShowState::Running, 300.0);
+        let near = |keys| text_after(keys, &snapshot).contains("near      0-11");
+        assert_eq!(["", "k", "kk", "kkk", "kkkkkkk"].map(near), [true, false, false, true, true]);
+        let without = text_after("k", &snapshot);
+        assert!(without.contains("2 alerts, without near") && without.contains("restarted"), "{without}");
+    }
+
+    #[test]
+    fn alerts_of_earlier_runs_are_told_apart() {
+        let mut snapshot = snapshot(ShowState::Running, 300.0);
+        let mut copy = (**snapshot.frame.as_ref().expect("a frame")).clone();
+        copy.header.run_id += 1;
+        let restarted = run_alert(&copy.header, AlertKind::Restarted);
+        snapshot.frame = Some(Arc::new(copy));
+        let strip = rows(&drawn(&snapshot, &screen_after(Look::default(), "", &snapshot), 40, 12)).join("\n");
+        assert!(strip.contains("near      0-11  earlier run"), "{strip}");
+        Arc::make_mut(&mut snapshot.alerts).push(restarted);
+        let text = text_after("", &snapshot);
+        let at = |told: &str| text.find(told).unwrap_or_else(|| panic!("{told} is missing in\n{text}"));
+        let order = ["3 alerts", "restarted", "earlier runs", "near  "].map(at);
+        assert!(order.is_sorted(), "{text}");
+    }
+}

@@ -18,7 +18,7 @@ use crate::display::observe::{ClearanceChart, Snapshot};
 /// The clearance of the whole run, from its start to its end, and below it where the head is and where benches touch.
 pub(super) fn draw_clearance(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
     let (Some(chart), true) = (&snapshot.chart, area.height > 1) else { return };
-    let look = screen.look();
+    let look = screen.look;
     let near_m = near_m(snapshot);
     let bars = columns(chart, area.width).map(|least_m| {
         let bar = SparklineBar::from(least_m.map(|least_m| (least_m.max(0.0) * 1e6) as u64 + 1));
@@ -45,20 +45,20 @@ fn columns(chart: &ClearanceChart, width: u16) -> impl Iterator<Item = Option<f6
 }
 
 fn timeline(chart: &ClearanceChart, width: u16, snapshot: &Snapshot, screen: &Screen) -> Line<'static> {
-    let look = screen.look();
+    let look = screen.look;
     let length_s = chart.step_s() * chart.least_m().len() as f64;
     let column = |time_s: f64| {
         let column = ((time_s - chart.start_s()) / length_s * f64::from(width)).floor();
         (0.0..f64::from(width)).contains(&column).then_some(column as usize)
     };
-    let [_, between, _] = look.glyphs.span();
+    let [_, between, _] = look.glyphs.signs().span;
     let mut cells = vec![Span::styled(between, look.theme.faint()); width.into()];
     if let Some(cell) = snapshot.forecast.contact_s().and_then(column).and_then(|at| cells.get_mut(at)) {
-        *cell = Span::styled(look.glyphs.cross(), look.theme.text(Tone::Danger));
+        *cell = Span::styled(look.glyphs.signs().cross, look.theme.text(Tone::Danger));
     }
     let now_s = snapshot.header().map(FrameHeader::sim_time_s);
     if let Some(cell) = now_s.and_then(column).and_then(|at| cells.get_mut(at)) {
-        *cell = Span::styled(look.glyphs.pointer(), strong());
+        *cell = Span::styled(look.glyphs.signs().pointer, strong());
     }
     Line::from(cells)
 }
@@ -68,7 +68,7 @@ pub(super) fn draw_lateness(frame: &mut Frame<'_>, area: Rect, screen: &Screen) 
     if area.is_empty() {
         return;
     }
-    let look = screen.look();
+    let look = screen.look;
     let seconds: Vec<u64> = screen.lateness.latest(area.width.into()).collect();
     let worst_ns = seconds.iter().copied().max().unwrap_or_default();
     let title = match seconds.len() {

@@ -36,7 +36,7 @@ pub fn draw(frame: &mut Frame<'_>, snapshot: &Snapshot, screen: &Screen) {
 }
 
 fn draw_panel(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
-    let look = screen.look();
+    let look = screen.look;
     let bar = area.height.checked_sub(CHARTED).map_or(0, |more| (1 + more / LINES_A_BAR).min(TALLEST));
     let (lines, rest) = cut_top(area, FACTS);
     frame.render_widget(Paragraph::new(panel::lines(snapshot, look)), lines);
@@ -51,8 +51,8 @@ fn draw_panel(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &S
 
 /// Where there is no room for a panel.
 fn draw_strip(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
-    let mut lines = panel::short_lines(snapshot, screen.look());
-    lines.extend(alerts::newest(snapshot, screen.look(), screen.alert_filter));
+    let mut lines = panel::short_lines(snapshot, screen.look);
+    lines.extend(alerts::newest(snapshot, screen.look, screen.alert_filter));
     frame.render_widget(Paragraph::new(lines), area);
 }
 
@@ -110,44 +110,17 @@ fn cut_bottom(area: Rect, rows: u16) -> (Rect, Rect) {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use bench_dragon_ipc::ShowState;
-    use ratatui::Terminal;
-    use ratatui::backend::TestBackend;
-    use ratatui::buffer::Buffer;
-    use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
     use ratatui::style::Color;
 
     use super::*;
-    use crate::display::observe::{GuardSituation, SourcePresence};
-    use crate::display::watch::sample::snapshot;
+    use crate::display::observe::SourcePresence;
+    use crate::display::watch::sample::{drawn, rows, screen_after, snapshot, text_after};
     use crate::display::watch::{Glyphs, Look, Theme};
 
     const GLYPHS: [Glyphs; 3] = [Glyphs::Braille, Glyphs::Blocks, Glyphs::Ascii];
-
-    fn screen(look: Look, keys: &str, snapshot: &Snapshot) -> Screen {
-        let mut screen = Screen::new("dragon", look, false);
-        screen.see(snapshot, 0);
-        for key in keys.chars() {
-            screen.press(KeyEvent::new(KeyCode::Char(key), KeyModifiers::NONE), snapshot, 0);
-        }
-        screen
-    }
-
-    fn drawn(snapshot: &Snapshot, screen: &Screen, width: u16, height: u16) -> Buffer {
-        let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("memory");
-        terminal.draw(|frame| draw(frame, snapshot, screen)).expect("memory takes it");
-        terminal.backend().buffer().clone()
-    }
-
-    fn rows(buffer: &Buffer) -> Vec<String> {
-        let width = usize::from(buffer.area.width);
-        let symbols = |row: &[ratatui::buffer::Cell]| row.iter().map(ratatui::buffer::Cell::symbol).collect();
-        buffer.content.chunks(width.max(1)).map(symbols).collect()
-    }
-
-    fn text(snapshot: &Snapshot, screen: &Screen, width: u16, height: u16) -> String {
-        rows(&drawn(snapshot, screen, width, height)).join("\n")
-    }
 
     fn presences() -> [SourcePresence; 5] {
         let age_ns = 3_200_000_000;
@@ -164,7 +137,7 @@ mod tests {
     #[test]
     fn a_screen_of_80_by_24_has_all_that_a_show_is_watched_for() {
         let snapshot = snapshot(ShowState::Running, 300.0);
-        let text = text(&snapshot, &screen(Look::default(), "", &snapshot), 80, 24);
+        let text = text_after("", &snapshot);
         for told in [
             "RUNNING",
             "t 300.000 s",
@@ -198,10 +171,10 @@ mod tests {
                 let snapshot = Snapshot { presence, ..snapshot_of_few() };
                 for (glyphs, keys) in GLYPHS.into_iter().zip(["s12", "?", "l"]) {
                     let look = Look { glyphs, theme: Theme::Coloured };
-                    drawn(&snapshot, &screen(look, keys, &snapshot), width, height);
+                    drawn(&snapshot, &screen_after(look, keys, &snapshot), width, height);
                 }
             }
-            drawn(&Snapshot::default(), &screen(Look::default(), "", &Snapshot::default()), width, height);
+            drawn(&Snapshot::default(), &screen_after(Look::default(), "", &Snapshot::default()), width, height);
         }
     }
 
@@ -210,7 +183,7 @@ mod tests {
         let mut snapshot = snapshot(ShowState::Running, 12.0);
         let mut copy = (**snapshot.frame.as_ref().expect("a frame")).clone();
         copy.handles.truncate(9);
-        snapshot.frame = Some(std::sync::Arc::new(copy));
+        snapshot.frame = Some(Arc::new(copy));
         snapshot.run = None;
         snapshot
     }
@@ -223,18 +196,10 @@ mod tests {
             .flat_map(|size| presences().into_iter().skip(1).zip(words).map(move |it| (size, it)))
         {
             let snapshot = Snapshot { presence, ..snapshot(ShowState::Running, 300.0) };
-            let rows = rows(&drawn(&snapshot, &screen(Look::default(), "", &snapshot), width, height));
+            let rows = rows(&drawn(&snapshot, &screen_after(Look::default(), "", &snapshot), width, height));
             assert!(rows[0].contains(word) && !rows[0].contains("RUNNING"), "{}", rows[0]);
             assert!(rows[1..].iter().any(|row| row.contains(word)), "{}", rows.join("\n"));
         }
-    }
-
-    #[test]
-    fn a_show_that_has_ended_in_order_is_not_lost() {
-        let snapshot =
-            Snapshot { presence: SourcePresence::Ended { age_ns: 1_000_000_000 }, ..snapshot(ShowState::Ended, 300.0) };
-        let text = text(&snapshot, &screen(Look::default(), "", &snapshot), 80, 24);
-        assert!(text.contains("ENDED") && !text.contains("LOST"), "{text}");
     }
 
     #[test]
@@ -243,7 +208,7 @@ mod tests {
         for presence in presences() {
             let snapshot = Snapshot { presence, ..snapshot(ShowState::Held, 300.0) };
             let [plain, coloured] =
-                [look, Look::default()].map(|look| drawn(&snapshot, &screen(look, "", &snapshot), 80, 24));
+                [look, Look::default()].map(|look| drawn(&snapshot, &screen_after(look, "", &snapshot), 80, 24));
             assert!(plain.content.iter().all(|cell| (cell.fg, cell.bg) == (Color::Reset, Color::Reset)));
             assert!(coloured.content.iter().any(|cell| cell.fg != Color::Reset));
             assert_eq!(rows(&plain), rows(&coloured));
@@ -256,111 +221,9 @@ mod tests {
         for keys in ["", "?", "l", "f", "s300"] {
             for presence in presences() {
                 let snapshot = Snapshot { presence, ..snapshot(ShowState::Paused, 300.0) };
-                let text = text(&snapshot, &screen(look, keys, &snapshot), 80, 24);
+                let text = rows(&drawn(&snapshot, &screen_after(look, keys, &snapshot), 80, 24)).join("\n");
                 assert!(text.is_ascii(), "{text}");
             }
-        }
-    }
-
-    #[test]
-    fn the_keys_of_a_screen_of_80_by_24_are_whole() {
-        let snapshot = snapshot(ShowState::Running, 300.0);
-        let rows = rows(&drawn(&snapshot, &screen(Look::default(), "", &snapshot), 80, 24));
-        let keys = "h hold  space pause  r release  ? help  q quit  + - v speed  s seek  f follow";
-        assert_eq!(rows[23].trim_end(), keys);
-    }
-
-    #[test]
-    fn the_guards_situations_have_a_word_each_and_for_good_is_not_said_under_timecode() {
-        let of = |guard| Snapshot { guard, ..snapshot(ShowState::Held, 300.0) };
-        let text = |guard| text(&of(guard), &screen(Look::default(), "", &of(guard)), 80, 24);
-        for (guard, words) in [
-            (GuardSituation::None, ["HELD", "in "]),
-            (GuardSituation::Waiting, ["GUARD WAITS", "waits for a grant"]),
-            (GuardSituation::Missing, ["NO GUARD", "guard missing"]),
-            (GuardSituation::AtEnd { for_good: true }, ["GUARD STOP", "for good"]),
-            (GuardSituation::AtEnd { for_good: false }, ["GUARD STOP", "until timecode moves"]),
-        ] {
-            let text = text(guard);
-            let words = if guard == GuardSituation::None { &words[..1] } else { &words[..] };
-            assert!(words.iter().all(|word| text.contains(word)), "{words:?} in\n{text}");
-            assert_eq!(text.contains("for good"), guard == GuardSituation::AtEnd { for_good: true }, "{text}");
-        }
-    }
-
-    #[test]
-    fn a_contact_that_has_passed_is_shown_on_every_screen_until_a_is_hit() {
-        let mut touching = snapshot(ShowState::Running, 300.0);
-        touching.nearest.as_mut().expect("a pair").clearance_m = -0.001;
-        let parted = snapshot(ShowState::Running, 301.0);
-        for (width, height) in [(80, 24), (60, 14), (40, 12)] {
-            let mut screen = screen(Look::default(), "", &touching);
-            screen.see(&parted, 0);
-            assert!(text(&parted, &screen, width, height).contains("CONTACT 0-21 at 300.000 s"), "{width} by {height}");
-            screen.press(KeyEvent::new(KeyCode::Char('a'), KeyModifiers::NONE), &parted, 0);
-            assert!(!text(&parted, &screen, width, height).contains("CONTACT"), "{width} by {height}");
-        }
-    }
-
-    #[test]
-    fn alerts_are_filtered_by_their_kind() {
-        let snapshot = snapshot(ShowState::Running, 300.0);
-        let near = |keys| text(&snapshot, &screen(Look::default(), keys, &snapshot), 80, 24).contains("near      0-11");
-        assert_eq!(["", "k", "kk", "kkk", "kkkkkkk"].map(near), [true, false, false, true, true]);
-        let without = text(&snapshot, &screen(Look::default(), "k", &snapshot), 80, 24);
-        assert!(without.contains("2 alerts, without near") && without.contains("restarted"), "{without}");
-    }
-
-    #[test]
-    fn all_lamps_are_listed_over_the_plan() {
-        let snapshot = snapshot(ShowState::Running, 300.0);
-        let text = text(&snapshot, &screen(Look::default(), "l", &snapshot), 80, 24);
-        for lamp in crate::display::observe::lamps(&snapshot, snapshot.seen_ns) {
-            let line = format!("{:<9} {}", lamp.name, lamp.text);
-            assert!(text.contains(&line), "{line} is missing in\n{text}");
-        }
-    }
-
-    #[test]
-    fn a_release_is_asked_for_where_replies_are() {
-        let snapshot = snapshot(ShowState::Held, 300.0);
-        let rows = rows(&drawn(&snapshot, &screen(Look::default(), "r", &snapshot), 80, 24));
-        assert_eq!(rows[22].trim_end(), "release the hold? r again");
-        assert_eq!(rows[23].trim_end(), "h hold  r release  esc leave");
-    }
-
-    #[test]
-    fn alerts_of_earlier_runs_are_told_apart() {
-        let mut snapshot = snapshot(ShowState::Running, 300.0);
-        let mut copy = (**snapshot.frame.as_ref().expect("a frame")).clone();
-        copy.header.run_id += 1;
-        let restarted = crate::safety::monitor::run_alert(&copy.header, bench_dragon_ipc::AlertKind::Restarted);
-        snapshot.frame = Some(std::sync::Arc::new(copy));
-        let strip = text(&snapshot, &screen(Look::default(), "", &snapshot), 40, 12);
-        assert!(strip.contains("near      0-11  earlier run"), "{strip}");
-        std::sync::Arc::make_mut(&mut snapshot.alerts).push(restarted);
-        let text = text(&snapshot, &screen(Look::default(), "", &snapshot), 80, 24);
-        let at = |told: &str| text.find(told).unwrap_or_else(|| panic!("{told} is missing in\n{text}"));
-        let order = ["3 alerts", "restarted", "earlier runs", "near  "].map(at);
-        assert!(order.is_sorted(), "{text}");
-    }
-
-    #[test]
-    fn the_head_stands_in_the_middle_of_a_plan_that_follows_it() {
-        for time_s in [0.0, 60.0, 300.0] {
-            let snapshot = snapshot(ShowState::Running, time_s);
-            let rows = rows(&drawn(&snapshot, &screen(Look::default(), "f", &snapshot), 80, 24));
-            let found: Vec<(usize, usize)> = rows
-                .iter()
-                .enumerate()
-                // Lamps have the same sign.
-                .filter(|(row, _)| *row != 1)
-                .filter_map(|(row, text)| {
-                    text.chars().position(|symbol| symbol == '\u{25cf}').map(|column| (column, row))
-                })
-                .collect();
-            let [(column, row)] = found[..] else { panic!("one head: {found:?} in\n{}", rows.join("\n")) };
-            assert!((23..=25).contains(&column) && (10..=12).contains(&row), "at column {column}, row {row}");
         }
     }
 

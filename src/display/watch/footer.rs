@@ -22,7 +22,7 @@ const GAP: usize = 2;
 /// Draws what is typed, with the cursor behind it, else what is asked, else the reply. A contact that has not been acknowledged
 /// comes before the reply where there are no lamps.
 pub(super) fn draw_reply(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
-    let look = screen.look();
+    let look = screen.look;
     if let Some(entry) = &screen.entry {
         let line = Line::styled(entry.line(), strong());
         let column = (line.width() as u16).min(area.width.saturating_sub(1));
@@ -39,10 +39,10 @@ pub(super) fn draw_reply(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
 
 /// Draws the keys, those that matter most first, and of each all or nothing. Help and the way out are always among them.
 pub(super) fn draw_keys(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
-    let look = screen.look();
+    let look = screen.look;
     let (space, controls) = (space_request(snapshot), Controls::of(snapshot));
     let confirmation = screen.confirmation.map_or(("", ""), |confirmation| confirmation.keys());
-    let keys: &[(&str, &str)] = match (screen.entry.is_some(), screen.confirmation.is_some(), screen.is_read_only()) {
+    let keys: &[(&str, &str)] = match (screen.entry.is_some(), screen.confirmation.is_some(), screen.read_only) {
         (true, _, _) => &[("h", "hold"), ("enter", "send"), ("esc", "leave")],
         (_, true, _) => &[("h", "hold"), confirmation, ("esc", "leave")],
         (_, _, true) => &[HELP, QUIT, ("f", "follow"), ("0", "all"), ("[ ]", "zoom")],
@@ -161,6 +161,9 @@ fn is_speed(request: Request) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bench_dragon_ipc::ShowState;
+
+    use crate::display::watch::sample::{rows_after, snapshot};
 
     #[test]
     fn keys_are_shown_whole_the_most_important_first_and_help_and_quit_always() {
@@ -172,5 +175,21 @@ mod tests {
         assert_eq!(shown("h hold  space pause  ? help  q quit".len()), "h space ? q");
         assert_eq!(shown("h hold  space pause  ? help  q quit".len() - 1), "h ? q");
         assert_eq!(shown(14), "? q");
+    }
+
+    #[test]
+    fn the_keys_of_a_screen_of_80_by_24_are_whole() {
+        let snapshot = snapshot(ShowState::Running, 300.0);
+        let rows = rows_after("", &snapshot);
+        let keys = "h hold  space pause  r release  ? help  q quit  + - v speed  s seek  f follow";
+        assert_eq!(rows[23].trim_end(), keys);
+    }
+
+    #[test]
+    fn a_release_is_asked_for_where_replies_are() {
+        let snapshot = snapshot(ShowState::Held, 300.0);
+        let rows = rows_after("r", &snapshot);
+        assert_eq!(rows[22].trim_end(), "release the hold? r again");
+        assert_eq!(rows[23].trim_end(), "h hold  r release  esc leave");
     }
 }

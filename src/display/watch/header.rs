@@ -13,7 +13,7 @@ use crate::display::observe::{GuardSituation, Lamp, LampLevel, Snapshot, SourceP
 
 /// Draws the first line.
 pub(super) fn draw_status(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
-    let look = screen.look();
+    let look = screen.look;
     let condition = Condition::of(snapshot);
     let sign = condition.sign(look.glyphs);
     let mut spans = vec![Span::styled(format!(" {sign} {:<8} ", condition.word), look.theme.block(condition.tone))];
@@ -22,16 +22,16 @@ pub(super) fn draw_status(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot
     if let Some(header) = snapshot.header() {
         spans.push(Span::styled(format!("  t {:.3} s", header.sim_time_s()), style));
         spans.push(Span::styled(format!("   {:.3} m/s", header.head_speed_mps), Style::new()));
-        spans.push(Span::raw(format!("   {} {}", look.glyphs.cross(), short(header.time_scale))));
+        spans.push(Span::raw(format!("   {} {}", look.glyphs.signs().cross, short(header.time_scale))));
     }
-    spans.push(Span::raw(format!("   {}", screen.instance())));
+    spans.push(Span::raw(format!("   {}", screen.instance)));
     let (name, tone) = match snapshot.status.as_ref().and_then(|status| status.source_kind()) {
         Some(SourceKind::Replay) if is_live => ("REPLAY", Tone::Caution),
         Some(SourceKind::Remote) if is_live => ("other host", condition.tone),
         _ => (snapshot.presence.name(), condition.tone),
     };
     spans.push(Span::styled(format!("   {name}"), look.theme.text(tone)));
-    if screen.is_read_only() {
+    if screen.read_only {
         spans.push(Span::styled("   read-only", look.theme.faint()));
     }
     frame.render_widget(Line::from(spans), area);
@@ -72,7 +72,7 @@ impl Condition {
 
     /// A sign that says the same.
     pub(super) fn sign(&self, glyphs: Glyphs) -> &'static str {
-        glyphs.signs()[self.sign]
+        glyphs.signs().states[self.sign]
     }
 }
 
@@ -84,7 +84,7 @@ fn by_guard(snapshot: &Snapshot) -> GuardSituation {
 
 /// Draws a contact that has not been acknowledged, then the lamps, the most urgent ones first, each whole or not at all.
 pub(super) fn draw_lamps(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
-    let (look, mut spans, mut room) = (screen.look(), Vec::new(), usize::from(area.width));
+    let (look, mut spans, mut room) = (screen.look, Vec::new(), usize::from(area.width));
     if let Some(contact) = &screen.past_contact {
         let text = format!(" {contact}, a to acknowledge ");
         room = room.saturating_sub(text.chars().count() + 1);
@@ -125,5 +125,37 @@ pub(super) fn lamp_sign(level: LampLevel, look: Look) -> (&'static str, Style) {
         LampLevel::Warning => look.theme.text(Tone::Caution),
         LampLevel::Danger => look.theme.text(Tone::Danger),
     };
-    (look.glyphs.lamps()[level as usize], style)
+    (look.glyphs.signs().lamps[level as usize], style)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::display::watch::sample::{snapshot, text_after};
+
+    #[test]
+    fn a_show_that_has_ended_in_order_is_not_lost() {
+        let snapshot =
+            Snapshot { presence: SourcePresence::Ended { age_ns: 1_000_000_000 }, ..snapshot(ShowState::Ended, 300.0) };
+        let text = text_after("", &snapshot);
+        assert!(text.contains("ENDED") && !text.contains("LOST"), "{text}");
+    }
+
+    #[test]
+    fn the_guards_situations_have_a_word_each_and_for_good_is_not_said_under_timecode() {
+        let of = |guard| Snapshot { guard, ..snapshot(ShowState::Held, 300.0) };
+        let text = |guard| text_after("", &of(guard));
+        for (guard, words) in [
+            (GuardSituation::None, ["HELD", "in "]),
+            (GuardSituation::Waiting, ["GUARD WAITS", "waits for a grant"]),
+            (GuardSituation::Missing, ["NO GUARD", "guard missing"]),
+            (GuardSituation::AtEnd { for_good: true }, ["GUARD STOP", "for good"]),
+            (GuardSituation::AtEnd { for_good: false }, ["GUARD STOP", "until timecode moves"]),
+        ] {
+            let text = text(guard);
+            let words = if guard == GuardSituation::None { &words[..1] } else { &words[..] };
+            assert!(words.iter().all(|word| text.contains(word)), "{words:?} in\n{text}");
+            assert_eq!(text.contains("for good"), guard == GuardSituation::AtEnd { for_good: true }, "{text}");
+        }
+    }
 }

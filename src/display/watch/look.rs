@@ -161,57 +161,48 @@ impl Glyphs {
         if self == Self::Ascii { ASCII } else { border::PLAIN }
     }
 
-    /// A horizontal line's ends and what lies between them.
-    pub(super) fn span(self) -> [&'static str; 3] {
-        match self {
-            Self::Ascii => ["|", "-", "|"],
-            _ => [line::VERTICAL_RIGHT, line::HORIZONTAL, line::VERTICAL_LEFT],
-        }
-    }
-
-    /// One of these.
-    fn either(self, full: &'static str, ascii: &'static str) -> &'static str {
-        if self == Self::Ascii { ascii } else { full }
-    }
-
-    /// Marks the head.
-    pub(super) fn head(self) -> &'static str {
-        self.either("\u{25cf}", "@")
-    }
-
-    /// Marks where benches are nearest to each other or will touch, and stands for "times".
-    pub(super) fn cross(self) -> &'static str {
-        self.either("\u{d7}", "x")
-    }
-
-    /// Points at the present.
-    pub(super) fn pointer(self) -> &'static str {
-        self.either("\u{25b2}", "^")
-    }
-
-    /// Of microseconds.
-    pub(super) fn micro(self) -> &'static str {
-        self.either("\u{b5}", "u")
-    }
-
-    /// The four keys that move the plan.
-    pub(super) fn arrows(self) -> &'static str {
-        self.either("\u{2190}\u{2191}\u{2193}\u{2192}", "arrows")
-    }
-
-    /// Of lamps: off, good, a warning, danger.
-    pub(super) fn lamps(self) -> [&'static str; 4] {
-        match self {
-            Self::Ascii => ["-", "o", "!", "X"],
-            _ => ["\u{b7}", "\u{25cf}", "\u{25b2}", "\u{25a0}"],
-        }
-    }
-
-    /// Says that the head walks, stands, is held, or is done.
-    pub(super) fn signs(self) -> [&'static str; 4] {
-        match self {
-            Self::Ascii => [">", "=", "#", "*"],
-            _ => ["\u{25ba}", "\u{2016}", "\u{25a0}", "\u{25c6}"],
-        }
+    /// The signs of this set of characters.
+    pub(super) fn signs(self) -> &'static Signs {
+        if self == Self::Ascii { &ASCII_SIGNS } else { &UNICODE_SIGNS }
     }
 }
+
+/// The characters that stand for something.
+pub(super) struct Signs {
+    pub(super) head: &'static str,
+    /// Marks where benches are nearest to each other or will touch, and stands for "times".
+    pub(super) cross: &'static str,
+    /// Points at the present.
+    pub(super) pointer: &'static str,
+    /// Of microseconds.
+    pub(super) micro: &'static str,
+    /// The four keys that move the plan.
+    pub(super) arrows: &'static str,
+    /// A horizontal line's ends, and the line between them.
+    pub(super) span: [&'static str; 3],
+    /// Of lamps: off, good, a warning, danger.
+    pub(super) lamps: [&'static str; 4],
+    /// Of a head that walks, stands, is held, or is done.
+    pub(super) states: [&'static str; 4],
+}
+
+const UNICODE_SIGNS: Signs = Signs {
+    head: "\u{25cf}",
+    cross: "\u{d7}",
+    pointer: "\u{25b2}",
+    micro: "\u{b5}",
+    arrows: "\u{2190}\u{2191}\u{2193}\u{2192}",
+    span: [line::VERTICAL_RIGHT, line::HORIZONTAL, line::VERTICAL_LEFT],
+    lamps: ["\u{b7}", "\u{25cf}", "\u{25b2}", "\u{25a0}"],
+    states: ["\u{25ba}", "\u{2016}", "\u{25a0}", "\u{25c6}"],
+};
+const ASCII_SIGNS: Signs = Signs {
+    head: "@",
+    cross: "x",
+    pointer: "^",
+    micro: "u",
+    arrows: "arrows",
+    span: ["|", "-", "|"],
+    lamps: ["-", "o", "!", "X"],
+    states: [">", "=", "#", "*"],
+};

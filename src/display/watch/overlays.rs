@@ -16,11 +16,11 @@ const LAMPS_WIDTH: u16 = 74;
 
 /// Draws why the plan is not the present, unless frames come.
 pub(super) fn draw_banner(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
-    let Some(reason) = reason(snapshot, screen.instance()) else { return };
+    let Some(reason) = reason(snapshot, &screen.instance) else { return };
     let condition = Condition::of(snapshot);
     let lines = vec![Line::from(condition.word), Line::from(reason)];
     let widest = lines.iter().map(Line::width).max().unwrap_or_default();
-    let block = Block::bordered().style(screen.look().theme.block(condition.tone));
+    let block = Block::bordered().style(screen.look.theme.block(condition.tone));
     draw_box(frame, area, (widest + 4) as u16, lines, Alignment::Center, block, screen);
 }
 
@@ -38,7 +38,7 @@ fn reason(snapshot: &Snapshot, instance: &str) -> Option<String> {
 
 /// Draws all keys in the middle of an area.
 pub(super) fn draw_help(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
-    let look = screen.look();
+    let look = screen.look;
     let commands = [
         ("space", "pause, resume"),
         ("h", "hold: a safety stop"),
@@ -54,11 +54,11 @@ pub(super) fn draw_help(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
         ("k", "which kinds of alerts are listed"),
         ("l", "all lamps"),
         ("] [  z x", "nearer, farther"),
-        (look.glyphs.arrows(), "move the plan"),
+        (look.glyphs.signs().arrows, "move the plan"),
         ("ctrl-z", "suspend"),
         ("q  esc", "quit"),
     ];
-    let commands = if screen.is_read_only() { &[][..] } else { &commands };
+    let commands = if screen.read_only { &[][..] } else { &commands };
     let line = |(key, does): &(&'static str, &'static str)| {
         Line::from(vec![Span::styled(format!(" {key:<10}"), strong()), Span::raw(*does)])
     };
@@ -69,7 +69,7 @@ pub(super) fn draw_help(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
 /// Draws all lamps in the middle of an area.
 pub(super) fn draw_all_lamps(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
     let line = |lamp: &Lamp| {
-        let (sign, style) = lamp_sign(lamp.level, screen.look());
+        let (sign, style) = lamp_sign(lamp.level, screen.look);
         let sign = Span::styled(format!(" {sign} {:<9} ", lamp.name), style);
         Line::from(vec![sign, Span::raw(lamp.text.clone())])
     };
@@ -89,7 +89,25 @@ fn draw_box(
 ) {
     let (width, height) = (widest.min(area.width), (lines.len() as u16 + 2).min(area.height));
     let middle = Rect { x: area.x + (area.width - width) / 2, y: area.y + (area.height - height) / 2, width, height };
-    let block = block.border_set(screen.look().glyphs.border());
+    let block = block.border_set(screen.look.glyphs.border());
     frame.render_widget(Clear, middle);
     frame.render_widget(Paragraph::new(lines).alignment(alignment).block(block), middle);
+}
+
+#[cfg(test)]
+mod tests {
+    use bench_dragon_ipc::ShowState;
+
+    use crate::display::observe::lamps;
+    use crate::display::watch::sample::{snapshot, text_after};
+
+    #[test]
+    fn all_lamps_are_listed_over_the_plan() {
+        let snapshot = snapshot(ShowState::Running, 300.0);
+        let text = text_after("l", &snapshot);
+        for lamp in lamps(&snapshot, snapshot.seen_ns) {
+            let line = format!("{:<9} {}", lamp.name, lamp.text);
+            assert!(text.contains(&line), "{line} is missing in\n{text}");
+        }
+    }
 }

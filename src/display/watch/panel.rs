@@ -162,7 +162,7 @@ fn row(name: &'static str, times_ns: Option<[u64; 3]>, look: Look) -> Line<'stat
 /// A duration in two or three digits.
 pub(super) fn span(time_ns: u64, glyphs: Glyphs) -> String {
     let time_us = time_ns as f64 * 1e-3;
-    let micro = glyphs.micro();
+    let micro = glyphs.signs().micro;
     match time_ns {
         0..9_950 => format!("{time_us:.1} {micro}s"),
         9_950..999_500 => format!("{time_us:.0} {micro}s"),

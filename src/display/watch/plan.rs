@@ -24,7 +24,7 @@ const SCALE_SHARE: f64 = 0.25;
 
 /// Draws it, with a scale.
 pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
-    let look = screen.look();
+    let look = screen.look;
     let Some(viewport) = screen.camera.viewport(area, look.glyphs, snapshot) else { return };
     let extent = viewport.extent;
     let canvas = Canvas::default()
@@ -38,7 +38,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, scree
 }
 
 fn paint(context: &mut Context<'_>, viewport: &Viewport, snapshot: &Snapshot, screen: &Screen) {
-    let look = screen.look();
+    let look = screen.look;
     if let Some(run) = snapshot.run.as_ref().filter(|run| turns_are_apart(run, viewport)) {
         for ends in run.route.windows(2) {
             line(context, [ends[0], ends[1]], look.theme.colour(Color::DarkGray));
@@ -48,12 +48,12 @@ fn paint(context: &mut Context<'_>, viewport: &Viewport, snapshot: &Snapshot, sc
     paint_boards(context, viewport, copy, snapshot, look.theme);
     if let Some(nearest) = snapshot.nearest {
         let tone = tone(nearest.clearance_m, near_m(snapshot)).unwrap_or(Tone::Calm);
-        let cross = Span::styled(look.glyphs.cross(), look.theme.text(tone).patch(strong()));
+        let cross = Span::styled(look.glyphs.signs().cross, look.theme.text(tone).patch(strong()));
         context.print(nearest.point.x, nearest.point.y, cross);
     }
     if let Some(at) = head(copy) {
         let style = strong().fg(look.theme.colour(Color::Red));
-        context.print(at.x, at.y, Span::styled(look.glyphs.head(), style));
+        context.print(at.x, at.y, Span::styled(look.glyphs.signs().head, style));
     }
 }
 
@@ -127,14 +127,40 @@ fn turns_are_apart(run: &DescribedRun, viewport: &Viewport) -> bool {
 
 /// A line of a round length, and what the camera does.
 fn scale(viewport: &Viewport, width: u16, screen: &Screen) -> Text<'static> {
-    let look = screen.look();
+    let look = screen.look;
     let longest_m = SCALE_SHARE * f64::from(width) * viewport.cell_m;
     let power = 10_f64.powf(longest_m.log10().floor());
     let length_m = [5.0, 2.0, 1.0].map(|digit| digit * power).into_iter().find(|length_m| *length_m <= longest_m);
     let Some(length_m) = length_m else { return Text::default() };
     let cells = ((length_m / viewport.cell_m).round() as usize).saturating_sub(2);
-    let [begin, between, end] = look.glyphs.span();
+    let [begin, between, end] = look.glyphs.signs().span;
     let camera = if screen.camera.follows() { "  following the head" } else { "" };
     let text = format!("{begin}{}{end} {} m{camera}", between.repeat(cells), short(length_m));
     Text::styled(text, look.theme.faint())
+}
+
+#[cfg(test)]
+mod tests {
+    use bench_dragon_ipc::ShowState;
+
+    use crate::display::watch::sample::{rows_after, snapshot};
+
+    #[test]
+    fn the_head_stands_in_the_middle_of_a_plan_that_follows_it() {
+        for time_s in [0.0, 60.0, 300.0] {
+            let snapshot = snapshot(ShowState::Running, time_s);
+            let rows = rows_after("f", &snapshot);
+            let found: Vec<(usize, usize)> = rows
+                .iter()
+                .enumerate()
+                // Lamps have the same sign.
+                .filter(|(row, _)| *row != 1)
+                .filter_map(|(row, text)| {
+                    text.chars().position(|symbol| symbol == '\u{25cf}').map(|column| (column, row))
+                })
+                .collect();
+            let [(column, row)] = found[..] else { panic!("one head: {found:?} in\n{}", rows.join("\n")) };
+            assert!((23..=25).contains(&column) && (10..=12).contains(&row), "at column {column}, row {row}");
+        }
+    }
 }

@@ -107,3 +107,83 @@ fn about(snapshot: &Snapshot) -> Option<(u64, u32)> {
     let FrameHeader { run_id, state, .. } = snapshot.frame.as_ref()?.header;
     Some((run_id, state))
 }
+
+#[cfg(test)]
+mod tests {
+    use bench_dragon_ipc::ShowState;
+    use ratatui::crossterm::event::{KeyEvent, KeyModifiers};
+
+    use super::*;
+    use crate::display::watch::KeyAction;
+    use crate::display::watch::sample::{new_screen, type_keys, walking};
+
+    #[test]
+    fn typed_numbers_are_sent_as_they_stand() {
+        let (mut screen, snapshot) = (new_screen(false), walking(ShowState::Running, 1.0));
+        let actions = type_keys(&mut screen, "s-12.5\n\nv0.8\ns1e2\n\n", &snapshot);
+        let expected = [
+            Request::Seek { sim_time_s: -12.5 },
+            Request::Speed { speed_mps: 0.8 },
+            Request::Seek { sim_time_s: 100.0 },
+        ];
+        assert_eq!(actions, expected.map(KeyAction::Command));
+    }
+
+    #[test]
+    fn what_is_no_number_is_not_sent_but_told() {
+        let (mut screen, snapshot) = (new_screen(false), walking(ShowState::Running, 1.0));
+        for typed in ["1-2", "abc1", "inf"] {
+            assert_eq!(type_keys(&mut screen, &format!("s{typed}\n"), &snapshot), []);
+            let told = screen.reply.take().expect("a line about it").text;
+            assert_eq!(told, format!("{typed:?} is not a number: nothing was sent"));
+        }
+    }
+
+    #[test]
+    fn only_a_second_press_releases_whether_caps_lock_is_on_or_not() {
+        let snapshot = walking(ShowState::Held, 0.0);
+        for keys in ["rr", "RR", "rR"] {
+            let mut screen = new_screen(false);
+            assert_eq!(type_keys(&mut screen, &keys[..1], &snapshot), []);
+            assert_eq!(type_keys(&mut screen, &keys[1..], &snapshot), [KeyAction::Command(Request::Release)]);
+            assert_eq!(type_keys(&mut screen, "r", &snapshot), [], "the next one asks again");
+        }
+    }
+
+    #[test]
+    fn a_seek_is_sent_by_the_second_enter_alone() {
+        let (mut screen, snapshot) = (new_screen(false), walking(ShowState::Running, 1.0));
+        assert_eq!(type_keys(&mut screen, "s30\n", &snapshot), []);
+        let confirmation = screen.confirmation.expect("a confirmation").text();
+        assert_eq!(confirmation, "seek 30 s? the dragon jumps there: enter again");
+        assert_eq!(type_keys(&mut screen, "f\n", &snapshot), [], "another key withdraws it");
+        let seek = Request::Seek { sim_time_s: 30.0 };
+        assert_eq!(type_keys(&mut screen, "s30\n\n", &snapshot), [KeyAction::Command(seek)]);
+    }
+
+    #[test]
+    fn any_other_key_withdraws_a_release_and_escape_does_nothing_else() {
+        let snapshot = walking(ShowState::Held, 0.0);
+        for other in [KeyCode::Esc, KeyCode::Char('f'), KeyCode::Left, KeyCode::Char('y')] {
+            let mut screen = new_screen(false);
+            type_keys(&mut screen, "r", &snapshot);
+            assert_eq!(screen.press(KeyEvent::new(other, KeyModifiers::NONE), &snapshot, 0), KeyAction::None);
+            assert_eq!(type_keys(&mut screen, "r", &snapshot), [], "{other:?}");
+        }
+    }
+
+    #[test]
+    fn a_release_is_not_asked_for_ever_nor_of_a_show_that_has_been_held_since() {
+        let (held, running) = (walking(ShowState::Held, 0.0), walking(ShowState::Running, 1.0));
+        let key = KeyEvent::new(KeyCode::Char('r'), KeyModifiers::NONE);
+        for (before, after, after_ns, stands) in
+            [(&held, &held, 4_999_999_999, true), (&held, &held, 5_000_000_000, false), (&held, &running, 1, false)]
+        {
+            let mut screen = new_screen(false);
+            screen.press(key, before, 0);
+            let was_withdrawn = screen.clone().see(after, after_ns);
+            assert_eq!(was_withdrawn, !stands, "the screen shows it no longer");
+            assert_eq!(screen.press(key, after, after_ns) == KeyAction::Command(Request::Release), stands);
+        }
+    }
+}

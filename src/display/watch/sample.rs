@@ -1,13 +1,18 @@
-//! A snapshot of the paper's dragon, for tests.
+//! Snapshots, and screens that keys are tried on, for tests.
 
 use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::ClearanceSearch;
 use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState, ShowState};
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::buffer::{Buffer, Cell};
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
+use super::{KeyAction, Look, Screen, draw};
 use crate::config::{Config, Overrides};
 use crate::display::observe::{
-    AlertLog, Arrival, ClearanceChart, DescribedRun, FrameCopy, LeastClearance, ShowForecast, Snapshot, SourcePresence,
+    AlertLog, Arrival, ClearanceChart, DescribedRun, FrameCopy, LeastClearance, ShowForecast, Snapshot,
 };
 use crate::safety::monitor::run_alert;
 
@@ -38,7 +43,6 @@ pub(super) fn snapshot(state: ShowState, time_s: f64) -> Snapshot {
     let contact_s = 412.473_838;
     let arrival = Arrival { travel_m: contact_s, time_s: contact_s, wall_s: (contact_s - time_s) / 20.0 };
     Snapshot {
-        presence: SourcePresence::Live,
         frame: Some(Arc::new(FrameCopy { header, handles: handles.collect() })),
         nearest: Some(nearest),
         least: Some(LeastClearance { clearance_m: nearest.clearance_m, time_s }),
@@ -46,6 +50,51 @@ pub(super) fn snapshot(state: ShowState, time_s: f64) -> Snapshot {
         chart: Some(Arc::new(chart)),
         run: Some(Arc::new(run)),
         alerts: Arc::new(alerts),
-        ..Snapshot::default()
+        ..Snapshot::live(header)
     }
+}
+
+/// A head that walks at this speed, or would, without a run or a handle.
+pub(super) fn walking(state: ShowState, head_speed_mps: f64) -> Snapshot {
+    Snapshot::live(FrameHeader { run_id: 1, state: state.to_wire(), head_speed_mps, ..FrameHeader::default() })
+}
+
+pub(super) fn new_screen(read_only: bool) -> Screen {
+    Screen::new("dragon", Look::default(), read_only)
+}
+
+/// Hits keys, one after the other, and returns what they ask for.
+pub(super) fn type_keys(screen: &mut Screen, keys: &str, snapshot: &Snapshot) -> Vec<KeyAction> {
+    let code = |key| if key == '\n' { KeyCode::Enter } else { KeyCode::Char(key) };
+    let events = keys.chars().map(|key| KeyEvent::new(code(key), KeyModifiers::NONE));
+    events.map(|event| screen.press(event, snapshot, 0)).filter(|action| *action != KeyAction::None).collect()
+}
+
+/// A screen that has seen a snapshot, after these keys.
+pub(super) fn screen_after(look: Look, keys: &str, snapshot: &Snapshot) -> Screen {
+    let mut screen = Screen::new("dragon", look, false);
+    screen.see(snapshot, 0);
+    type_keys(&mut screen, keys, snapshot);
+    screen
+}
+
+pub(super) fn drawn(snapshot: &Snapshot, screen: &Screen, width: u16, height: u16) -> Buffer {
+    let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("memory");
+    terminal.draw(|frame| draw(frame, snapshot, screen)).expect("memory takes it");
+    terminal.backend().buffer().clone()
+}
+
+pub(super) fn rows(buffer: &Buffer) -> Vec<String> {
+    let width = usize::from(buffer.area.width);
+    let symbols = |row: &[Cell]| row.iter().map(Cell::symbol).collect();
+    buffer.content.chunks(width.max(1)).map(symbols).collect()
+}
+
+/// The rows of a screen of 80 by 24 after these keys.
+pub(super) fn rows_after(keys: &str, snapshot: &Snapshot) -> Vec<String> {
+    rows(&drawn(snapshot, &screen_after(Look::default(), keys, snapshot), 80, 24))
+}
+
+pub(super) fn text_after(keys: &str, snapshot: &Snapshot) -> String {
+    rows_after(keys, snapshot).join("\n")
 }

@@ -12,11 +12,11 @@ use super::speed_steps::SpeedSteps;
 use crate::display::observe::{GuardSituation, Lamp, LeastClearance, ShowForecast, Snapshot, SourcePresence, lamps};
 
 /// All that is shown beside the snapshot, and how.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Screen {
-    instance: String,
-    look: Look,
-    read_only: bool,
+    pub(super) instance: String,
+    pub(super) look: Look,
+    pub(super) read_only: bool,
     pub(super) camera: Camera,
     pub(super) lateness: LatenessHistory,
     pub(super) speed_steps: SpeedSteps,
@@ -44,23 +44,7 @@ pub(super) enum Overlay {
 impl Screen {
     /// A screen for an instance, whose keys give commands unless it is `read_only`.
     pub fn new(instance: &str, look: Look, read_only: bool) -> Self {
-        Self {
-            instance: instance.to_owned(),
-            look,
-            read_only,
-            camera: Camera::default(),
-            lateness: LatenessHistory::default(),
-            speed_steps: SpeedSteps::default(),
-            entry: None,
-            confirmation: None,
-            reply: None,
-            overlay: None,
-            alert_filter: AlertFilter::default(),
-            past_contact: None,
-            touches: false,
-            seen_alerts: 0,
-            seen_commands: 0,
-        }
+        Self { instance: instance.to_owned(), look, read_only, ..Self::default() }
     }
 
     /// Takes note of a snapshot, at this instant of a clock that never goes back: what is shown of the past is kept from here on.
@@ -106,18 +90,6 @@ impl Screen {
             self.speed_steps.answer(answer);
         }
         self.reply = Some(reply);
-    }
-
-    pub(super) fn instance(&self) -> &str {
-        &self.instance
-    }
-
-    pub(super) fn look(&self) -> Look {
-        self.look
-    }
-
-    pub(super) fn is_read_only(&self) -> bool {
-        self.read_only
     }
 }
 
@@ -176,6 +148,60 @@ impl Appearance {
             lamps: lamps(snapshot, snapshot.seen_ns),
             commands: snapshot.commands.log.total(),
             stops: status.map_or([0; 2], |status| [status.stops, status.source]),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use bench_dragon_geometry::clearance::PairClearance;
+    use bench_dragon_ipc::{Alert, ShowState};
+    use glam::DVec2;
+    use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+
+    use super::*;
+    use crate::display::watch::sample::{drawn, new_screen, rows, screen_after, snapshot, type_keys, walking};
+    use crate::safety::monitor::run_alert;
+
+    #[test]
+    fn a_past_contact_stays_until_it_is_acknowledged() {
+        let mut touching = walking(ShowState::Running, 1.0);
+        touching.nearest = Some(PairClearance { benches: [0, 8], clearance_m: -0.001, point: DVec2::ZERO });
+        let parted = walking(ShowState::Running, 1.0);
+        let mut watching = new_screen(true);
+        watching.see(&touching, 0);
+        watching.see(&parted, 0);
+        assert_eq!(watching.past_contact.as_deref(), Some("CONTACT 0-8 at 0.000 s"));
+        type_keys(&mut watching, "a", &parted);
+        assert_eq!(watching.past_contact, None);
+        let mut told = walking(ShowState::Running, 1.0);
+        let header = told.frame.as_ref().expect("a frame").header;
+        let alert = Alert { bench_a: 3, bench_b: 9, ..run_alert(&header, AlertKind::Contact) };
+        Arc::make_mut(&mut told.alerts).push(alert);
+        watching.see(&told, 0);
+        watching.see(&told, 0);
+        assert_eq!(watching.past_contact.as_deref(), Some("CONTACT 3-9 at 0.000 s"));
+    }
+
+    #[test]
+    fn a_contact_that_has_passed_is_shown_on_every_screen_until_a_is_hit() {
+        let mut touching = snapshot(ShowState::Running, 300.0);
+        touching.nearest.as_mut().expect("a pair").clearance_m = -0.001;
+        let parted = snapshot(ShowState::Running, 301.0);
+        for (width, height) in [(80, 24), (60, 14), (40, 12)] {
+            let mut screen = screen_after(Look::default(), "", &touching);
+            screen.see(&parted, 0);
+            assert!(
+                rows(&drawn(&parted, &screen, width, height)).join("\n").contains("CONTACT 0-21 at 300.000 s"),
+                "{width} by {height}"
+            );
+            screen.press(KeyEvent::new(KeyCode::Char('a'), KeyModifiers::NONE), &parted, 0);
+            assert!(
+                !rows(&drawn(&parted, &screen, width, height)).join("\n").contains("CONTACT"),
+                "{width} by {height}"
+            );
         }
     }
 }

@@ -80,3 +80,82 @@ impl HeadSpeed {
         (self.speed_mps - speed_mps).abs() < 1e-9
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use bench_dragon_ipc::CommandReply;
+
+    use super::*;
+    use crate::display::watch::sample::{new_screen, type_keys, walking};
+    use crate::display::watch::{CommandOutcome, KeyAction};
+
+    fn walking_at(speed_mps: f64, tick: u64) -> Snapshot {
+        let mut snapshot = walking(ShowState::Running, speed_mps);
+        Arc::make_mut(snapshot.frame.as_mut().expect("a frame")).header.tick = tick;
+        snapshot
+    }
+
+    #[test]
+    fn steps_of_speed_add_up_before_the_head_walks_at_the_first_one() {
+        let (mut screen, snapshot) = (new_screen(false), walking(ShowState::Running, 1.0));
+        screen.see(&snapshot, 0);
+        let actions = type_keys(&mut screen, "++-+", &snapshot);
+        let speeds = [1.1, 1.2, 1.1, 1.2].map(|speed_mps| KeyAction::Command(Request::Speed { speed_mps }));
+        assert_eq!(actions, speeds);
+    }
+
+    #[test]
+    fn steps_of_speed_stay_within_what_the_server_takes_and_start_from_the_heads_own() {
+        let mut screen = new_screen(false);
+        for (tick, (at_mps, key, to_mps)) in (1..).zip([(9.96, "+", 10.0), (0.04, "-", 0.0), (0.73, "+", 0.8)]) {
+            let snapshot = walking_at(at_mps, tick);
+            screen.speed_steps.answer(Err(()));
+            screen.see(&snapshot, 0);
+            let expected = KeyAction::Command(Request::Speed { speed_mps: to_mps });
+            assert_eq!(type_keys(&mut screen, key, &snapshot), [expected]);
+        }
+        screen.speed_steps.answer(Err(()));
+        let paused = walking(ShowState::Paused, 0.0);
+        screen.see(&paused, 0);
+        let expected = KeyAction::Command(Request::Speed { speed_mps: 0.8 });
+        assert_eq!(type_keys(&mut screen, "+", &paused), [expected], "a paused head had walked at 0.73 m/s");
+    }
+
+    #[test]
+    fn a_step_after_somebody_elses_speed_starts_from_that() {
+        let (mut screen, paused) = (new_screen(false), walking(ShowState::Paused, 0.0));
+        let accepted = CommandReply { tick: 10, ..CommandReply::default() };
+        screen.see(&walking(ShowState::Running, 1.0), 0);
+        let faster = Request::Speed { speed_mps: 1.1 };
+        assert_eq!(type_keys(&mut screen, "+", &paused), [KeyAction::Command(faster)]);
+        screen.answer(CommandOutcome::to(faster, Ok(accepted)));
+        for (tick, speed_mps) in [(11, 0.5), (12, 0.5)] {
+            screen.see(&walking_at(speed_mps, tick), 0);
+        }
+        let expected = KeyAction::Command(Request::Speed { speed_mps: 0.6 });
+        assert_eq!(type_keys(&mut screen, "+", &walking(ShowState::Running, 0.5)), [expected]);
+    }
+
+    #[test]
+    fn steps_of_speed_add_up_while_the_head_is_on_its_way_to_them() {
+        let (mut screen, snapshot) = (new_screen(false), walking(ShowState::Running, 1.0));
+        screen.see(&snapshot, 0);
+        let speeds = [1.1, 1.2].map(|speed_mps| Request::Speed { speed_mps });
+        assert_eq!(type_keys(&mut screen, "++", &snapshot), speeds.map(KeyAction::Command));
+        let accepted = |tick| Ok(CommandReply { tick, ..CommandReply::default() });
+        // At the first of them for a while, and the second is not answered yet.
+        screen.answer(CommandOutcome::to(speeds[0], accepted(10)));
+        for tick in 11..15 {
+            screen.see(&walking_at(1.1, tick), 0);
+        }
+        screen.answer(CommandOutcome::to(speeds[1], accepted(20)));
+        // The same frame again says nothing new, and a ramp is no speed that the head keeps.
+        for (speed_mps, tick) in [(1.1, 20), (1.1, 20), (1.12, 21), (1.14, 22), (1.16, 23)] {
+            screen.see(&walking_at(speed_mps, tick), 0);
+        }
+        let expected = KeyAction::Command(Request::Speed { speed_mps: 1.3 });
+        assert_eq!(type_keys(&mut screen, "+", &snapshot), [expected]);
+    }
+}

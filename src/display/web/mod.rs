@@ -12,4 +12,4 @@ mod site;
 
 pub use connection_limit::{Connection, MAX_CONNECTIONS, MAX_FROM_ADDRESS};
 pub use same_site::Hosts;
-pub use site::{Site, closed, json, refuse, text};
+pub use site::{Site, closed, json_reply, refuse, text};

@@ -18,7 +18,7 @@ use hyper::server::conn::http1;
 use hyper::service::{Service as _, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
-use serde::Serialize;
+use serde_json::{Value, json};
 use tokio::net::TcpStream;
 use tokio::sync::watch;
 use tokio::time::{sleep, timeout};
@@ -151,12 +151,6 @@ pub async fn closed(closing: &mut watch::Receiver<bool>) {
     let _ = closing.wait_for(|closing| *closing).await;
 }
 
-/// A refusal, as JSON, for a page reads it too.
-#[derive(Serialize)]
-struct Refused<'a> {
-    error: &'a str,
-}
-
 /// Text of this media type.
 pub fn text(status: StatusCode, media_type: &'static str, body: impl Into<Body>) -> Response {
     let mut response = Response::new(body.into());
@@ -166,12 +160,11 @@ pub fn text(status: StatusCode, media_type: &'static str, body: impl Into<Body>)
 }
 
 /// A value as JSON.
-pub fn json(status: StatusCode, value: &impl Serialize) -> Response {
-    let body = serde_json::to_string(value).expect("a reply has no keys but strings");
-    text(status, "application/json", body + "\n")
+pub fn json_reply(status: StatusCode, value: &Value) -> Response {
+    text(status, "application/json", format!("{value}\n"))
 }
 
-/// A refusal and its reason, in one line.
+/// A refusal and its reason, in one line of JSON, for a page reads it too.
 pub fn refuse(status: StatusCode, reason: &str) -> Response {
-    json(status, &Refused { error: reason })
+    json_reply(status, &json!({ "error": reason }))
 }
