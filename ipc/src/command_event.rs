@@ -5,6 +5,7 @@
 //! accepted ones at the same ticks gives the same frames, bit for bit.
 
 use iceoryx2::prelude::ZeroCopySend;
+use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
 use crate::command::{Command, CommandReply, Refusal, Request, Sender};
 
@@ -13,7 +14,7 @@ use crate::command::{Command, CommandReply, Refusal, Request, Sender};
 /// 120 bytes, no padding. Use [`CommandEvent::event_kind`], [`CommandEvent::sent_by`] and [`CommandEvent::outcome`] to read
 /// the coded fields.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[type_name("bench_dragon.CommandEvent.v1")]
 pub struct CommandEvent {
     /// Run of the source.

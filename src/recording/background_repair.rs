@@ -12,7 +12,7 @@ use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use rustix::process::setpriority_process;
 
 use super::{
-    check::{COPY_SUFFIX, DAMAGED_SUFFIX},
+    check::{COPY_EXTENSION, DAMAGED_EXTENSION},
     repair::{Repair, RepairError, repair},
 };
 
@@ -128,7 +128,7 @@ fn unfinished_in(folder: &Path) -> Result<Vec<PathBuf>, RepairError> {
     let entries = fs::read_dir(folder).and_then(Iterator::collect::<io::Result<Vec<_>>>);
     let entries = entries.map_err(|source| RepairError::Read { path: folder.into(), source })?;
     let is_candidate = |path: &PathBuf| {
-        path.is_file() && ![COPY_SUFFIX, DAMAGED_SUFFIX].iter().any(|suffix| path.to_string_lossy().ends_with(suffix))
+        path.is_file() && path.extension().is_none_or(|end| end != COPY_EXTENSION && end != DAMAGED_EXTENSION)
     };
     let mut candidates: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).filter(is_candidate).collect();
     candidates.sort();

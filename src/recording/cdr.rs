@@ -1,192 +1,99 @@
 //! The messages of a recording as little-endian CDR, the encoding of ROS 2, and which frames become poses for viewers.
 //!
 //! A message is four bytes that name the encoding, then the fields in the order of [`schema`](super::schema), each
-//! aligned to its size counted from behind those four. Every value keeps its bits.
+//! aligned to its size counted from behind those four. Every value keeps its bits. The types of the bus have the same fields
+//! in the same order without padding, so their messages are their bytes in shared memory.
 
-use bench_dragon_ipc::{Alert, BenchState, CommandEvent, FrameHeader, HandleState};
-use byteorder::LittleEndian;
-use serde::{Deserialize, Serialize, Serializer};
+use bench_dragon_ipc::{Alert, BenchState, CommandEvent, FrameHeader, FromBytes, HandleState, IntoBytes as _};
 
-/// Thirty poses a second of wall time.
-const POSE_PERIOD_NS: u64 = 1_000_000_000 / 30;
 /// Little-endian plain CDR, no options.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
+/// The frame of reference of the poses, with the zero that ends a string, and padded for the number behind it.
+const STAGE: &[u8; 8] = b"stage\0\0\0";
+const STAGE_BYTES: u32 = 6;
+/// Thirty poses a second of wall time.
+const POSE_PERIOD_NS: u64 = 1_000_000_000 / 30;
+
+const _: () = assert!(cfg!(target_endian = "little"), "the bytes of shared memory are recorded as they are");
 
 /// Replaces the contents of `message` by a frame.
 pub fn encode_frame(message: &mut Vec<u8>, header: &FrameHeader, handles: &[HandleState]) {
-    encode(message, &FrameMessage { header: *header, handles: Handles(handles) });
+    encode(message, header.as_bytes());
+    message.extend((handles.len() as u32).to_le_bytes());
+    if !handles.is_empty() {
+        // Padding: the handles are aligned to eight bytes.
+        message.extend([0; 4]);
+    }
+    message.extend(handles.as_bytes());
 }
 
 /// Replaces the contents of `message` by an alert.
 pub fn encode_alert(message: &mut Vec<u8>, alert: &Alert) {
-    encode(message, &AlertMessage(*alert));
+    encode(message, alert.as_bytes());
 }
 
 /// Replaces the contents of `message` by an event of the record of commands.
 pub fn encode_command(message: &mut Vec<u8>, event: &CommandEvent) {
-    encode(message, &CommandMessage(*event));
+    encode(message, event.as_bytes());
 }
 
 /// Replaces the contents of `message` by the poses of all benches at a Unix time, in the frame `stage`.
 pub fn encode_poses(message: &mut Vec<u8>, unix_ns: u64, handles: &[HandleState]) {
-    let stamp = Time { sec: (unix_ns / 1_000_000_000) as i32, nanosec: (unix_ns % 1_000_000_000) as u32 };
-    encode(message, &PoseArray { stamp, frame_id: "stage", poses: Poses(handles) });
+    let benches = BenchState::all(handles);
+    let [seconds, nanoseconds] = [unix_ns / 1_000_000_000, unix_ns % 1_000_000_000].map(|part| part as u32);
+    encode(message, [seconds, nanoseconds, STAGE_BYTES].as_bytes());
+    message.extend(STAGE);
+    message.extend((benches.len() as u32).to_le_bytes());
+    for bench in benches {
+        message.extend(pose(&bench).as_bytes());
+    }
 }
 
 /// Reads a frame back, bit for bit; `None` where the message is not one.
 pub fn decode_frame(message: &[u8]) -> Option<(FrameHeader, Vec<HandleState>)> {
-    let frame: FrameMessage<Vec<Handle>> = decode(message)?;
-    Some((frame.header, frame.handles.into_iter().map(|Handle(state)| state).collect()))
+    let (header, rest) = decode::<FrameHeader>(message)?;
+    let (count, rest) = rest.split_first_chunk()?;
+    let bytes = (u32::from_le_bytes(*count) as usize).checked_mul(size_of::<HandleState>())?;
+    let handles = if bytes == 0 { &[] } else { rest.get(4..)?.get(..bytes)? };
+    let handles = handles.chunks_exact(size_of::<HandleState>()).map(|bytes| HandleState::read_from_bytes(bytes).ok());
+    Some((header, handles.collect::<Option<_>>()?))
 }
 
 /// Reads only what a frame says about the whole dragon; `None` where the message does not begin like a frame.
 pub fn decode_frame_header(message: &[u8]) -> Option<FrameHeader> {
-    decode(message).map(|HeaderOnly(header)| header)
+    decode(message).map(|(header, _)| header)
 }
 
 /// Reads an alert back, bit for bit; `None` where the message is not one.
 pub fn decode_alert(message: &[u8]) -> Option<Alert> {
-    decode(message).map(|AlertMessage(alert)| alert)
+    decode(message).map(|(alert, _)| alert)
 }
 
 /// Reads an event of the record of commands back, bit for bit; `None` where the message is not one.
 pub fn decode_command(message: &[u8]) -> Option<CommandEvent> {
-    decode(message).map(|CommandMessage(event)| event)
+    decode(message).map(|(event, _)| event)
 }
 
-fn encode(message: &mut Vec<u8>, value: &impl Serialize) {
+/// Replaces the contents of `message` by its first fields.
+fn encode(message: &mut Vec<u8>, fields: &[u8]) {
     message.clear();
-    message.extend_from_slice(&ENCAPSULATION);
-    cdr_encoding::to_writer::<_, LittleEndian, _>(message, value)
-        .expect("a Vec takes every byte, and every sequence here knows its length");
+    message.extend(ENCAPSULATION);
+    message.extend(fields);
 }
 
-fn decode<'a, T: Deserialize<'a>>(message: &'a [u8]) -> Option<T> {
-    let body = message.strip_prefix(&ENCAPSULATION)?;
-    cdr_encoding::from_bytes::<T, LittleEndian>(body).ok().map(|(value, _)| value)
+/// The first fields of a message, and what is behind them.
+fn decode<T: FromBytes>(message: &[u8]) -> Option<(T, &[u8])> {
+    T::read_from_prefix(message.strip_prefix(&ENCAPSULATION)?).ok()
 }
 
-#[derive(Serialize, Deserialize)]
-struct FrameMessage<H> {
-    #[serde(with = "HeaderFields")]
-    header: FrameHeader,
-    handles: H,
-}
-
-#[derive(Deserialize)]
-struct HeaderOnly(#[serde(with = "HeaderFields")] FrameHeader);
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "FrameHeader")]
-struct HeaderFields {
-    run_id: u64,
-    tick: u64,
-    sim_time_ns: i64,
-    scheduled_ns: u64,
-    published_ns: u64,
-    head_travel_m: f64,
-    head_speed_mps: f64,
-    time_scale: f64,
-    bench_count: u32,
-    state: u32,
-}
-
-struct Handles<'a>(&'a [HandleState]);
-
-impl Serialize for Handles<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq(self.0.iter().copied().map(Handle))
-    }
-}
-
-#[derive(Serialize, Deserialize)]
-struct Handle(#[serde(with = "HandleFields")] HandleState);
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "HandleState")]
-struct HandleFields {
-    position_m: [f64; 3],
-    velocity_mps: [f64; 3],
-}
-
-#[derive(Serialize, Deserialize)]
-struct AlertMessage(#[serde(with = "AlertFields")] Alert);
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Alert")]
-struct AlertFields {
-    run_id: u64,
-    tick: u64,
-    sim_time_ns: i64,
-    forecast_ns: i64,
-    clearance_m: f64,
-    point_m: [f64; 2],
-    kind: u32,
-    bench_a: u32,
-    bench_b: u32,
-    reserved: u32,
-}
-
-#[derive(Serialize, Deserialize)]
-struct CommandMessage(#[serde(with = "CommandFields")] CommandEvent);
-
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "CommandEvent")]
-struct CommandFields {
-    run_id: u64,
-    number: u64,
-    tick: u64,
-    sim_time_ns: i64,
-    wall_ns: i64,
-    overruns: u64,
-    values: [f64; 4],
-    lowest: f64,
-    highest: f64,
-    kind: u32,
-    sender: u32,
-    pid: u32,
-    refusal: u32,
-    flags: u32,
-    reserved: u32,
-}
-
-#[derive(Serialize)]
-struct PoseArray<'a> {
-    stamp: Time,
-    frame_id: &'static str,
-    poses: Poses<'a>,
-}
-
-#[derive(Serialize)]
-struct Time {
-    sec: i32,
-    nanosec: u32,
-}
-
-struct Poses<'a>(&'a [HandleState]);
-
-impl Serialize for Poses<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq(BenchState::all(self.0).map(|bench| BenchPose::of(&bench)))
-    }
-}
-
-/// Where one bench lies: `geometry_msgs/msg/Pose`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-struct BenchPose {
-    /// Centre of the board, in metres.
-    position: [f64; 3],
-    /// Heading from the rear handle to the front one, as the quaternion x, y, z, w of a turn about z.
-    orientation: [f64; 4],
-}
-
-impl BenchPose {
-    /// The pose of a bench: a heading of +π/2, in which its front handle lies in direction +y of its rear one, is a
-    /// quarter turn about z.
-    fn of(bench: &BenchState) -> Self {
-        let (sine, cosine) = (bench.heading_rad / 2.0).sin_cos();
-        Self { position: bench.centre_m, orientation: [0.0, 0.0, sine, cosine] }
-    }
+/// Where a bench lies, as `geometry_msgs/msg/Pose`: its centre in metres, and as the quaternion x, y, z, w of a turn about z
+/// its heading from the rear handle to the front one.
+///
+/// A heading of +π/2, in which its front handle lies in direction +y of its rear one, is a quarter turn about z.
+fn pose(bench: &BenchState) -> [f64; 7] {
+    let [x, y, z] = bench.centre_m;
+    let (sine, cosine) = (bench.heading_rad / 2.0).sin_cos();
+    [x, y, z, 0.0, 0.0, sine, cosine]
 }
 
 /// Chooses the frames whose poses are recorded.
@@ -265,22 +172,21 @@ mod tests {
 
     #[test]
     fn heading_points_from_the_rear_handle_to_the_front_handle() {
-        let pose = BenchPose::of(&BenchState::between(&handle(1.0, 3.0), &handle(1.0, 1.0)));
-        assert_eq!(pose.position, [1.0, 2.0, 0.0]);
-        let [x, y, z, w] = pose.orientation;
-        assert_eq!([x, y], [0.0, 0.0]);
+        let [position @ .., x, y, z, w] = pose(&BenchState::between(&handle(1.0, 3.0), &handle(1.0, 1.0)));
+        assert_eq!((position, [x, y]), ([1.0, 2.0, 0.0], [0.0, 0.0]));
         assert!((z - FRAC_1_SQRT_2).abs() < f64::EPSILON && (w - FRAC_1_SQRT_2).abs() < f64::EPSILON);
     }
 
     #[test]
     fn every_bench_has_one_pose() {
-        let count = |handles: &[HandleState]| {
-            let mut message = Vec::new();
-            encode_poses(&mut message, 0, handles);
-            u32::from_le_bytes(message[24..28].try_into().expect("the length of the sequence"))
-        };
-        assert_eq!(count(&[handle(0.0, 0.0); 224]), 223);
-        assert_eq!(count(&[]), 0);
+        let mut message = Vec::new();
+        encode_poses(&mut message, 1_700_000_000_000_000_007, &[handle(0.0, 0.0); 224]);
+        let (head, poses) = message.split_at(28);
+        assert_eq!(head[..16], [0, 1, 0, 0, 0, 0xf1, 0x53, 0x65, 7, 0, 0, 0, 6, 0, 0, 0], "1 700 000 000 s, 7 ns");
+        assert_eq!(head[16..], *b"stage\0\0\0\xdf\0\0\0", "the frame of reference, and 223 poses");
+        assert_eq!(poses.len(), 223 * 56);
+        encode_poses(&mut message, 0, &[]);
+        assert_eq!(message[24..], [0; 4]);
     }
 
     fn chosen_in(seconds: u64, rate_hz: u64, rate: &mut PoseRate) -> u64 {

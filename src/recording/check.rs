@@ -28,9 +28,9 @@ use super::{
 use crate::system::whole_file::folder_of;
 
 /// What the name of the copy adds to that of the recording; a copy left by a killed repair is overwritten by the next.
-pub(super) const COPY_SUFFIX: &str = ".repairing";
+pub(super) const COPY_EXTENSION: &str = "repairing";
 /// What the name of an old file adds that is kept.
-pub(super) const DAMAGED_SUFFIX: &str = ".damaged";
+pub(super) const DAMAGED_EXTENSION: &str = "damaged";
 const CHUNK_BYTES: u64 = 1 << 20;
 const BUFFER_BYTES: usize = 1 << 20;
 
@@ -57,8 +57,8 @@ pub fn repair_checked(path: &Path, mut progress: impl FnMut(u64)) -> Result<Repa
     let file = Locked::take(open_ours(path)?, path)?;
     // A link stays one: the file that it leads to is replaced.
     let target = path.canonicalize().map_err(|source| RepairError::Read { path: path.into(), source })?;
-    let (Copied { frames, skipped_bytes }, kept) = replace_by_finished_copy(&file.0, &target, progress)?;
-    Ok(Repair { path: path.into(), frames, was_unfinished: true, skipped_bytes, kept: Some(kept) })
+    let copied = replace_by_finished_copy(&file.0, &target, progress)?;
+    Ok(Repair { path: path.into(), ..copied })
 }
 
 /// The frames of a recording all of whose chunks are sound; `None` where there is damage.
@@ -104,34 +104,20 @@ fn visit(
     Ok(Damage { skipped_bytes: records.skipped_bytes(), breaks_off })
 }
 
-/// What was copied of a recording.
-struct Copied {
-    frames: u64,
-    skipped_bytes: u64,
-}
-
-/// Returns what was copied, and where the old file is kept.
-fn replace_by_finished_copy(
-    file: &File,
-    path: &Path,
-    progress: impl FnMut(u64),
-) -> Result<(Copied, PathBuf), RepairError> {
-    let copy = with_suffix(path, COPY_SUFFIX);
+fn replace_by_finished_copy(file: &File, path: &Path, progress: impl FnMut(u64)) -> Result<Repair, RepairError> {
+    let copy = path.with_added_extension(COPY_EXTENSION);
     let kept = free_name_for_damaged(path);
-    let replaced = write_finished_copy(file, &copy, progress).and_then(|copied| {
+    let replaced = write_finished_copy(file, &copy, progress).and_then(|(frames, skipped_bytes)| {
         fs::hard_link(path, &kept)?;
         fs::rename(&copy, path)?;
         File::open(folder_of(path))?.sync_all()?;
-        Ok(copied)
+        Ok(Repair { path: path.into(), frames, was_unfinished: true, skipped_bytes, kept: Some(kept) })
     });
-    match replaced {
-        Ok(copied) => Ok((copied, kept)),
-        Err(error) => {
-            // The error that is on its way explains more than this one would; the next check overwrites the copy.
-            let _ = fs::remove_file(&copy);
-            Err(RepairError::Write { path: copy, source: io_error(error) })
-        }
-    }
+    replaced.map_err(|error| {
+        // The error that is on its way explains more than this one would; the next check overwrites the copy.
+        let _ = fs::remove_file(&copy);
+        RepairError::Write { path: copy, source: io_error(error) }
+    })
 }
 
 fn io_error(error: McapError) -> io::Error {
@@ -141,22 +127,17 @@ fn io_error(error: McapError) -> io::Error {
     }
 }
 
-fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(suffix);
-    name.into()
-}
-
 /// `FILE.damaged`, or where an earlier one has that name, `FILE.2.damaged` and so on.
 fn free_name_for_damaged(path: &Path) -> PathBuf {
     let name = |number: u32| match number {
-        1 => with_suffix(path, DAMAGED_SUFFIX),
-        number => with_suffix(path, &format!(".{number}{DAMAGED_SUFFIX}")),
+        1 => path.with_added_extension(DAMAGED_EXTENSION),
+        number => path.with_added_extension(format!("{number}.{DAMAGED_EXTENSION}")),
     };
     (1..=u32::MAX).map(name).find(|path| !path.exists()).expect("a folder holds fewer files than that")
 }
 
-fn write_finished_copy(old: &File, copy: &Path, progress: impl FnMut(u64)) -> McapResult<Copied> {
+/// Returns how many frames were copied, and how many bytes were passed over.
+fn write_finished_copy(old: &File, copy: &Path, progress: impl FnMut(u64)) -> McapResult<(u64, u64)> {
     let file = File::create(copy)?;
     file.set_permissions(old.metadata()?.permissions())?;
     let sink = NoSeek::new(BufWriter::with_capacity(BUFFER_BYTES, file.try_clone()?));
@@ -168,7 +149,7 @@ fn write_finished_copy(old: &File, copy: &Path, progress: impl FnMut(u64)) -> Mc
     let Damage { skipped_bytes, .. } = visit(old, progress, |record| copier.take(record))?;
     let summary = copier.writer.finish()?;
     file.sync_all()?;
-    Ok(Copied { frames: frames_in(&summary), skipped_bytes })
+    Ok((frames_in(&summary), skipped_bytes))
 }
 
 struct Copier<W: io::Write + Seek> {

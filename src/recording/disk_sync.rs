@@ -41,9 +41,6 @@ impl DiskSync {
     }
 
     /// Has a file that is being written forced onto the disk, once a second and not while others wait. Never waits itself.
-    ///
-    /// # Errors
-    /// What the disk said of an earlier file.
     pub(super) fn look_after(&mut self, file: &File) -> io::Result<()> {
         let now = Instant::now();
         if now >= self.due && self.files.is_empty() {
@@ -55,9 +52,6 @@ impl DiskSync {
     }
 
     /// Has a finished file forced onto the disk. Waits only where several wait already.
-    ///
-    /// # Errors
-    /// What the disk said of an earlier file.
     pub(super) fn keep(&self, file: File) -> io::Result<()> {
         // The thread ends only when this end is dropped.
         let _ = self.files.send(file);
@@ -65,9 +59,6 @@ impl DiskSync {
     }
 
     /// Waits until all is on the disk.
-    ///
-    /// # Errors
-    /// What the disk said.
     pub(super) fn finish(self) -> io::Result<()> {
         drop(self.files);
         self.thread.join().expect("the thread that waits for the disk does not panic");

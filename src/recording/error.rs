@@ -6,7 +6,6 @@ use super::progress::Size;
 
 /// Why a recording could not begin or had to end.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum RecordError {
     /// A setting is out of its range.
     #[error("{name} is {value}, allowed is {}", range_text(allowed))]
@@ -19,11 +18,8 @@ pub enum RecordError {
         allowed: RangeInclusive<u64>,
     },
     /// A file of that name is there already; a recording overwrites nothing.
-    #[error("{} exists already and is not overwritten: record into another file or move it away", path.display())]
-    Exists {
-        /// The file that is there.
-        path: PathBuf,
-    },
+    #[error("{} exists already and is not overwritten: record into another file or move it away", .0.display())]
+    Exists(PathBuf),
     /// The file could not be made.
     #[error("cannot make {}", path.display())]
     Create {

@@ -115,7 +115,6 @@ pub struct Configuration {
 
 /// Why a recording could not be read.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum ReadError {
     /// The system could not read the file.
     #[error("cannot read {}", path.display())]
@@ -126,17 +125,11 @@ pub enum ReadError {
         source: io::Error,
     },
     /// The file is no MCAP file.
-    #[error("{} is not an MCAP recording", path.display())]
-    NotMcap {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("{} is not an MCAP recording", .0.display())]
+    NotMcap(PathBuf),
     /// A message on the frame topic is not a frame of ours.
-    #[error("{} holds a message on {} that is not a frame", path.display(), schema::FRAMES)]
-    NotAFrame {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("{} holds a message on {} that is not a frame", .0.display(), schema::FRAMES)]
+    NotAFrame(PathBuf),
 }
 
 impl FrameReader {
@@ -148,7 +141,7 @@ impl FrameReader {
         let failed = |source| ReadError::Io { path: path.into(), source };
         // Opening a pipe would wait for somebody who writes into it.
         if !fs::metadata(path).map_err(failed)?.is_file() {
-            return Err(ReadError::NotMcap { path: path.into() });
+            return Err(ReadError::NotMcap(path.into()));
         }
         let file = File::open(path).map_err(failed)?;
         let records = Records::new(BufReader::with_capacity(READ_BUFFER_BYTES, file));
@@ -161,7 +154,7 @@ impl FrameReader {
         };
         match reader.next_record()? {
             Some(Record::Header(_)) => Ok(reader),
-            _ => Err(ReadError::NotMcap { path: path.into() }),
+            _ => Err(ReadError::NotMcap(path.into())),
         }
     }
 
@@ -236,7 +229,7 @@ impl FrameReader {
             };
             let recorded = match topic {
                 Some(Topic::Frames) => {
-                    let not_a_frame = || ReadError::NotAFrame { path: self.path.clone() };
+                    let not_a_frame = || ReadError::NotAFrame(self.path.clone());
                     if !is_wanted(&cdr::decode_frame_header(&data).ok_or_else(not_a_frame)?) {
                         continue;
                     }

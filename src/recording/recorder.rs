@@ -216,7 +216,7 @@ fn refuse_taken_names(settings: &RecorderSettings, names: &FileNames) -> Result<
     }
     match names.taken() {
         Ok(None) => Ok(()),
-        Ok(Some(path)) => Err(RecordError::Exists { path }),
+        Ok(Some(path)) => Err(RecordError::Exists(path)),
         Err(source) => Err(RecordError::Create { path: settings.file.clone(), source }),
     }
 }

@@ -55,7 +55,6 @@ pub struct Repair {
 
 /// Why a recording could not be repaired; but where stated, it is as it was.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum RepairError {
     /// The file or folder could not be read.
     #[error("cannot read {}", path.display())]
@@ -66,17 +65,11 @@ pub enum RepairError {
         source: io::Error,
     },
     /// The file is not a recording of a bench dragon.
-    #[error("{} is not a recording of a bench dragon", path.display())]
-    Foreign {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("{} is not a recording of a bench dragon", .0.display())]
+    Foreign(PathBuf),
     /// A recorder or another repair is at work on the file.
-    #[error("{} is being recorded or repaired by another process", path.display())]
-    InUse {
-        /// The file.
-        path: PathBuf,
-    },
+    #[error("{} is being recorded or repaired by another process", .0.display())]
+    InUse(PathBuf),
     /// There is damage, and perhaps more data behind it, so that nothing may be cut off.
     #[error(
         "{} is damaged at byte {at_byte}: `record --repair --check` saves what can be read, and needs as much free disk as \
@@ -142,7 +135,7 @@ pub fn repair(path: &Path) -> Result<Repair, RepairError> {
 /// Opens a recording of ours to read it.
 pub(super) fn open_ours(path: &Path) -> Result<File, RepairError> {
     let failed = |source| RepairError::Read { path: path.into(), source };
-    let foreign = || RepairError::Foreign { path: path.into() };
+    let foreign = || RepairError::Foreign(path.into());
     // Opening a pipe would wait for somebody who writes into it.
     if !fs::metadata(path).map_err(failed)?.is_file() {
         return Err(foreign());
@@ -167,7 +160,7 @@ impl Locked {
     pub(super) fn take(file: File, path: &Path) -> Result<Self, RepairError> {
         match file.try_lock() {
             Ok(()) => Ok(Self(file)),
-            Err(fs::TryLockError::WouldBlock) => Err(RepairError::InUse { path: path.into() }),
+            Err(fs::TryLockError::WouldBlock) => Err(RepairError::InUse(path.into())),
             Err(fs::TryLockError::Error(source)) => Err(RepairError::Read { path: path.into(), source }),
         }
     }

@@ -31,9 +31,6 @@ impl FileNames {
     }
 
     /// A file that already has one of these names, the first one's or a later one's.
-    ///
-    /// # Errors
-    /// What listing the folder reports.
     pub(super) fn taken(&self) -> io::Result<Option<PathBuf>> {
         for entry in fs::read_dir(folder_of(&self.first))? {
             let name = entry?.file_name();

@@ -38,9 +38,6 @@ impl Contents {
     /// summary.
     ///
     /// Memory does not grow with the file, nor with what it claims.
-    ///
-    /// # Errors
-    /// Where the file cannot be read.
     pub(super) fn of_finished(mut file: &File) -> io::Result<Option<Self>> {
         let Some(end_begin) = file.metadata()?.len().checked_sub(END_BYTES as u64) else { return Ok(None) };
         let mut end = [0; END_BYTES];

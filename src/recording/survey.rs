@@ -59,9 +59,6 @@ impl From<io::Error> for SurveyError {
 }
 
 /// Surveys a file that begins like a recording of ours.
-///
-/// # Errors
-/// [`SurveyError`].
 pub(super) fn survey(file: &File) -> Result<Survey, SurveyError> {
     let mut surveying =
         Surveying { heads: Heads::of(file)?, at: MAGIC.len() as u64, contents: Contents::default(), last_chunk: None };

@@ -111,7 +111,7 @@ fn an_existing_file_is_not_overwritten() {
     let settings = dance::settings(folder.path());
     std::fs::write(&settings.file, "precious").expect("a file");
     let error = Recorder::start(settings.clone()).expect_err("a file in the way");
-    assert!(matches!(&error, RecordError::Exists { path } if *path == settings.file), "{error}");
+    assert!(matches!(&error, RecordError::Exists(path) if *path == settings.file), "{error}");
     assert_eq!(std::fs::read(&settings.file).expect("the file"), b"precious");
 }
 

@@ -86,6 +86,6 @@ fn a_later_file_that_is_in_the_way_is_an_error_at_the_start() {
     std::fs::write(&in_the_way, "precious").expect("a file");
     let settings = RecorderSettings { rotate_bytes: Some(FILE_BYTES), ..dance::settings(folder.path()) };
     let error = Recorder::start(settings).expect_err("a file in the way");
-    assert!(matches!(&error, RecordError::Exists { path } if *path == in_the_way), "{error}");
+    assert!(matches!(&error, RecordError::Exists(path) if *path == in_the_way), "{error}");
     assert!(!folder.path().join("show.mcap").exists());
 }

@@ -3,8 +3,8 @@
 //! **Which frames.** Those whose show time lies in an interval, in the recorded order, and of these the ones with which
 //! show time enters another step: a frame a second, say. Alerts and commands of the interval are all there.
 //!
-//! **As what.** Comma-separated values ([`write_csv`]) are written as the file is read: a row for each handle of each frame, numbers whole,
-//! in the shortest form that reads back the same. A [`Workbook`] has several sheets, among them positions and speeds with
+//! **As what.** Comma-separated values  are written as the file is read: a row for each handle of each frame, numbers whole,
+//! in the shortest form that reads back the same. A workbook has several sheets, among them positions and speeds with
 //! a column for each frame, as `solve poses` writes them; whether it fits is known before it is begun. Its numbers are
 //! whole as well, and shown with six decimals.
 //!
@@ -19,28 +19,25 @@ use std::{io, path::PathBuf};
 use super::{NothingFound, ReadError, ShowInterval};
 use crate::output::table;
 
-pub use rows::write_csv;
-pub use selection::Selection;
-pub use workbook::Workbook;
+pub(crate) use rows::write_csv;
+pub(crate) use selection::Selection;
+pub(crate) use workbook::Workbook;
 
 /// What is exported of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ExportSettings {
-    /// The recording.
-    pub file: PathBuf,
-    /// Show times of the frames and alerts.
-    pub interval: ShowInterval,
+pub(crate) struct ExportSettings {
+    pub(crate) file: PathBuf,
+    pub(crate) interval: ShowInterval,
     /// Nanoseconds of show time from one exported frame to the next; 0 for every frame.
-    pub every_ns: i64,
-    /// What the rows are about.
-    pub subject: ExportSubject,
+    pub(crate) every_ns: i64,
+    pub(crate) subject: ExportSubject,
     /// Whether alerts and commands are exported beside the subject: a workbook has sheets for them.
-    pub with_events: bool,
+    pub(crate) with_events: bool,
 }
 
 /// What rows are about.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ExportSubject {
+pub(crate) enum ExportSubject {
     /// Every handle of each frame: position, velocity and speed.
     #[default]
     Handles,
@@ -48,15 +45,13 @@ pub enum ExportSubject {
     Benches,
     /// Each frame as a whole: its state and its head.
     Frames,
-    /// Alerts.
     Alerts,
-    /// The record of commands.
     Commands,
 }
 
 impl ExportSubject {
     /// The plural of what a row stands for.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Handles => "handles",
             Self::Benches => "benches",
@@ -67,7 +62,7 @@ impl ExportSubject {
     }
 
     /// Whether frames are part of it.
-    pub fn has_frames(self) -> bool {
+    pub(crate) fn has_frames(self) -> bool {
         !matches!(self, Self::Alerts | Self::Commands)
     }
 }
@@ -89,15 +84,12 @@ pub struct ExportCounts {
 
 /// Why a recording could not be exported.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ExportError {
+pub(crate) enum ExportError {
     /// The file cannot be opened as a recording.
     #[error(transparent)]
     Open(ReadError),
-    /// What follows in the file cannot be read.
     #[error("the export ends early")]
     Read(#[source] ReadError),
-    /// There is nothing to export.
     #[error(transparent)]
     Nothing(#[from] NothingFound),
     /// A workbook has no room for it.
@@ -105,13 +97,10 @@ pub enum ExportError {
     TooMuch {
         /// What there is too much of, with its number.
         what: String,
-        /// How much there may be.
         most: usize,
     },
-    /// The rows could not be written.
     #[error("cannot write the rows")]
     Write(#[source] io::Error),
-    /// The workbook's writer refused.
     #[error(transparent)]
     Table(#[from] table::ExportError),
 }

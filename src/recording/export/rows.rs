@@ -14,11 +14,8 @@ pub(super) const DECIMALS: usize = 6;
 
 /// Writes a line of titles, and a row for each of what the selection's subject names. `look` is shown how far it has come,
 /// after each frame.
-///
-/// # Errors
-/// What cannot be read, [`ExportError::Write`] where a row cannot be written, and as [`Selection::next_recorded`] where
-/// there is no frame; then nothing was written.
-pub fn write_csv(
+/// Where there is no frame, it fails before it writes anything.
+pub(crate) fn write_csv(
     selection: &mut Selection,
     sink: impl Write,
     mut look: impl FnMut(&Selection),

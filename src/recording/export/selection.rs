@@ -7,7 +7,7 @@ use crate::recording::{FrameReader, IntervalSearch, Recorded};
 
 /// Reads what is exported, one after the other; the file is never in memory as a whole.
 #[derive(Debug)]
-pub struct Selection {
+pub(crate) struct Selection {
     pub(super) settings: ExportSettings,
     pub(super) counts: ExportCounts,
     reader: FrameReader,
@@ -17,11 +17,7 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// Opens the recording.
-    ///
-    /// # Errors
-    /// [`ExportError::Open`].
-    pub fn open(settings: ExportSettings) -> Result<Self, ExportError> {
+    pub(crate) fn open(settings: ExportSettings) -> Result<Self, ExportError> {
         Ok(Self {
             reader: FrameReader::open(&settings.file).map_err(ExportError::Open)?,
             sampling: Sampling::new(settings.every_ns),
@@ -33,11 +29,9 @@ impl Selection {
     }
 
     /// The next frame, alert or event of a command that is to be written.
-    ///
-    /// # Errors
-    /// [`ExportError::Read`]; and at the end, where frames were asked for and there was none,
-    /// [`ExportError::Nothing`].
-    pub fn next_recorded(&mut self) -> Result<Option<Recorded>, ExportError> {
+    /// Fails at the end where frames were asked for and there was
+    /// none.
+    pub(crate) fn next_recorded(&mut self) -> Result<Option<Recorded>, ExportError> {
         loop {
             let Some(recorded) = self.read()? else { return self.end().map(|()| None) };
             let ExportSettings { interval, subject, with_events, .. } = self.settings;
@@ -57,12 +51,12 @@ impl Selection {
 
     /// The recording: the configuration of the frame that was read last, how far into the file that is, and what could not
     /// be read so far.
-    pub fn reader(&self) -> &FrameReader {
+    pub(crate) fn reader(&self) -> &FrameReader {
         &self.reader
     }
 
     /// How much has been exported so far.
-    pub fn counts(&self) -> ExportCounts {
+    pub(crate) fn counts(&self) -> ExportCounts {
         self.counts
     }
 

@@ -15,8 +15,8 @@ const MOST_SAMPLES: usize = 4_000_000;
 /// Its sheets are *frames* (a row each); of handles *positions* and *speeds*, of benches *positions*, *headings* and
 /// *speeds*, with a column for each row of *frames*, in the same order; *alerts*; *commands*; and *configuration*, the keys of each
 /// run.
-#[derive(Debug)]
-pub struct Workbook {
+#[derive(Debug, Default)]
+pub(crate) struct Workbook {
     subject: ExportSubject,
     frames: Vec<Vec<Cell>>,
     titles: Vec<String>,
@@ -26,9 +26,9 @@ pub struct Workbook {
     commands: Vec<Vec<Cell>>,
     configurations: Vec<Configuration>,
     /// How much it has.
-    pub counts: ExportCounts,
+    pub(crate) counts: ExportCounts,
     /// What could not be read of the recording.
-    pub flaws: Flaws,
+    pub(crate) flaws: Flaws,
 }
 
 /// Where a handle or a bench is and how it moves.
@@ -41,22 +41,10 @@ struct Sample {
 }
 
 impl Workbook {
-    /// Reads what is exported. `look` is shown how far it has come, after each frame.
-    ///
-    /// # Errors
-    /// As [`Selection::next_recorded`], and [`ExportError::TooMuch`] as soon as there is more than a workbook can have.
-    pub fn read(mut selection: Selection, mut look: impl FnMut(&Selection)) -> Result<Self, ExportError> {
-        let mut workbook = Self {
-            subject: selection.settings.subject,
-            frames: Vec::new(),
-            titles: Vec::new(),
-            samples: Vec::new(),
-            alerts: Vec::new(),
-            commands: Vec::new(),
-            configurations: Vec::new(),
-            counts: ExportCounts::default(),
-            flaws: Flaws::default(),
-        };
+    /// Reads what is exported; fails as soon as there is more than a workbook can have. `look` is shown how far it has come,
+    /// after each frame.
+    pub(crate) fn read(mut selection: Selection, mut look: impl FnMut(&Selection)) -> Result<Self, ExportError> {
+        let mut workbook = Self { subject: selection.settings.subject, ..Self::default() };
         let mut sample_count = 0;
         while let Some(recorded) = selection.next_recorded()? {
             match recorded {
@@ -75,10 +63,7 @@ impl Workbook {
     }
 
     /// The bytes of the workbook. `look` is told after each row, of so many in all.
-    ///
-    /// # Errors
-    /// [`ExportError::Table`].
-    pub fn to_bytes(&self, mut look: impl FnMut(usize)) -> Result<Vec<u8>, ExportError> {
+    pub(crate) fn to_bytes(&self, mut look: impl FnMut(usize)) -> Result<Vec<u8>, ExportError> {
         let mut book = Book::new()?;
         let subject = self.subject;
         if subject.has_frames() {

@@ -19,7 +19,7 @@
 //!
 //! **Verification** ([`verify`](mod@verify)) plays nothing: it simulates a recorded run again and compares it with its frames.
 //!
-//! **A damaged file** is played without what is damaged, one without its end as far as it goes; [`Replay::finish`] tells.
+//! **A damaged file** is played without what is damaged, one without its end as far as it goes; [`ReplaySummary::flaws`] reports it.
 
 mod pass;
 mod playback_clock;
@@ -39,7 +39,8 @@ use crate::config::RATE_HZ;
 use crate::recording::{Flaws, NothingFound, ReadError, ShowInterval};
 use crate::source::{SourcePorts, described_rate_hz, take_instance};
 
-pub use pass::{Pass, PassSummary};
+pub(crate) use pass::Pass;
+pub use pass::PassSummary;
 pub use playback_clock::PlaybackClock;
 
 use read_ahead::{ReadAhead, RecordedRun};
@@ -54,17 +55,15 @@ const COMMAND_PERIOD: Duration = Duration::from_millis(10);
 
 /// What a replay is started with.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ReplaySettings {
-    /// The recording.
-    pub file: PathBuf,
-    /// Which frames.
-    pub interval: ShowInterval,
+pub(crate) struct ReplaySettings {
+    pub(crate) file: PathBuf,
+    pub(crate) interval: ShowInterval,
     /// Recorded seconds per second, in [`RATE`].
-    pub rate: f64,
+    pub(crate) rate: f64,
     /// How often to play it; without a number, until it is stopped.
-    pub laps: Option<u64>,
+    pub(crate) laps: Option<u64>,
     /// Readers to wait for before the first frame, for ten seconds at most.
-    pub readers: usize,
+    pub(crate) readers: usize,
 }
 
 /// What a replay came to.
@@ -81,7 +80,7 @@ pub struct ReplaySummary {
 
 /// A replay: an iterator of passes, as it were, each of which is played before the next.
 #[derive(Debug)]
-pub struct Replay {
+pub(crate) struct Replay {
     domain: Domain,
     settings: ReplaySettings,
     read_ahead: ReadAhead,
@@ -95,12 +94,8 @@ pub struct Replay {
 }
 
 impl Replay {
-    /// Opens the recording and takes the instance.
-    ///
-    /// # Errors
-    /// [`ReplayError::Open`] where the file is no recording, [`BusError::SourceRunning`] where a source runs on the
-    /// instance.
-    pub fn open(domain: &Domain, settings: ReplaySettings) -> Result<Self, ReplayError> {
+    /// Opens the recording and takes the instance, on which no other source may run.
+    pub(crate) fn open(domain: &Domain, settings: ReplaySettings) -> Result<Self, ReplayError> {
         let read_ahead = ReadAhead::start(&settings)?;
         let lock = take_instance(domain)?;
         Ok(Self {
@@ -117,11 +112,7 @@ impl Replay {
 
     /// Puts the services and the description of the next pass on the bus; `None` where there is none, or the replay was
     /// stopped, by a client or by `stop`.
-    ///
-    /// # Errors
-    /// [`ReplayError::Read`], [`ReplayError::Nothing`], [`ReplayError::NoConfiguration`] and
-    /// what is wrong with the bus.
-    pub fn next_pass(&mut self, stop: &AtomicBool) -> Result<Option<Pass<'_>>, ReplayError> {
+    pub(crate) fn next_pass(&mut self, stop: &AtomicBool) -> Result<Option<Pass<'_>>, ReplayError> {
         let Some(run) = self.next_run(stop)? else { return Ok(None) };
         let toml = &run.configuration.toml;
         let rate_hz = published_rate_hz(described_rate_hz(toml), self.settings.rate);
@@ -135,14 +126,14 @@ impl Replay {
     }
 
     /// Ends the replay.
-    pub fn finish(self) -> ReplaySummary {
+    pub(crate) fn finish(self) -> ReplaySummary {
         ReplaySummary { flaws: self.read_ahead.finish(), ..self.summary }
     }
 
     /// Waits for the next run to be found in the file.
     fn next_run(&self, stop: &AtomicBool) -> Result<Option<RecordedRun>, ReplayError> {
         while !self.is_stopped && !stop.load(Ordering::Relaxed) {
-            if let Ok(run) = self.read_ahead.next(COMMAND_PERIOD) {
+            if let Some(run) = self.read_ahead.next(COMMAND_PERIOD) {
                 return run;
             }
         }
@@ -152,29 +143,19 @@ impl Replay {
 
 /// Why a recording could not be replayed, or not to its end.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ReplayError {
+pub(crate) enum ReplayError {
     /// The file cannot be opened as a recording.
     #[error(transparent)]
     Open(ReadError),
-    /// What follows in the file cannot be read.
     #[error("the replay ends early")]
     Read(#[source] ReadError),
-    /// There is nothing to replay.
     #[error(transparent)]
     Nothing(#[from] NothingFound),
     /// Frames without the configuration that tells readers what they are of.
     #[error("{} holds frames of run {run_id}, but not its configuration", path.display())]
-    NoConfiguration {
-        /// The file.
-        path: PathBuf,
-        /// The run, as recorded.
-        run_id: u64,
-    },
-    /// The thread that reads the file could not be started.
+    NoConfiguration { path: PathBuf, run_id: u64 },
     #[error("cannot start a thread")]
     Thread(#[source] io::Error),
-    /// The bus.
     #[error(transparent)]
     Bus(#[from] BusError),
 }

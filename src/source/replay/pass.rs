@@ -39,16 +39,10 @@ pub struct PassSummary {
 
 /// A recorded run that is on the bus, and about to be played.
 #[derive(Debug)]
-pub struct Pass<'a> {
+pub(crate) struct Pass<'a> {
     replay: &'a mut Replay,
     run: RecordedRun,
     ports: SourcePorts,
-    progress: PassProgress,
-}
-
-/// How far a pass has been played.
-#[derive(Debug)]
-struct PassProgress {
     /// The next tick.
     tick: u64,
     /// Show time of the last frame.
@@ -64,25 +58,22 @@ struct Stopped;
 impl<'a> Pass<'a> {
     /// A pass that is about to begin.
     pub(super) fn new(replay: &'a mut Replay, run: RecordedRun, ports: SourcePorts) -> Self {
-        let progress = PassProgress { tick: 0, sim_time_s: 0.0, missing: 0, overruns_before: replay.clock.overruns() };
-        Self { replay, run, ports, progress }
+        let overruns_before = replay.clock.overruns();
+        Self { replay, run, ports, tick: 0, sim_time_s: 0.0, missing: 0, overruns_before }
     }
 
     /// The number of the run that it is on the bus.
-    pub fn run_id(&self) -> u64 {
+    pub(crate) fn run_id(&self) -> u64 {
         self.ports.run_id()
     }
 
     /// The number of the run that was recorded.
-    pub fn recorded_run_id(&self) -> u64 {
+    pub(crate) fn recorded_run_id(&self) -> u64 {
         self.run.configuration.run_id
     }
 
     /// Publishes frame after frame until the recorded run ends, `stop` is set, or a client asks for it.
-    ///
-    /// # Errors
-    /// [`BusError::Failed`] where a frame cannot be published.
-    pub fn play(mut self, stop: &AtomicBool) -> Result<PassSummary, BusError> {
+    pub(crate) fn play(mut self, stop: &AtomicBool) -> Result<PassSummary, BusError> {
         sleep_precisely();
         self.replay.is_stopped = self.wait_for_readers(stop).is_err();
         while !self.replay.is_stopped {
@@ -108,9 +99,11 @@ impl<'a> Pass<'a> {
         }
         let begun_ns = monotonic_ns();
         let header = FrameHeader { time_scale: frame.header.time_scale * self.replay.clock.rate(), ..frame.header };
-        let tick = self.progress.tick;
+        let tick = self.tick;
         self.ports.publish_copy(&header, &frame.handles, tick, due_ns)?;
-        self.progress.take(&header, missing);
+        self.missing = self.missing.saturating_add(missing);
+        self.sim_time_s = header.sim_time_s();
+        self.tick += 1;
         let overruns = self.overruns();
         self.ports.report().report_frame(&FrameHeader { tick, ..header }, overruns);
         self.ports.report().report_behind(self.replay.clock.behind_ns());
@@ -149,9 +142,9 @@ impl<'a> Pass<'a> {
     /// Answers the commands that have come.
     fn look_for_stop(&mut self, stop: &AtomicBool) -> Result<(), Stopped> {
         let mut asked_to_stop = false;
-        let sim_time_ns = (self.progress.sim_time_s * 1e9).round() as i64;
+        let sim_time_ns = (self.sim_time_s * 1e9).round() as i64;
         let moment = Moment { sim_time_ns, overruns: self.overruns() };
-        self.ports.take_commands(self.progress.tick, moment, |request| match request {
+        self.ports.take_commands(self.tick, moment, |request| match request {
             Request::Stop => {
                 asked_to_stop = true;
                 Ok(())
@@ -178,22 +171,14 @@ impl<'a> Pass<'a> {
     }
 
     fn overruns(&self) -> u64 {
-        self.replay.clock.overruns() - self.progress.overruns_before
+        self.replay.clock.overruns() - self.overruns_before
     }
 
     fn into_summary(self) -> PassSummary {
         let (run_id, recorded_run_id, overruns) = (self.run_id(), self.recorded_run_id(), self.overruns());
-        let PassProgress { tick: frames, sim_time_s, missing, .. } = self.progress;
+        let Self { tick: frames, sim_time_s, missing, .. } = self;
         self.replay.summary.frames += frames;
         let TimesOfAll { lateness_us, tick_us } = self.ports.finish();
         PassSummary { run_id, recorded_run_id, frames, missing, sim_time_s, overruns, lateness_us, tick_us }
-    }
-}
-
-impl PassProgress {
-    fn take(&mut self, recorded: &FrameHeader, missing: u64) {
-        self.missing = self.missing.saturating_add(missing);
-        self.sim_time_s = recorded.sim_time_s();
-        self.tick += 1;
     }
 }

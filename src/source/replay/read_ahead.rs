@@ -56,10 +56,6 @@ pub(super) struct ReadAhead {
     thread: JoinHandle<Flaws>,
 }
 
-/// That the next run has not been found yet.
-#[derive(Debug)]
-pub(super) struct NotYet;
-
 impl ReadAhead {
     /// Opens a recording and begins to read.
     pub(super) fn start(settings: &ReplaySettings) -> Result<Self, ReplayError> {
@@ -74,12 +70,12 @@ impl ReadAhead {
         Ok(Self { runs, abandoned, thread })
     }
 
-    /// The next recorded run, or `None` at the end of all; waits so long at most.
-    pub(super) fn next(&self, patience: Duration) -> Result<Result<Option<RecordedRun>, ReplayError>, NotYet> {
+    /// The next recorded run, or `None` at the end of all. Waits so long at most; `None` outside where that was too short.
+    pub(super) fn next(&self, patience: Duration) -> Option<Result<Option<RecordedRun>, ReplayError>> {
         match self.runs.recv_timeout(patience) {
-            Ok(run) => Ok(run.map(Some)),
-            Err(RecvTimeoutError::Disconnected) => Ok(Ok(None)),
-            Err(RecvTimeoutError::Timeout) => Err(NotYet),
+            Ok(run) => Some(run.map(Some)),
+            Err(RecvTimeoutError::Disconnected) => Some(Ok(None)),
+            Err(RecvTimeoutError::Timeout) => None,
         }
     }
 
@@ -129,10 +125,6 @@ struct Trail {
 }
 
 impl Excerpt {
-    /// Opens a recording.
-    ///
-    /// # Errors
-    /// [`ReplayError::Open`], where it is none.
     fn open(settings: &ReplaySettings, abandoned: Arc<AtomicBool>) -> Result<Self, ReplayError> {
         let ReplaySettings { file, interval, laps, .. } = settings;
         Ok(Self {

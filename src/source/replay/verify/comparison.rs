@@ -78,6 +78,15 @@ impl fmt::Display for Value {
     }
 }
 
+impl Value {
+    fn has_bits_of(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Number(number), Self::Number(other)) => number.to_bits() == other.to_bits(),
+            _ => self == other,
+        }
+    }
+}
+
 impl From<f64> for Value {
     fn from(number: f64) -> Self {
         if number.is_finite() {
@@ -103,46 +112,36 @@ pub(super) fn difference(
         simulated,
     };
     let was = &recorded.header;
-    if was.state != header.state {
-        return Some(of("state", None, state_text(was), state_text(header)));
-    }
-    let whole = [
-        ("sim_time_ns", was.sim_time_ns.to_string(), header.sim_time_ns.to_string()),
-        ("bench_count", was.bench_count.to_string(), header.bench_count.to_string()),
-        ("handles", recorded.handles.len().to_string(), handles.len().to_string()),
+    let text = |value: &dyn fmt::Display| Value::Text(value.to_string());
+    let fields = [
+        ("state", state_text(was), state_text(header)),
+        ("sim_time_ns", text(&was.sim_time_ns), text(&header.sim_time_ns)),
+        ("bench_count", text(&was.bench_count), text(&header.bench_count)),
+        ("handles", text(&recorded.handles.len()), text(&handles.len())),
+        ("head_travel_m", was.head_travel_m.into(), header.head_travel_m.into()),
+        ("head_speed_mps", was.head_speed_mps.into(), header.head_speed_mps.into()),
+        ("time_scale", was.time_scale.into(), header.time_scale.into()),
     ];
-    if let Some((field, was, is)) = whole.into_iter().find(|(_, was, is)| was != is) {
-        return Some(of(field, None, Value::Text(was), Value::Text(is)));
+    if let Some((field, was, is)) = fields.into_iter().find(|(_, was, is)| !was.has_bits_of(is)) {
+        return Some(of(field, None, was, is));
     }
-    let numbers = [
-        ("head_travel_m", was.head_travel_m, header.head_travel_m),
-        ("head_speed_mps", was.head_speed_mps, header.head_speed_mps),
-        ("time_scale", was.time_scale, header.time_scale),
-    ];
-    if let Some((field, was, is)) = numbers.into_iter().find(|(_, was, is)| was.to_bits() != is.to_bits()) {
-        return Some(of(field, None, was.into(), is.into()));
+    for (index, (was, is)) in recorded.handles.iter().zip(handles).enumerate() {
+        let fields =
+            [("position_m", was.position_m, is.position_m), ("velocity_mps", was.velocity_mps, is.velocity_mps)];
+        for (field, was, is) in fields {
+            if let Some(axis) = (0..3).find(|&axis| was[axis].to_bits() != is[axis].to_bits()) {
+                let field = format!("{field}[{axis}]");
+                return Some(of(&field, Some(index as u64), was[axis].into(), is[axis].into()));
+            }
+        }
     }
-    let differing = recorded.handles.iter().zip(handles).position(|(was, is)| bits(was) != bits(is))?;
-    let (was, is) = (&recorded.handles[differing], &handles[differing]);
-    let part = bits(was).iter().zip(bits(is)).position(|(was, is)| *was != is)?;
-    let field = ["position_m", "velocity_mps"][part / 3];
-    let field = format!("{field}[{}]", part % 3);
-    Some(of(&field, Some(differing as u64), values(was)[part].into(), values(is)[part].into()))
+    None
 }
 
 fn state_text(header: &FrameHeader) -> Value {
     Value::Text(
         header.show_state().map_or_else(|| header.state.to_string(), |state: ShowState| state.name().to_owned()),
     )
-}
-
-fn values(handle: &HandleState) -> [f64; 6] {
-    let ([x, y, z], [vx, vy, vz]) = (handle.position_m, handle.velocity_mps);
-    [x, y, z, vx, vy, vz]
-}
-
-fn bits(handle: &HandleState) -> [u64; 6] {
-    values(handle).map(f64::to_bits)
 }
 
 /// When the ticks were due.

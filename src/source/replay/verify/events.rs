@@ -75,10 +75,7 @@ pub(super) struct Gap {
 }
 
 impl RunEvents {
-    /// Sorts the events of a run.
-    ///
-    /// # Errors
-    /// Why they cannot be used at all.
+    /// Sorts the events of a run. The error is why they cannot be used at all.
     pub(super) fn new(mut events: Vec<CommandEvent>) -> Result<Self, String> {
         // Files that were joined by other tools may hold them in another order, or twice.
         events.sort_by_key(|event| event.number);

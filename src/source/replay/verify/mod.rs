@@ -61,7 +61,7 @@ pub struct FlawedFile {
 }
 
 /// What a verification found of one run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunVerification {
     /// The run.
     pub run_id: u64,
@@ -89,10 +89,11 @@ pub struct RunVerification {
 }
 
 /// The result of a verification.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "verdict", rename_all = "snake_case")]
 pub enum RunVerdict {
     /// Every recorded frame is as simulated.
+    #[default]
     Verified,
     /// A frame is not: the first one.
     Differs {
@@ -110,7 +111,6 @@ pub enum RunVerdict {
 
 /// Why recordings could not be verified at all.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum VerifyError {
     /// A file cannot be read as a recording.
     #[error(transparent)]
@@ -219,19 +219,9 @@ impl RunInProgress {
             Ok(check) => (Some(check), RunVerdict::Verified),
             Err(reason) => (None, RunVerdict::Unverifiable { from_tick: tick, reason }),
         };
-        let found = RunVerification {
-            run_id: frame.header.run_id,
-            frames: 0,
-            verified: 0,
-            first_tick: tick,
-            last_tick: tick,
-            missing: 0,
-            overruns: 0,
-            commands: 0,
-            grants: 0,
-            timecode: 0,
-            verdict,
-        };
+        let run_id = frame.header.run_id;
+        let found =
+            RunVerification { run_id, first_tick: tick, last_tick: tick, verdict, ..RunVerification::default() };
         let open_end = check.as_ref().and_then(RunCheck::open_end);
         Self { found, check, open_end }
     }

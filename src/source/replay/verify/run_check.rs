@@ -55,10 +55,7 @@ struct Timecode {
 }
 
 impl RunCheck {
-    /// The run before tick 0.
-    ///
-    /// # Errors
-    /// Why it cannot be simulated.
+    /// The run before tick 0, or why it cannot be simulated.
     pub(super) fn begin(
         run_id: u64,
         configuration: Option<&Configuration>,
@@ -94,9 +91,6 @@ impl RunCheck {
     }
 
     /// Simulates up to a frame and compares it. Counts in `found` what was simulated.
-    ///
-    /// # Errors
-    /// Why this is the first frame that is not verified.
     pub(super) fn take(
         &mut self,
         frame: &RecordedFrame,
