@@ -42,9 +42,9 @@ fn play(dragon: Dragon) -> u64 {
     ];
     for tick in 0..40_000 {
         for (_, command) in commands.iter().filter(|(at, _)| *at == tick) {
-            simulation.request(*command).expect("the command is allowed");
+            simulation.motion.request(*command).expect("the command is allowed");
         }
-        simulation.advance();
+        simulation.motion.advance();
         simulation.write(&mut handles);
         for value in handles.iter().flat_map(|handle| handle.position_m.into_iter().chain(handle.velocity_mps)) {
             value.to_bits().hash(&mut hasher);

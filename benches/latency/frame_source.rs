@@ -32,7 +32,7 @@ impl FrameSource {
     pub(crate) fn fill(&mut self, handles: &mut [HandleState], due_ns: u64) -> FrameHeader {
         let tick = self.tick;
         self.tick += 1;
-        self.simulation.advance();
+        self.simulation.motion.advance();
         self.simulation.write(handles).header(0, tick, due_ns, 1.0, BENCHES as u32)
     }
 }

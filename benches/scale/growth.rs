@@ -22,7 +22,7 @@ pub(crate) fn step_ns(benches: usize) -> f64 {
     let mut frame = vec![HandleState::default(); benches + 1];
     let mut batch = || {
         nanoseconds_a_call(HANDLES_A_BATCH.div_ceil(benches), || {
-            simulation.advance();
+            simulation.motion.advance();
             simulation.write(&mut frame);
         })
     };

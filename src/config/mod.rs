@@ -63,22 +63,29 @@ pub struct Overrides {
     pub guard: bool,
 }
 
-/// A valid configuration.
+/// A document that has been read, every value of which is in its range. No dragon has been placed on its route yet.
+#[derive(Clone, Debug)]
+pub struct ConfigDocument {
+    tables: Document,
+    dimensions: Dimensions,
+    route: RouteSpec,
+}
+
+/// A valid configuration: a document, and the dragon on its route.
 #[derive(Clone, Debug)]
 pub struct Config {
-    document: Document,
-    route: RouteSpec,
+    document: ConfigDocument,
     dragon: Arc<Dragon>,
 }
 
-impl Config {
+impl ConfigDocument {
     /// Reads a file, or takes the paper's dragon where there is none, and sets the flags over it.
     ///
     /// # Errors
     /// What is wrong with the file or a value.
     pub fn load(path: Option<&Path>, overrides: Overrides) -> Result<Self, ConfigError> {
-        let Some(path) = path else { return Self::from_document(Document::default(), overrides) };
-        Self::from_document(parse(&read(path)?)?, overrides)
+        let Some(path) = path else { return Self::check(Document::default(), overrides) };
+        Self::check(parse(&read(path)?)?, overrides)
     }
 
     /// Reads the text of a description.
@@ -86,12 +93,70 @@ impl Config {
     /// # Errors
     /// What is wrong with it.
     pub fn from_toml(text: &str) -> Result<Self, ConfigError> {
-        Self::from_document(parse(text)?, Overrides::default())
+        Self::check(parse(text)?, Overrides::default())
+    }
+
+    /// Places the dragon on its route, and finds out how far it can walk.
+    ///
+    /// # Errors
+    /// What is wrong with the route, or with this dragon on it.
+    pub fn build(self) -> Result<Config, ConfigError> {
+        let route = self.route.build(self.tables.head.speed_mps).map_err(ConfigError::Route)?;
+        let dragon = Dragon::new(self.dimensions, Arc::new(route)).map_err(ConfigError::Dragon)?;
+        Ok(Config { document: self, dragon: Arc::new(dragon) })
+    }
+
+    fn check(mut tables: Document, overrides: Overrides) -> Result<Self, ConfigError> {
+        let serve = &mut tables.serve;
+        serve.rate_hz = overrides.rate_hz.unwrap_or(serve.rate_hz);
+        serve.time_scale = overrides.time_scale.unwrap_or(serve.time_scale);
+        serve.catch_up_s = overrides.catch_up_s.unwrap_or(serve.catch_up_s);
+        serve.cpu = overrides.cpu.or(serve.cpu);
+        serve.priority = overrides.priority.unwrap_or(serve.priority);
+        serve.spin_us = overrides.spin_us.unwrap_or(serve.spin_us);
+        require_whole("serve", "rate_hz", serve.rate_hz, &RATE_HZ)?;
+        require("serve", "time_scale", serve.time_scale, &TIME_SCALE)?;
+        serve.cpu.map_or(Ok(()), |cpu| require_whole("serve", "cpu", cpu, &CPU))?;
+        require_whole("serve", "spin_us", serve.spin_us, &SPIN_US)?;
+        require("serve", "catch_up_s", serve.catch_up_s, &CATCH_UP_S)?;
+        tables.monitor.guard |= overrides.guard;
+        require("head", "speed_mps", tables.head.speed_mps, &HEAD_SPEED_MPS)?;
+        if let Some(accel_mps2) = tables.head.accel_mps2 {
+            require("head", "accel_mps2", accel_mps2, &HEAD_ACCEL_MPS2)?;
+        }
+        require("monitor", "near_m", tables.monitor.near_m, &NEAR_M)?;
+        require("monitor", "margin_m", tables.monitor.margin_m, &MARGIN_M)?;
+        let count = tables.show.also.len();
+        if count > MAX_ALSO {
+            return Err(ConfigError::TooManyCommands { count });
+        }
+        let route = tables.route.plan()?;
+        tables.route = RouteTable::written_out(route);
+        let dimensions = dimensions(&tables.dragon)?;
+        Ok(Self { tables, dimensions, route })
+    }
+}
+
+impl Config {
+    /// [`ConfigDocument::load`] and [`ConfigDocument::build`] in one.
+    ///
+    /// # Errors
+    /// As both.
+    pub fn load(path: Option<&Path>, overrides: Overrides) -> Result<Self, ConfigError> {
+        ConfigDocument::load(path, overrides)?.build()
+    }
+
+    /// [`ConfigDocument::from_toml`] and [`ConfigDocument::build`] in one.
+    ///
+    /// # Errors
+    /// As both.
+    pub fn from_toml(text: &str) -> Result<Self, ConfigError> {
+        ConfigDocument::from_toml(text)?.build()
     }
 
     /// The whole configuration as TOML, every key written out.
     pub fn to_toml(&self) -> String {
-        toml::to_string(&self.document).expect("the document has only tables of numbers and strings")
+        toml::to_string(&self.document.tables).expect("the document has only tables of numbers and strings")
     }
 
     /// The dragon on its route.
@@ -101,22 +166,22 @@ impl Config {
 
     /// Planned speed of the head in metres per show second.
     pub fn head_speed_mps(&self) -> f64 {
-        self.document.head.speed_mps
+        self.document.tables.head.speed_mps
     }
 
     /// Greatest acceleration of the head in m/s²; without one it starts and stops at once.
     pub fn head_accel_mps2(&self) -> Option<f64> {
-        self.document.head.accel_mps2
+        self.document.tables.head.accel_mps2
     }
 
     /// Ticks a second.
     pub fn rate_hz(&self) -> u32 {
-        self.document.serve.rate_hz
+        self.document.tables.serve.rate_hz
     }
 
     /// Show seconds per wall-clock second.
     pub fn time_scale(&self) -> f64 {
-        self.document.serve.time_scale
+        self.document.tables.serve.time_scale
     }
 
     /// Show seconds that one running tick advances.
@@ -126,23 +191,23 @@ impl Config {
 
     /// The processor that the server's loop is to run on, where it is to stay on one.
     pub fn cpu(&self) -> Option<u32> {
-        self.document.serve.cpu
+        self.document.tables.serve.cpu
     }
 
     /// How the kernel is to schedule the server's loop.
     pub fn priority(&self) -> Priority {
-        self.document.serve.priority
+        self.document.tables.serve.priority
     }
 
     /// Microseconds before each release from which on the server's loop does not sleep but spins.
     pub fn spin_us(&self) -> u32 {
-        self.document.serve.spin_us
+        self.document.tables.serve.spin_us
     }
 
     /// Wall time in seconds: a show that stood still for no longer jumps to where it should be; after a longer standstill it
     /// makes up for it slowly.
     pub fn catch_up_s(&self) -> f64 {
-        self.document.serve.catch_up_s
+        self.document.tables.serve.catch_up_s
     }
 
     /// Releases that a show may miss in one go and jump.
@@ -153,32 +218,32 @@ impl Config {
 
     /// Clearance in metres from which on the monitor warns.
     pub fn near_m(&self) -> f64 {
-        self.document.monitor.near_m
+        self.document.tables.monitor.near_m
     }
 
     /// Clearance in metres that the guard keeps.
     pub fn margin_m(&self) -> f64 {
-        self.document.monitor.margin_m
+        self.document.tables.monitor.margin_m
     }
 
     /// Whether a guard keeps the benches apart.
     pub fn is_guarded(&self) -> bool {
-        self.document.monitor.guard
+        self.document.tables.monitor.guard
     }
 
     /// The command lines that a show runs beside its own children, in their order. `show` checks what they say.
     pub fn also(&self) -> Vec<&str> {
-        self.document.show.also.iter().map(|also| also.command.as_str()).collect()
+        self.document.tables.show.also.iter().map(|also| also.command.as_str()).collect()
     }
 
     /// The route as planned.
     pub fn route(&self) -> RouteSpec {
-        self.route
+        self.document.route
     }
 
     /// Show time in seconds at which the planned run starts.
     pub fn start_s(&self) -> f64 {
-        self.route.start_s()
+        self.document.route.start_s()
     }
 
     /// When the head is where on a run from the start.
@@ -200,7 +265,7 @@ impl Config {
     /// The latest show time that may be sought, in seconds: a seek puts the head where the planned speed alone has it at that
     /// time, so this one is at the run's end.
     pub fn last_seek_s(&self) -> f64 {
-        match (self.route.end_s(), self.dragon.run_end()) {
+        match (self.document.route.end_s(), self.dragon.run_end()) {
             (Some(end_s), RunEnd::RouteEnd) => end_s,
             _ => self.dragon.end_travel_m() / self.head_speed_mps(),
         }
@@ -211,8 +276,8 @@ impl Config {
     /// # Errors
     /// What is wrong with the route, or with this dragon on it.
     pub fn with_route(&self, route: RouteSpec) -> Result<Self, ConfigError> {
-        let document = Document { route: RouteTable::written_out(route), ..self.document.clone() };
-        Self::from_document(document, Overrides::default())
+        let tables = Document { route: RouteTable::written_out(route), ..self.document.tables.clone() };
+        ConfigDocument::check(tables, Overrides::default())?.build()
     }
 
     /// The same with another speed of the head, in metres per show second.
@@ -220,42 +285,9 @@ impl Config {
     /// # Errors
     /// A speed out of range.
     pub fn with_head_speed(&self, speed_mps: f64) -> Result<Self, ConfigError> {
-        let mut document = self.document.clone();
-        document.head.speed_mps = speed_mps;
-        Self::from_document(document, Overrides::default())
-    }
-
-    fn from_document(mut document: Document, overrides: Overrides) -> Result<Self, ConfigError> {
-        let serve = &mut document.serve;
-        serve.rate_hz = overrides.rate_hz.unwrap_or(serve.rate_hz);
-        serve.time_scale = overrides.time_scale.unwrap_or(serve.time_scale);
-        serve.catch_up_s = overrides.catch_up_s.unwrap_or(serve.catch_up_s);
-        serve.cpu = overrides.cpu.or(serve.cpu);
-        serve.priority = overrides.priority.unwrap_or(serve.priority);
-        serve.spin_us = overrides.spin_us.unwrap_or(serve.spin_us);
-        require_whole("serve", "rate_hz", serve.rate_hz, &RATE_HZ)?;
-        require("serve", "time_scale", serve.time_scale, &TIME_SCALE)?;
-        serve.cpu.map_or(Ok(()), |cpu| require_whole("serve", "cpu", cpu, &CPU))?;
-        require_whole("serve", "spin_us", serve.spin_us, &SPIN_US)?;
-        require("serve", "catch_up_s", serve.catch_up_s, &CATCH_UP_S)?;
-        document.monitor.guard |= overrides.guard;
-        require("head", "speed_mps", document.head.speed_mps, &HEAD_SPEED_MPS)?;
-        if let Some(accel_mps2) = document.head.accel_mps2 {
-            require("head", "accel_mps2", accel_mps2, &HEAD_ACCEL_MPS2)?;
-        }
-        require("monitor", "near_m", document.monitor.near_m, &NEAR_M)?;
-        require("monitor", "margin_m", document.monitor.margin_m, &MARGIN_M)?;
-        let count = document.show.also.len();
-        if count > MAX_ALSO {
-            return Err(ConfigError::TooManyCommands { count });
-        }
-        let route = document.route.plan()?;
-        document.route = RouteTable::written_out(route);
-        let dragon = Dragon::new(
-            dimensions(&document.dragon)?,
-            Arc::new(route.build(document.head.speed_mps).map_err(ConfigError::Route)?),
-        );
-        Ok(Self { document, route, dragon: Arc::new(dragon.map_err(ConfigError::Dragon)?) })
+        let mut tables = self.document.tables.clone();
+        tables.head.speed_mps = speed_mps;
+        ConfigDocument::check(tables, Overrides::default())?.build()
     }
 }
 
@@ -305,11 +337,17 @@ mod tests {
     }
 
     #[test]
+    fn a_document_is_read_without_a_dragon_on_its_route() {
+        let document = ConfigDocument::from_toml("[route]\npitch_m = 0.2").expect("each value is in its range");
+        assert!(matches!(document.build(), Err(ConfigError::Dragon(_))), "the boards are wider");
+    }
+
+    #[test]
     fn the_written_document_reads_back_the_same() {
         let text = "[route]\npitch_m = 0.6000000000000001\n[serve]\nrate_hz = 250\ncpu = 3\npriority = \"fifo:80\"\nspin_us = 9\ncatch_up_s = 0.5\n";
         let config = Config::from_toml(text).expect("the text is valid");
         let again = Config::from_toml(&config.to_toml()).expect("its own text is valid");
-        assert_eq!(again.document, config.document);
+        assert_eq!(again.document.tables, config.document.tables);
     }
 
     #[test]
@@ -318,7 +356,7 @@ mod tests {
         let config = Config::from_toml(text).expect("the text is valid");
         assert_eq!(config.also(), ["hz", "bridge psn --name 'a b'"]);
         let again = Config::from_toml(&config.to_toml()).expect("its own text is valid");
-        assert_eq!(again.document, config.document);
+        assert_eq!(again.document.tables, config.document.tables);
         assert!(!Config::from_toml("").expect("every key has a default").to_toml().contains("show"));
     }
 
@@ -329,7 +367,7 @@ mod tests {
         assert_eq!(config.route(), RouteSpec::Turnaround(plan));
         assert_eq!((config.start_s(), config.end_s()), (-100.0, 60.0));
         let again = Config::from_toml(&config.to_toml()).expect("its own text is valid");
-        assert_eq!(again.document, config.document);
+        assert_eq!(again.document.tables, config.document.tables);
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! The guard: keeps benches from touching by a movement authority, as railway signalling keeps trains apart.
 //!
 //! A guarded server moves the head only as far as it was granted. The guard proves from the published description that on
-//! the way ahead no two benches come nearer than a margin ([`Request::Grant`]), and keeps the grant a horizon ahead of the
+//! the travel ahead no two benches come nearer than a margin ([`Request::Grant`]), and keeps the grant a horizon ahead of the
 //! head: never past the point where the clearance would fall under the margin. Where the benches are is a function of
 //! travel alone, so a grant holds at any speed, for as long as the run lasts. If the guard dies, lags or is wrong about the
-//! state, the head comes to rest on ground that was proved free.
+//! state, the head comes to rest on travel that was proved free.
 //!
 //! Pure: frame headers go in, grants come out. Clocks, the bus and the thread are the command's.
 
@@ -49,14 +49,14 @@ impl GuardSettings {
     }
 }
 
-/// Where the head rests for good: no further ground can ever be granted.
+/// Where the head rests for good: no further travel can ever be granted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FinalRest {
     /// Travel of the head in metres.
     pub travel_m: f64,
     /// Show time in seconds.
     pub sim_time_s: f64,
-    /// Whether the margin is kept there; where it is not, the head was put there, and never walked.
+    /// Whether the margin is kept there; where it is not, the head was repositioned there, and never walked.
     pub is_free: bool,
     /// Show time at which two benches would touch if the head walked on at its planned speed; `None` where they would not
     /// up to the run's end, or where it takes too much work to find out.
@@ -74,20 +74,20 @@ pub struct Guard<'a> {
     rate_hz: f64,
     /// Speed at which the head last walked.
     walking_speed_mps: f64,
-    /// The ground that the head is on, unless it is not free.
+    /// The proven travel that the head is on, unless it is not free.
     present: Option<Granting<'a>>,
-    /// Ground that somebody has asked for.
+    /// Proven travel that a seek has asked for.
     prepared: Option<Granting<'a>>,
     /// Travel that was asked for last, which may not be free.
     asked_m: Option<f64>,
-    /// Travel at which the ground was last found not to be free.
+    /// Travel at which a margin violation was last found.
     refused_m: Option<f64>,
 }
 
-/// Proved ground and how much of it the server knows.
+/// Proven travel and how much of it the server knows.
 #[derive(Debug)]
 struct Granting<'a> {
-    ground: ProvenTravel<'a>,
+    proven: ProvenTravel<'a>,
     /// Where the last grant of it that was taken ends, and whether for good.
     granted: Option<(f64, bool)>,
 }
@@ -110,7 +110,7 @@ impl<'a> Guard<'a> {
         }
     }
 
-    /// Looks at a frame of the run, and at the travel that a refused seek asked for, proves more ground where it is needed,
+    /// Looks at a frame of the run, and at the travel that a refused seek asked for, proves more travel where it is needed,
     /// and returns a grant for the server. It is returned again until [`Guard::note_granted`] says that it was taken.
     pub fn follow(&mut self, header: &FrameHeader, asked_m: Option<f64>) -> Option<Request> {
         if header.show_state().is_some_and(ShowState::walks) {
@@ -127,23 +127,23 @@ impl<'a> Guard<'a> {
     /// Takes note that the server has taken a grant.
     pub fn note_granted(&mut self, from_m: f64, to_m: f64, is_final: bool) {
         let grantings = [&mut self.present, &mut self.prepared].into_iter().flatten();
-        for granting in grantings.filter(|granting| granting.ground.begin_m() == from_m) {
+        for granting in grantings.filter(|granting| granting.proven.begin_m() == from_m) {
             granting.granted = Some((to_m, is_final));
         }
     }
 
-    /// Whether this frame, which the guard has looked at, shows the head at rest where no further ground can ever be
+    /// Whether this frame, which the guard has looked at, shows the head at rest where no further travel can ever be
     /// granted.
     pub fn is_final(&self, header: &FrameHeader) -> bool {
         let travel_m = header.head_travel_m;
         let is_end = match &self.present {
-            Some(Granting { ground, .. }) => ground.is_whole() && travel_m >= ground.end_m(),
+            Some(Granting { proven, .. }) => proven.is_whole() && travel_m >= proven.end_m(),
             None => self.refused_m == Some(travel_m),
         };
         is_end && header.show_state() == Some(ShowState::Held)
     }
 
-    /// What there is to tell of such a frame.
+    /// What there is to report of such a frame.
     pub fn final_rest(&self, header: &FrameHeader) -> FinalRest {
         let travel_m = header.head_travel_m;
         let dragon = self.dragon.metered(&Meter::of(FORECAST_STEPS));
@@ -161,10 +161,10 @@ impl<'a> Guard<'a> {
         self.settings.horizon_s.max(LEAST_TICKS / self.rate_hz) * time_scale * speed_mps + braking_m
     }
 
-    /// Finds the ground that the head is on, or begins it there.
+    /// Finds the proven travel that the head is on, or begins it there.
     fn stand_on(&mut self, travel_m: f64) {
         let holds =
-            |granting: &Option<Granting<'_>>| granting.as_ref().is_some_and(|some| some.ground.contains(travel_m));
+            |granting: &Option<Granting<'_>>| granting.as_ref().is_some_and(|some| some.proven.contains(travel_m));
         if holds(&self.present) || self.refused_m == Some(travel_m) {
             return;
         }
@@ -172,7 +172,7 @@ impl<'a> Guard<'a> {
         self.refused_m = self.present.is_none().then_some(travel_m);
     }
 
-    /// Begins ground where a seek was asked to go, unless it was before.
+    /// Begins a proof where a seek was asked to go, unless it was before.
     fn prepare(&mut self, asked_m: Option<f64>) {
         if asked_m != self.asked_m {
             self.asked_m = asked_m;
@@ -182,8 +182,8 @@ impl<'a> Guard<'a> {
 
     fn begin(&self, travel_m: f64) -> Option<Granting<'a>> {
         let within_run = (self.dragon.start_travel_m()..=self.dragon.end_travel_m()).contains(&travel_m);
-        let ground = within_run.then(|| ProvenTravel::at(self.dragon, self.settings.margin_m, travel_m))?.ok()?;
-        Some(Granting { ground, granted: None })
+        let proven = within_run.then(|| ProvenTravel::at(self.dragon, self.settings.margin_m, travel_m))?.ok()?;
+        Some(Granting { proven, granted: None })
     }
 }
 
@@ -194,8 +194,8 @@ impl Granting<'_> {
         if !self.granted.is_none_or(is_needed) {
             return None;
         }
-        self.ground.extend(travel_m + GRANTED_HORIZONS * horizon_m, HANDLES_AT_A_TIME);
-        let (from_m, to_m, is_final) = (self.ground.begin_m(), self.ground.end_m(), self.ground.is_whole());
+        self.proven.extend(travel_m + GRANTED_HORIZONS * horizon_m, HANDLES_AT_A_TIME);
+        let (from_m, to_m, is_final) = (self.proven.begin_m(), self.proven.end_m(), self.proven.is_whole());
         let is_new = self.granted.is_none_or(|granted| granted.0 < to_m || is_final);
         is_new.then_some(Request::Grant { run_id, from_m, to_m, is_final })
     }

@@ -113,7 +113,7 @@ pub(super) struct Account {
 /// The running thread.
 #[derive(Debug)]
 pub(super) struct Reporter {
-    gauges: Arc<LoopGauges>,
+    pub(super) gauges: Arc<LoopGauges>,
     wake: Sender<()>,
     thread: Option<JoinHandle<TimesOfAll>>,
 }
@@ -128,7 +128,7 @@ impl Reporter {
         account: Account,
         times: Arc<TickTimes>,
         commands: Consumer<CommandEvent>,
-    ) -> Result<(Self, Arc<LoopGauges>), BusError> {
+    ) -> Result<Self, BusError> {
         let gauges = Arc::new(LoopGauges::new(account.rate_hz));
         let shared = Arc::clone(&gauges);
         let (ready, opened) = channel::bounded(1);
@@ -160,7 +160,7 @@ impl Reporter {
                 reason: format!("cannot start the thread that reports: {error}"),
             })?;
         opened.recv().expect("the thread answers before it does anything else")?;
-        Ok((Self { gauges: Arc::clone(&gauges), wake, thread: Some(thread) }, gauges))
+        Ok(Self { gauges, wake, thread: Some(thread) })
     }
 
     /// Publishes the last status and ends the thread. Returns the times of all ticks.

@@ -8,15 +8,14 @@ use bench_dragon_ipc::{
 };
 
 use super::command_server::CommandLog;
-use super::reporter::{Account, LoopGauges, Reporter, TimesOfAll};
+use super::reporter::{Account, Reporter, TimesOfAll};
 use super::server::motion::Limits;
 
 /// The slow side of a run, on a thread of its own. What the loop tells it costs a few stores.
 #[derive(Debug)]
 pub(crate) struct SourceReport {
     reporter: Reporter,
-    gauges: Arc<LoopGauges>,
-    times: TickTimesRecorder,
+    times: Arc<TickTimes>,
     commands: CommandLog,
 }
 
@@ -35,8 +34,8 @@ impl SourceReport {
         let times = Arc::new(TickTimes::default());
         let (commands, events) = CommandLog::new(description.run_id);
         let account = Account { kind, description, bench_count, rate_hz };
-        let (reporter, gauges) = Reporter::start(domain, account, Arc::clone(&times), events)?;
-        Ok(Self { reporter, gauges, times: TickTimesRecorder::new(times), commands })
+        let reporter = Reporter::start(domain, account, Arc::clone(&times), events)?;
+        Ok(Self { reporter, times, commands })
     }
 
     /// The record of the run's commands.
@@ -46,34 +45,34 @@ impl SourceReport {
 
     /// Tells that the loop turns.
     pub(crate) fn beat(&self) {
-        self.gauges.beats.fetch_add(1, Ordering::Relaxed);
+        self.reporter.gauges.beats.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Tells what the last frame says, and how many releases have been skipped so far.
     pub(crate) fn report_frame(&self, frame: &FrameHeader, overruns: u64) {
         self.beat();
-        self.gauges.tick.store(frame.tick, Ordering::Release);
-        self.gauges.sim_time_ns.store(frame.sim_time_ns, Ordering::Relaxed);
-        self.gauges.state.store(frame.state, Ordering::Relaxed);
-        self.gauges.overruns.store(overruns, Ordering::Relaxed);
+        self.reporter.gauges.tick.store(frame.tick, Ordering::Release);
+        self.reporter.gauges.sim_time_ns.store(frame.sim_time_ns, Ordering::Relaxed);
+        self.reporter.gauges.state.store(frame.state, Ordering::Relaxed);
+        self.reporter.gauges.overruns.store(overruns, Ordering::Relaxed);
     }
 
     /// Reports how far the show is behind the clock, in nanoseconds of wall time.
     pub(crate) fn report_behind(&self, behind_ns: u64) {
-        self.gauges.behind_ns.store(behind_ns, Ordering::Relaxed);
-        self.gauges.most_behind_ns.fetch_max(behind_ns, Ordering::Relaxed);
+        self.reporter.gauges.behind_ns.store(behind_ns, Ordering::Relaxed);
+        self.reporter.gauges.most_behind_ns.fetch_max(behind_ns, Ordering::Relaxed);
     }
 
     /// Tells how many frames a second come from now on; 0 where that is not known.
     #[cfg(feature = "zenoh")]
     pub(crate) fn report_rate(&self, rate_hz: u32) {
-        self.gauges.rate_hz.store(rate_hz, Ordering::Relaxed);
+        self.reporter.gauges.rate_hz.store(rate_hz, Ordering::Relaxed);
     }
 
     /// Reports how far a guarded head may walk, and where a seek has asked for.
     pub(crate) fn report_limits(&self, limits: Limits) {
         let Limits { granted_to_m, asked_m, end_m } = limits;
-        let gauges = &*self.gauges;
+        let gauges = &*self.reporter.gauges;
         gauges.is_guarded.store(granted_to_m.is_some(), Ordering::Relaxed);
         let travels = [(&gauges.granted_to_m, granted_to_m), (&gauges.asked_m, asked_m), (&gauges.guard_end_m, end_m)];
         for (gauge, travel_m) in travels {
@@ -83,13 +82,13 @@ impl SourceReport {
 
     /// Reports what keeps the head from walking.
     pub(crate) fn report_stops(&self, stops: Stops) {
-        self.gauges.stops.store(stops.to_wire(), Ordering::Relaxed);
+        self.reporter.gauges.stops.store(stops.to_wire(), Ordering::Relaxed);
     }
 
     /// Reports how the timecode is.
     pub(crate) fn report_timecode(&self, kind: TimecodeKind, state: TimecodeState) {
-        self.gauges.timecode_kind.store(kind.to_wire(), Ordering::Relaxed);
-        self.gauges.timecode.store(state.to_wire(), Ordering::Relaxed);
+        self.reporter.gauges.timecode_kind.store(kind.to_wire(), Ordering::Relaxed);
+        self.reporter.gauges.timecode.store(state.to_wire(), Ordering::Relaxed);
     }
 
     /// Counts how late a tick began and how long it took.
@@ -112,20 +111,11 @@ pub(super) struct TickTimes {
     pub(super) duration: TimeCounter,
 }
 
-/// The loop's end: the only one that counts.
-#[derive(Debug)]
-pub(super) struct TickTimesRecorder(Arc<TickTimes>);
-
-impl TickTimesRecorder {
-    /// The recorder of these times. There is one.
-    pub(super) fn new(times: Arc<TickTimes>) -> Self {
-        Self(times)
-    }
-
-    /// Counts one tick.
-    pub(super) fn record(&mut self, lateness_ns: u64, duration_ns: u64) {
-        self.0.lateness.record(lateness_ns);
-        self.0.duration.record(duration_ns);
+impl TickTimes {
+    /// Counts one tick. Only one thread does so: the loop's.
+    fn record(&self, lateness_ns: u64, duration_ns: u64) {
+        self.lateness.record(lateness_ns);
+        self.duration.record(duration_ns);
     }
 }
 
@@ -168,11 +158,10 @@ mod tests {
 
     #[test]
     fn what_the_loop_counts_is_what_the_other_thread_sees() {
-        let times = Arc::new(TickTimes::default());
-        let mut recorder = TickTimesRecorder::new(Arc::clone(&times));
+        let times = TickTimes::default();
         let (mut lateness, mut duration) = (TimeHistogram::default(), TimeHistogram::default());
         for time_ns in [0, 5, 31_000, 31_001, 1 << 50] {
-            recorder.record(time_ns, time_ns / 3);
+            times.record(time_ns, time_ns / 3);
             lateness.record(time_ns);
             duration.record(time_ns / 3);
         }

@@ -45,7 +45,7 @@ impl Tape {
             }
             simulation.tick(missed, false, |simulation| {
                 for (_, request) in requests.iter().filter(|(at, _)| *at == tick) {
-                    let reply = match simulation.request(*request) {
+                    let reply = match simulation.motion.request(*request) {
                         Ok(()) => CommandReply::accepted(RUN_ID, tick),
                         Err(refusal) => CommandReply::refused(RUN_ID, tick, refusal),
                     };

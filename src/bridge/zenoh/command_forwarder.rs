@@ -4,6 +4,7 @@
 //! command that comes later is held up on its way or here, by a cut or a process that stood. It is refused.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -53,11 +54,11 @@ impl CommandForwarder {
         let query = &question.query;
         let payload = query.payload().filter(|payload| payload.len() == COMMAND_BYTES);
         let Some(command) = payload.and_then(|payload| decode_command(&payload.to_bytes()).ok()) else {
-            self.state.count_refused();
+            self.state.refused.fetch_add(1, Ordering::Relaxed);
             return query.reply_err(format!("a command has {COMMAND_BYTES} bytes")).wait();
         };
         let Ok(seen) = query.attachment().map(read_seen).transpose() else {
-            self.state.count_refused();
+            self.state.refused.fetch_add(1, Ordering::Relaxed);
             return query.reply_err(format!("what is attached to a command has {SEEN_BYTES} bytes")).wait();
         };
         let reply = match Request::from_wire(&command) {
@@ -76,10 +77,10 @@ impl CommandForwarder {
         let age = if self.state.is_closed() { None } else { self.age(seen) };
         let waited = Duration::from_nanos(monotonic_ns().saturating_sub(asked_ns));
         let Some(patience) = age.and_then(|age| PATIENCE.checked_sub(age.max(waited))) else {
-            self.state.count_refused();
+            self.state.refused.fetch_add(1, Ordering::Relaxed);
             return Err(Refusal::Unreachable);
         };
-        self.state.count_command();
+        self.state.commands.fetch_add(1, Ordering::Relaxed);
         let connection = self.connection.take().ok_or(Refusal::Unreachable)?;
         // Where it fails, the next command opens another connection.
         let reply = connection.client.call(request, patience).map_err(|_| Refusal::Unreachable)?;

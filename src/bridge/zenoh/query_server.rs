@@ -95,7 +95,7 @@ impl Queryable {
         let take = move |query| {
             let question = Question { query, asked_ns: monotonic_ns(), is_too_many: false };
             if sender.try_send(question).is_err() {
-                there.count_refused();
+                there.refused.fetch_add(1, Ordering::Relaxed);
             }
         };
         let queryable = session.declare_queryable(key).callback(take).wait()?;
@@ -106,7 +106,7 @@ impl Queryable {
             for question in questions {
                 let is_too_many = !limit.allows(monotonic_ns());
                 if is_too_many {
-                    state.count_refused();
+                    state.refused.fetch_add(1, Ordering::Relaxed);
                 }
                 if let Err(error) = answer(&Question { is_too_many, ..question }) {
                     tracing::debug!("an answer is not sent: {error}");
@@ -143,8 +143,10 @@ fn describe(state: &QueryState, key: &str, question: &Question) -> zenoh::Result
 #[derive(Debug, Default)]
 pub(super) struct QueryState {
     description: Mutex<Option<Arc<(Described, String)>>>,
-    commands: AtomicU64,
-    refused: AtomicU64,
+    /// Commands passed on to the server.
+    pub(super) commands: AtomicU64,
+    /// Questions that were not taken.
+    pub(super) refused: AtomicU64,
     is_closed: AtomicBool,
 }
 
@@ -158,24 +160,6 @@ impl QueryState {
 
     pub(super) fn description(&self) -> Option<Arc<(Described, String)>> {
         self.description.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-
-    /// Commands passed on to the server.
-    pub(super) fn commands(&self) -> u64 {
-        self.commands.load(Ordering::Relaxed)
-    }
-
-    pub(super) fn count_command(&self) {
-        self.commands.fetch_add(1, Ordering::Relaxed);
-    }
-
-    /// Questions that were not taken.
-    pub(super) fn refused(&self) -> u64 {
-        self.refused.load(Ordering::Relaxed)
-    }
-
-    pub(super) fn count_refused(&self) {
-        self.refused.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Has nothing more passed on.

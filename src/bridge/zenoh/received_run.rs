@@ -25,8 +25,8 @@ pub(super) struct ReceivedRun {
     // Dropped in this order: the alerts are opened as a client does, while a source is there.
     alerts: AlertPublisher,
     ports: SourcePorts,
-    remote: RemoteRun,
-    bench_count: usize,
+    pub(super) remote: RemoteRun,
+    pub(super) bench_count: usize,
     toml: String,
     tick_bound: TickBound,
     last_arrived_ns: u64,
@@ -89,24 +89,12 @@ impl ReceivedRun {
     }
 
     pub(super) fn remote_run_id(&self) -> u64 {
-        self.remote.run_id()
-    }
-
-    pub(super) fn remote(&self) -> &RemoteRun {
-        &self.remote
-    }
-
-    pub(super) fn lost(&self) -> u64 {
-        self.remote.lost()
-    }
-
-    pub(super) fn bench_count(&self) -> usize {
-        self.bench_count
+        self.remote.described.run_id
     }
 
     /// How far apart frames are to come, in nanoseconds.
     pub(super) fn period_ns(&self) -> u64 {
-        self.remote.every().saturating_mul(1_000_000_000) / self.tick_bound.rate_hz()
+        self.remote.described.every.saturating_mul(1_000_000_000) / self.tick_bound.rate_hz()
     }
 
     /// Where it stands.
@@ -119,14 +107,14 @@ impl ReceivedRun {
     pub(super) fn seen(&self, now_ns: u64) -> Seen {
         let since_ns = u128::from(now_ns.saturating_sub(self.last_arrived_ns));
         let ticks = since_ns * u128::from(self.tick_bound.rate_hz()) / 1_000_000_000;
-        let ticks = ticks.min(u128::from(self.remote.every() - 1)) as u64;
+        let ticks = ticks.min(u128::from(self.remote.described.every - 1)) as u64;
         let last_tick = self.remote.last_tick().unwrap_or(0);
         Seen { run_id: self.remote_run_id(), tick: last_tick.saturating_add(ticks) }
     }
 
     pub(super) fn describe(&mut self, described: Described) {
         self.ports.report().report_rate(sent_hz(described));
-        self.remote.describe(described);
+        self.remote.described = described;
     }
 
     /// Puts a frame of the run on the bus: due when it came.
@@ -184,7 +172,7 @@ impl ReceivedRun {
             frames: remote.next_tick(),
             lost: remote.lost(),
             alerts: alerts_told,
-            description: (remote.described(), toml),
+            description: (remote.described, toml),
         }
     }
 }

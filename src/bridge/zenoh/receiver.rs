@@ -165,7 +165,8 @@ impl ReceivingBridge {
         let now_ns = monotonic_ns();
         self.handling.record(now_ns - arrival.arrived_ns);
         self.last_frame_ns = now_ns;
-        let resumed = self.silent.take().map(|_| ZenohReport::Resumed { run_id: run.run_id(), lost: run.lost() });
+        let resumed =
+            self.silent.take().map(|_| ZenohReport::Resumed { run_id: run.run_id(), lost: run.remote.lost() });
         Ok(begun.or(resumed))
     }
 
@@ -196,7 +197,7 @@ impl ReceivingBridge {
     /// The services of a run go before those of the next one come, or are taken over from readers that keep them open. Where
     /// the next one cannot begin, the one before begins again with its next frame, if it had to end at all.
     fn replace_run(&mut self, described: Described, toml: String, bench_count: usize) -> Result<ZenohReport, BusError> {
-        let freed = self.run.as_ref().map_or(0, |run| frame_memory(run.bench_count()));
+        let freed = self.run.as_ref().map_or(0, |run| frame_memory(run.bench_count));
         require_room(frame_memory(bench_count).saturating_sub(freed))?;
         let before = self.end_run();
         let run = match ReceivedRun::begin(&self.domain, described, toml, bench_count) {
@@ -261,7 +262,7 @@ impl ReceivingBridge {
         while let Some(command) = run.take_command() {
             self.relay.pass_on(command, &self.session.zenoh, &self.inbox, run.position(), run.seen(now_ns), now_ns);
         }
-        self.relay.give_back(&self.inbox, run.remote(), run.position(), now_ns);
+        self.relay.give_back(&self.inbox, &run.remote, run.position(), now_ns);
     }
 
     /// Says once that frames have stopped, and once more where more is known of why.

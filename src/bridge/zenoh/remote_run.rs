@@ -12,7 +12,8 @@ const REMEMBERED: usize = 4096;
 /// A run of another host.
 #[derive(Clone, Debug)]
 pub struct RemoteRun {
-    described: Described,
+    /// What is known of it, which another sender may change.
+    pub described: Described,
     /// Where the last frames stand: their ticks there, the last one's last.
     there: VecDeque<u64>,
     /// The number that the next frame will have here.
@@ -30,29 +31,9 @@ impl RemoteRun {
         Self { described, there: VecDeque::with_capacity(REMEMBERED), next: 0, lost: 0 }
     }
 
-    /// Its number there.
-    pub fn run_id(&self) -> u64 {
-        self.described.run_id
-    }
-
-    /// Of its frames, those are sent whose tick is a multiple of this.
-    pub fn every(&self) -> u64 {
-        self.described.every
-    }
-
-    /// What is known of it.
-    pub fn described(&self) -> Described {
-        self.described
-    }
-
     /// The tick there of the last frame that has come.
     pub fn last_tick(&self) -> Option<u64> {
         self.there.back().copied()
-    }
-
-    /// Takes note of what is sent of it, which another sender may have changed.
-    pub fn describe(&mut self, described: Described) {
-        self.described = described;
     }
 
     /// Counts a frame in. Returns its tick here.

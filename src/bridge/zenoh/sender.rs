@@ -173,7 +173,8 @@ impl SendingBridge {
         // What it has at hand counts as well.
         drop(query_server);
         let lost = summary.lost + ports.frames.lost();
-        SenderSummary { lost, commands: state.commands(), refused: state.refused(), ..summary }
+        let [commands, refused] = [&state.commands, &state.refused].map(|count| count.load(Ordering::Relaxed));
+        SenderSummary { lost, commands, refused, ..summary }
     }
 
     fn send_frame(&mut self, frame: &Frame) -> Result<Option<ZenohReport>, BridgeError> {
@@ -254,7 +255,7 @@ impl SendingBridge {
     fn look_for_peers(&mut self) -> Option<ZenohReport> {
         let Self { presence, session, summary, .. } = self;
         Some(match presence.note(monotonic_ns(), || session.is_connected())? {
-            Change::Alone => ZenohReport::Alone { connects: session.connects().to_vec() },
+            Change::Alone => ZenohReport::Alone { connects: session.connects.clone() },
             Change::Connected => ZenohReport::Connected { unheard: summary.unheard },
         })
     }

@@ -26,8 +26,10 @@ const THREADS: usize = 16;
 #[derive(Debug)]
 pub struct BridgeSession {
     pub(super) zenoh: Session,
-    listens: Vec<String>,
-    connects: Vec<String>,
+    /// Where others reach it.
+    pub listens: Vec<String>,
+    /// Whom it tries to reach.
+    pub connects: Vec<String>,
 }
 
 impl BridgeSession {
@@ -78,20 +80,10 @@ impl BridgeSession {
         Ok(Some(Self { zenoh, listens, connects }))
     }
 
-    /// Where others reach it.
-    pub fn listens(&self) -> &[String] {
-        &self.listens
-    }
-
     /// Whether anybody is connected.
     pub(super) fn is_connected(&self) -> bool {
         let info = self.zenoh.info();
         info.peers_zid().wait().next().is_some() || info.routers_zid().wait().next().is_some()
-    }
-
-    /// Whom it tries to reach.
-    pub fn connects(&self) -> &[String] {
-        &self.connects
     }
 }
 

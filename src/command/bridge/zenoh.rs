@@ -24,7 +24,7 @@ pub(super) fn run(args: &BridgeArgs, zenoh: &ZenohArgs) -> anyhow::Result<ExitCo
         let key = prefix.to_string();
         tell(
             format,
-            &ZenohReport::Started { key, listens: session.listens().to_vec(), connects: session.connects().to_vec() },
+            &ZenohReport::Started { key, listens: session.listens.clone(), connects: session.connects.clone() },
         )?;
         match side {
             Side::Sending => send(&domain, session, prefix, zenoh, format, &stop)?,

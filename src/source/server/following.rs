@@ -1,8 +1,6 @@
 //! The loop's end of timecode: takes the newest sample, and has the simulation do what the follower says.
 
-use bench_dragon_ipc::{
-    Command, CommandEvent, CommandReply, EventKind, Refusal, Request, Sender, TimecodeKind, TimecodeState,
-};
+use bench_dragon_ipc::{Command, CommandEvent, CommandReply, EventKind, Refusal, Request, Sender, TimecodeKind};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::schedule::Schedule;
@@ -15,10 +13,11 @@ const MOST_NEWS: usize = 64;
 /// What a server follows timecode with. What it does from tick to tick neither waits for another thread nor allocates.
 #[derive(Debug)]
 pub struct Following {
-    follower: Follower,
+    pub(super) follower: Follower,
     inbox: SampleQueue,
     news: Producer<TimecodeNews>,
-    kind: TimecodeKind,
+    /// The protocol of the timecode.
+    pub(super) kind: TimecodeKind,
     /// What the timecode was last recorded to have the show do.
     recorded: Option<Recorded>,
     /// Whether the last seek was refused, and recorded so.
@@ -54,21 +53,6 @@ impl Following {
         (Self { follower, inbox, news, kind, recorded: None, is_seek_refused: false }, to_tell)
     }
 
-    /// The protocol of the timecode.
-    pub(super) fn kind(&self) -> TimecodeKind {
-        self.kind
-    }
-
-    /// How the timecode is.
-    pub(super) fn state(&self) -> TimecodeState {
-        self.follower.timecode_state()
-    }
-
-    /// Whether it is the timecode that says where the show is.
-    pub(super) fn leads(&self) -> bool {
-        self.follower.leads()
-    }
-
     /// Takes the newest timecode at the tick that is due now, and hands what changes to `record`.
     /// Returns what the show is to do from this tick on.
     pub(super) fn steer(
@@ -87,7 +71,7 @@ impl Following {
             let _ = self.news.push(TimecodeNews { event, sim_time_s: show.sim_time_s, is_stopped: show.is_stopped });
         }
         if let Some(sim_time_s) = order.seek_s {
-            let outcome = simulation.request(Request::Seek { sim_time_s });
+            let outcome = simulation.motion.request(Request::Seek { sim_time_s });
             self.follower.note_seek(outcome.is_ok());
             // A refused seek is tried again ten times a second: the first try is recorded.
             if !std::mem::replace(&mut self.is_seek_refused, outcome.is_err()) || outcome.is_ok() {

@@ -134,7 +134,7 @@ impl Server {
 
     /// Has the show follow timecode: it stands until the first one.
     pub fn follow(&mut self, following: Following) {
-        self.simulation.follow();
+        self.simulation.motion.follow();
         self.following = Some(following);
     }
 
@@ -190,10 +190,10 @@ impl Server {
         })?;
         let (report, rate_hz) = (ports.report(), settings.config.rate_hz());
         report.report_frame(&header, schedule.overruns());
-        report.report_behind(simulation.catch_up().behind_ns(rate_hz));
-        report.report_limits(simulation.limits());
-        report.report_stops(simulation.stops());
-        Ok(simulation.head().state)
+        report.report_behind(simulation.motion.catch_up().behind_ns(rate_hz));
+        report.report_limits(simulation.motion.limits());
+        report.report_stops(simulation.motion.stops());
+        Ok(simulation.motion.head().state)
     }
 
     fn record(&mut self, event: CommandEvent, overruns: u64) {
@@ -203,14 +203,14 @@ impl Server {
 
     /// Whether it is a timecode that says where the show is.
     fn is_led(&self) -> bool {
-        self.following.as_ref().is_some_and(Following::leads)
+        self.following.as_ref().is_some_and(|following| following.follower.leads())
     }
 
     /// Waits for the readers that it was started with, unless it is asked to end.
     fn wait_for_readers(&mut self, stop: &AtomicBool) {
         const POLL_PERIOD: Duration = Duration::from_millis(1);
         let deadline = Instant::now() + READER_PATIENCE;
-        let is_to_end = |simulation: &Simulation| simulation.stops().ending || stop.load(Ordering::Relaxed);
+        let is_to_end = |simulation: &Simulation| simulation.motion.stops().ending || stop.load(Ordering::Relaxed);
         while self.ports.reader_count() < self.settings.readers && !is_to_end(&self.simulation) {
             if Instant::now() >= deadline {
                 let (seen, expected) = (self.ports.reader_count(), self.settings.readers);
@@ -225,8 +225,8 @@ impl Server {
 
     fn finish(self, frames: u64, schedule: &Schedule) -> ServerSummary {
         service_manager::stopping();
-        let sim_time_s = self.simulation.head().sim_time_ns as f64 * 1e-9;
-        let (catch_up, rate_hz) = (*self.simulation.catch_up(), self.settings.config.rate_hz());
+        let sim_time_s = self.simulation.motion.head().sim_time_ns as f64 * 1e-9;
+        let (catch_up, rate_hz) = (*self.simulation.motion.catch_up(), self.settings.config.rate_hz());
         let [behind_s, most_behind_s] =
             [catch_up.behind_ns(rate_hz), catch_up.most_behind_ns(rate_hz)].map(|behind_ns| behind_ns as f64 * 1e-9);
         let (run_id, overruns) = (self.run_id(), schedule.overruns());
@@ -251,7 +251,7 @@ fn take_commands(ports: &mut SourcePorts, simulation: &mut Simulation, at: Comma
     let decide = |request| match request {
         // It would be undone at once.
         Request::Seek { .. } if at.is_led => Err(Refusal::Followed),
-        _ => simulation.request(request),
+        _ => simulation.motion.request(request),
     };
     ports.take_commands(at.tick, moment, decide);
 }
@@ -259,7 +259,7 @@ fn take_commands(ports: &mut SourcePorts, simulation: &mut Simulation, at: Comma
 /// Has the head come to rest, because the process was asked to end.
 fn end_by_signal(simulation: &mut Simulation, log: &mut CommandLog, tick: u64, overruns: u64) {
     // A stop is never refused.
-    let _ = simulation.request(Request::Stop);
+    let _ = simulation.motion.request(Request::Stop);
     log.record(CommandEvent::plain(EventKind::Stop, Sender::Signal, tick), moment(simulation, overruns));
 }
 
@@ -275,12 +275,12 @@ fn follow_timecode(
     let log = report.commands();
     let record = |event: CommandEvent| log.record(CommandEvent { tick, ..event }, moment);
     let steering = following.steer(simulation, schedule, record);
-    report.report_timecode(following.kind(), following.state());
+    report.report_timecode(following.kind, following.follower.timecode_state());
     steering
 }
 
 fn moment(simulation: &Simulation, overruns: u64) -> Moment {
-    Moment { sim_time_ns: simulation.head().sim_time_ns, overruns }
+    Moment { sim_time_ns: simulation.motion.head().sim_time_ns, overruns }
 }
 
 impl ServerSettings {

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{ChainStepper, Dragon};
-use bench_dragon_ipc::{FrameHeader, HandleState, Refusal, Request, Stops};
+use bench_dragon_ipc::{FrameHeader, HandleState};
 use glam::DVec2;
 
-use crate::source::server::motion::{CatchUp, HeadState, Limits, Motion, MotionPlan};
+use crate::source::server::motion::{HeadState, Motion, MotionPlan};
 use crate::source::timecode::Show;
 
 /// What a timecode has a show do from a tick on.
@@ -23,12 +23,13 @@ pub struct Steering {
 /// The state of a whole dragon as a function of ticks and requests.
 #[derive(Debug)]
 pub struct Simulation {
-    motion: Motion,
+    /// The head.
+    pub motion: Motion,
     chain: ChainStepper,
 }
 
 impl Simulation {
-    /// The dragon before tick 0, which begins with the first [`Simulation::advance`].
+    /// The dragon before tick 0, which begins with the first [`Motion::advance`].
     pub fn new(dragon: Arc<Dragon>, plan: MotionPlan) -> Self {
         Self { motion: Motion::new(plan), chain: ChainStepper::new(dragon) }
     }
@@ -52,53 +53,15 @@ impl Simulation {
         self.motion.advance();
     }
 
-    /// Begins the next tick, after the requests that hold from it on.
-    pub fn advance(&mut self) {
-        self.motion.advance();
-    }
-
-    /// How the show keeps time.
-    pub fn catch_up(&self) -> &CatchUp {
-        self.motion.catch_up()
-    }
-
-    /// Takes a request at the start of a tick, from which on it holds.
-    ///
-    /// # Errors
-    /// The reason for which it is refused; then nothing has changed.
-    pub fn request(&mut self, request: Request) -> Result<(), Refusal> {
-        self.motion.request(request)
-    }
-
-    /// Lets the show follow timecode: it stands until the first one.
-    pub fn follow(&mut self) {
-        self.motion.follow();
-    }
-
     /// What a follower of timecode has to know.
     pub fn show(&self) -> Show {
         Show { sim_time_s: self.motion.next_sim_s(), is_stopped: self.motion.is_stopped() }
     }
 
-    /// The head at this tick.
-    pub fn head(&self) -> HeadState {
-        self.motion.head()
-    }
-
     /// The header of this tick's frame, at a time scale of the show. The publisher stamps when it is sent.
     pub fn header(&self, run_id: u64, tick: u64, scheduled_ns: u64, time_scale: f64) -> FrameHeader {
         let bench_count = self.chain.dragon().dimensions().benches() as u32;
-        self.head().header(run_id, tick, scheduled_ns, time_scale * self.catch_up().pace(), bench_count)
-    }
-
-    /// What a guard has to do with this head.
-    pub fn limits(&self) -> Limits {
-        self.motion.limits()
-    }
-
-    /// What keeps the head from walking, or has it brake.
-    pub fn stops(&self) -> Stops {
-        self.motion.stops()
+        self.motion.head().header(run_id, tick, scheduled_ns, time_scale * self.motion.catch_up().pace(), bench_count)
     }
 
     /// Writes every handle at this tick. The slice has one handle more than there are benches.

@@ -69,7 +69,7 @@ impl RunCheck {
         let plan = MotionPlan::of_run(&config, &start, run_id).map_err(|error| error.to_string())?;
         let mut simulation = Simulation::new(config.dragon().clone(), plan);
         if start.follows_timecode {
-            simulation.follow();
+            simulation.motion.follow();
         }
         Ok(Self {
             run_id,
@@ -237,7 +237,7 @@ impl TickEvents<'_> {
         if let Err(Refusal::Followed | Refusal::OtherRun | Refusal::Unknown) = recorded {
             return Ok(());
         }
-        let simulated = self.simulation.request(request);
+        let simulated = self.simulation.motion.request(request);
         if simulated != recorded {
             let of_event = FrameHeader { tick: event.tick, sim_time_ns: event.sim_time_ns, ..FrameHeader::default() };
             let [recorded, simulated] = [recorded, simulated].map(|outcome| match outcome {
