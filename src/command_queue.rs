@@ -37,7 +37,7 @@ pub enum CommandQueueError {
 
 type Callback = Box<dyn FnOnce(Result<CommandReply, CommandQueueError>) + Send>;
 
-/// What a command is sent by: it is told, too, how to find out whether the command is given up.
+/// Sends a command; the closure says whether the command is given up.
 type SendCommand = dyn Fn(Request, &dyn Fn() -> bool) -> Result<CommandReply, BusError> + Send + Sync;
 
 /// Sends commands in their order, and a hold past all others.
@@ -289,7 +289,7 @@ mod tests {
 
     use super::*;
 
-    /// A server that is told by the test when to take each command.
+    /// A server that takes each command when the test lets it.
     struct FakeServer {
         queue: CommandQueue,
         /// What has been sent, in order.
@@ -341,7 +341,7 @@ mod tests {
         assert_eq!(sent.recv(), Ok(Request::Hold));
         assert!(hold.try_recv().is_err(), "the release may still come after it");
         go_on.send(()).expect("the release waits");
-        assert_eq!(release.recv().expect("an answer").expect("a reply").run_id, 1, "it was told to give up");
+        assert_eq!(release.recv().expect("an answer").expect("a reply").run_id, 1, "it was given up");
         assert!(matches!(resume.recv(), Ok(Err(CommandQueueError::Overtaken))));
         assert_eq!(sent.recv(), Ok(Request::Hold));
         assert!(matches!(hold.recv(), Ok(Ok(_))));

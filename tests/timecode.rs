@@ -307,7 +307,7 @@ fn an_operators_stop_comes_first_and_what_was_missed_is_one_seek() {
 }
 
 #[test]
-fn a_guard_lets_the_show_be_put_where_the_way_is_proved() {
+fn a_guard_lets_the_show_be_repositioned_where_the_travel_is_proved() {
     let mut rehearsal = Rehearsal::new(MotionSettings { guarded_run: Some(7), ..plan() });
     let moments = rehearsal.play(1_000, |elapsed_s| Some(100.0 + elapsed_s));
     assert!(moments.iter().all(|moment| moment.head.sim_time_ns == 0));

@@ -30,7 +30,7 @@ impl LatestFrame {
         self.freshness = Freshness::Fresh;
     }
 
-    /// What turns a speed per show second into one that is told: the time scale, or 0 where the frame is stale.
+    /// What turns a speed per show second into one of wall time: the time scale, or 0 where the frame is stale.
     pub fn speed_factor(&self) -> f64 {
         if self.freshness.is_fresh() { self.header.time_scale } else { 0.0 }
     }

@@ -4,8 +4,8 @@
 //! the server neither wakes it nor waits for it, and says it again in packets: [`psn`], [`osc`]. The encoders know neither
 //! clocks nor sockets. An [`Outlet`] takes their packets to a receiver; it sends and never reads.
 //!
-//! What is told is in wall time: a frame's speeds, which are per show second, times its time scale. A frame that is too old
-//! to be believed ([`freshness()`]) is told again with every speed 0, so that nobody walks on where the server is gone.
+//! Speeds are in wall time: a frame's speeds, which are per show second, times its time scale. A frame that is too old
+//! to be believed ([`freshness()`]) is sent again with every speed 0, so that nobody walks on where the server is gone.
 
 pub mod osc;
 pub mod psn;

@@ -24,7 +24,7 @@ use super::outlet::{MAX_PACKET_LEN, Packets};
 pub use super::osc_address::{AddressError, AddressPattern, ShowAddress};
 pub use super::slip_sender::SlipSender;
 
-/// How headings are told.
+/// The unit of headings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum AngleUnit {
     /// -180 to 180.
@@ -34,14 +34,14 @@ pub enum AngleUnit {
     Radians,
 }
 
-/// What is told, and how.
+/// What is sent, and how.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OscSettings {
     /// The address of a bench's message.
     pub bench_address: AddressPattern,
     /// The address of the show's message.
     pub show_address: ShowAddress,
-    /// How headings are told.
+    /// The unit of headings.
     pub angle: AngleUnit,
     /// Whether messages go in bundles.
     pub bundle: bool,
@@ -198,17 +198,17 @@ mod tests {
 
     #[test]
     fn a_frame_is_the_show_and_then_its_benches() {
-        let told = packets(2, AngleUnit::Degrees, false, Freshness::Fresh);
+        let sent = packets(2, AngleUnit::Degrees, false, Freshness::Fresh);
         let state = OscType::String("held".to_owned());
         let show = vec![OscType::Float(12.5), state, OscType::Float(2.0), OscType::Int(7), OscType::Int(1)];
         let bench = [1.0, 2.0, 0.5, -90.0, 10.0].map(OscType::Float).to_vec();
-        assert_eq!(told, [message("/s", show), message("/b/0", bench.clone()), message("/b/1", bench)]);
+        assert_eq!(sent, [message("/s", show), message("/b/0", bench.clone()), message("/b/1", bench)]);
     }
 
     #[test]
     fn a_stale_frame_says_so_and_stands() {
-        let told = packets(1, AngleUnit::Radians, false, Freshness::Stale { age_ns: 1 });
-        let [OscPacket::Message(show), OscPacket::Message(bench)] = told.as_slice() else { panic!("{told:?}") };
+        let sent = packets(1, AngleUnit::Radians, false, Freshness::Stale { age_ns: 1 });
+        let [OscPacket::Message(show), OscPacket::Message(bench)] = sent.as_slice() else { panic!("{sent:?}") };
         assert_eq!(show.args[4], OscType::Int(0));
         assert_eq!(bench.args[3..], [OscType::Float(-FRAC_PI_2 as f32), OscType::Float(0.0)]);
     }

@@ -96,7 +96,7 @@ struct Ongoing {
     failed_frames: u64,
 }
 
-/// What is to be told.
+/// What is to be reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OutageChange {
     /// Sending has begun to fail.
@@ -109,7 +109,7 @@ pub enum OutageChange {
 }
 
 impl Outage {
-    /// Takes note of one frame at `now_ns`. Returns what is to be told.
+    /// Takes note of one frame at `now_ns`. Returns what is to be reported.
     pub fn note(&mut self, failed: bool, now_ns: u64) -> Option<OutageChange> {
         match (&mut self.ongoing, failed) {
             (None, false) => None,

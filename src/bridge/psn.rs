@@ -47,7 +47,7 @@ const NAME_LEN: usize = "Bench 65535".len();
 const TRACKERS_IN_A_PACKET: usize = (MAX_PACKET_LEN - DATA_FRAME_LEN) / TRACKER_LEN;
 const NAMES_IN_A_PACKET: usize = (MAX_PACKET_LEN - INFO_FRAME_LEN) / (2 * HEADER_LEN + NAME_LEN);
 
-/// Most benches of a dragon whose frames can be told: the count of a frame's packets is a byte.
+/// Most benches of a dragon whose frames can be sent: the count of a frame's packets is a byte.
 pub const MAX_BENCHES: usize = u8::MAX as usize * TRACKERS_IN_A_PACKET;
 
 const _: () = assert!(NAMES_IN_A_PACKET >= TRACKERS_IN_A_PACKET && MAX_BENCHES <= u16::MAX as usize);

@@ -28,7 +28,7 @@ pub(super) struct Tracker {
 }
 
 impl Tracker {
-    /// A bench. `speed_factor` turns its speed into what is told: wall time, or none.
+    /// A bench. `speed_factor` turns its speed into wall time, or into 0.
     pub(super) fn of_bench(id: u16, bench: &BenchState, speed_factor: f64, validity: f32, timestamp_us: u64) -> Self {
         Self {
             id,

@@ -14,7 +14,7 @@ const STRIDE_M: f64 = 2.0;
 /// Work that may be done for it, in steps, a second or two: a forecast ends where that is not enough.
 const STEPS_PER_STRIDE: u64 = 50_000_000;
 
-/// What is known of the ground ahead of a travel.
+/// What is known of the travel ahead.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forecast {
     /// Where the knowledge begins, in metres of travel.
@@ -35,7 +35,7 @@ impl Forecast {
         self.from_m <= from_m && to_m <= self.free_to_m
     }
 
-    /// Whether it says anything about the ground ahead of this travel.
+    /// Whether it says anything about what lies ahead of this travel.
     pub fn covers(&self, travel_m: f64) -> bool {
         self.from_m <= travel_m && self.contact.is_none_or(|contact| travel_m < contact.travel_m)
     }
@@ -113,7 +113,7 @@ impl Drop for Forecaster {
         // The stride at hand is cut short.
         self.shared.stride.add(STEPS_PER_STRIDE);
         self.wake();
-        // It does not panic, and here nobody could be told.
+        // It does not panic, and nothing could be reported here.
         let _ = self.thread.take().map(JoinHandle::join);
     }
 }

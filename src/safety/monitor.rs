@@ -2,7 +2,7 @@
 //!
 //! - *Measured* from a frame's own poses: the clearance of every pair of benches that could touch.
 //! - *Swept* with the published description between two frames that the head walked: the exact travel at which a pair
-//!   touches or parts, so that no contact is missed at any rate, time scale or loss of frames. Ground that the
+//!   touches or parts, so that no contact is missed at any rate, time scale or loss of frames. Travel that the
 //!   [`forecast`](super::forecast) has already shown to be free is not swept again.
 //! - Never swept is the way across a seek or a restart: nothing is known of it ([`passage`](super::passage)).
 //!

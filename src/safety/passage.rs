@@ -1,5 +1,5 @@
 //! What happened between two frames: whether the head walked from the one to the other, so that the way between can
-//! be swept, or was put there.
+//! be swept, or was repositioned.
 
 use bench_dragon_ipc::{FrameHeader, Request, ShowState};
 
@@ -35,7 +35,7 @@ pub struct SourcePace {
 pub enum HeadPassage {
     /// The head walked, or stood: every travel between the two was passed, in this order.
     Walked,
-    /// The source was started again, or the head was put elsewhere: nothing is known of the way between.
+    /// The source was started again, or the head was repositioned: nothing is known of the way between.
     Broken,
 }
 

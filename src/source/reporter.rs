@@ -42,7 +42,7 @@ pub(super) struct LoopGauges {
     pub(super) beats: AtomicU64,
     /// Travel that a guarded head may walk to, the bits of a double.
     pub(super) granted_to_m: AtomicU64,
-    /// Travel that a guarded head was asked to be put at, the bits of a double.
+    /// Travel that a refused seek of a guarded head asked for, the bits of a double.
     pub(super) asked_m: AtomicU64,
     /// Travel at which the proven travel ends for good, the bits of a double.
     pub(super) guard_end_m: AtomicU64,

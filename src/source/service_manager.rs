@@ -1,4 +1,4 @@
-//! What the service manager is told, where one has started the server and listens: systemd's `sd_notify(3)`.
+//! What is reported to the service manager, where one has started the server and listens: systemd's `sd_notify(3)`.
 //!
 //! Without a `NOTIFY_SOCKET` in the environment all of this does nothing.
 
@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use sd_notify::NotifyState;
 
-/// How often the service manager is told how the show stands.
+/// How often the state of the show is reported to the service manager.
 const STATUS_PERIOD: Duration = Duration::from_secs(1);
 /// Signs of life in the time that the service manager waits for one.
 const SIGNS_A_WAIT: u32 = 4;

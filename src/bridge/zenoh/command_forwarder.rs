@@ -1,6 +1,6 @@
 //! Commands of the other side, on their last way to the server.
 //!
-//! What has been told to be refused must not be carried out: whoever asked waits for [`PATIENCE`] and a little more, and a
+//! A command that was reported as refused must not be carried out: whoever asked waits for [`PATIENCE`] and a little more, and a
 //! command that comes later is held up on its way or here, by a cut or a process that stood. It is refused.
 
 use std::sync::Arc;

@@ -20,7 +20,7 @@ use crate::source::AskedCommand;
 
 /// Commands that are on their way at a time.
 pub(super) const MAX_ASKED: usize = 16;
-/// How long the other side may take: less than a client waits, so that it is told why.
+/// How long the other side may take: less than a client waits, so that it gets a reason.
 const PATIENCE: Duration = Duration::from_secs(3);
 /// What is waited beyond that for zenoh to say that the time is up.
 const GRACE_NS: u64 = 500_000_000;

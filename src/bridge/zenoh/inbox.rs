@@ -48,8 +48,8 @@ pub(super) struct Inbox {
     sources: AtomicUsize,
     has_new_source: AtomicBool,
     malformed: AtomicU64,
-    /// So that the bus's thread is not told of what it knows.
-    is_told: AtomicBool,
+    /// Whether the bus's thread has been woken since it last looked.
+    is_woken: AtomicBool,
     bus_thread: Thread,
 }
 
@@ -64,7 +64,7 @@ impl Inbox {
             sources: AtomicUsize::new(0),
             has_new_source: AtomicBool::new(false),
             malformed: AtomicU64::new(0),
-            is_told: AtomicBool::new(false),
+            is_woken: AtomicBool::new(false),
             bus_thread: thread::current(),
         }
     }
@@ -132,14 +132,14 @@ impl Inbox {
 
     /// Waits until something has come, but not for long.
     pub(super) fn wait(&self, patience: Duration) {
-        if !self.is_told.swap(false, Ordering::Acquire) {
+        if !self.is_woken.swap(false, Ordering::Acquire) {
             thread::park_timeout(patience);
-            self.is_told.swap(false, Ordering::Acquire);
+            self.is_woken.swap(false, Ordering::Acquire);
         }
     }
 
     fn tell(&self) {
-        if !self.is_told.swap(true, Ordering::AcqRel) {
+        if !self.is_woken.swap(true, Ordering::AcqRel) {
             self.bus_thread.unpark();
         }
     }

@@ -121,7 +121,7 @@ impl Drop for Queryable {
     fn drop(&mut self) {
         self.queryable = None;
         if let Some(thread) = self.thread.take() {
-            // One that panicked has been told of already.
+            // A panic has been reported already.
             let _ = thread.join();
         }
     }

@@ -121,7 +121,7 @@ impl ReceivingBridge {
         Ok(self.finish())
     }
 
-    /// The next description. Returns what is to be told of it.
+    /// The next description. Returns what is to be reported of it.
     fn take_description(&mut self, described: Described, toml: String) -> Option<ZenohReport> {
         if !self.others.hears(monotonic_ns()) {
             self.summary.too_fast += 1;
@@ -171,7 +171,7 @@ impl ReceivingBridge {
     }
 
     /// Begins to receive a run, where its description is there and it is not one that is over. What the bus has no room for
-    /// is told of, and counts as over.
+    /// is reported, and counts as over.
     ///
     /// # Errors
     /// [`OtherDragon`] where a frame is not of as many benches as its run is described with.

@@ -24,7 +24,7 @@ pub enum ZenohReport {
         /// Of its frames, those are sent whose tick is a multiple of this, and those that change the state.
         every: u64,
     },
-    /// The other side has told of a run, which is received from its next frame on.
+    /// The other side has described a run, which is received from its next frame on.
     Found {
         /// The run's number there.
         remote_run_id: u64,
@@ -38,7 +38,7 @@ pub enum ZenohReport {
         /// Its number there.
         remote_run_id: u64,
     },
-    /// A run that the other side has told of cannot be put on the bus here: what is received goes on.
+    /// A run that the other side has described cannot be published here: what is received goes on.
     Refused {
         /// The run's number there.
         remote_run_id: u64,
@@ -109,7 +109,7 @@ pub struct SenderSummary {
 pub struct ReceiverSummary {
     /// Runs received.
     pub runs: u64,
-    /// Frames put on the bus.
+    /// Frames published.
     pub frames: u64,
     /// Frames between the first and the last one of each run that were to come and did not.
     pub lost: u64,
@@ -123,7 +123,7 @@ pub struct ReceiverSummary {
     pub not_new: u64,
     /// Frames, descriptions and alerts that came faster than any source sends them.
     pub too_fast: u64,
-    /// Alerts put on the bus.
+    /// Alerts published.
     pub alerts: u64,
     /// Commands passed on to the other side.
     pub commands: u64,

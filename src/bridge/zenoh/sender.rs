@@ -89,7 +89,7 @@ pub struct SendingBridge {
     presence: PeerPresence,
     source: Option<LivelinessToken>,
     last_sign: Instant,
-    /// Whether it was told that no source is there.
+    /// Whether it has reported that no source is there.
     was_silent: bool,
     summary: SenderSummary,
     state: Arc<QueryState>,

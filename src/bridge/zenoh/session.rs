@@ -111,10 +111,10 @@ const SILENT_NS: u64 = 1_000_000_000;
 pub(super) struct PeerPresence {
     looked_ns: Option<u64>,
     alone_since_ns: Option<u64>,
-    is_told: bool,
+    is_reported: bool,
 }
 
-/// What is to be told.
+/// What is to be reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Change {
     /// Nobody is there, and has not been for a while.
@@ -126,7 +126,7 @@ pub(super) enum Change {
 impl PeerPresence {
     /// Nobody, from this instant on.
     pub(super) fn none(now_ns: u64) -> Self {
-        Self { looked_ns: None, alone_since_ns: Some(now_ns), is_told: false }
+        Self { looked_ns: None, alone_since_ns: Some(now_ns), is_reported: false }
     }
 
     /// Whether somebody was there when it was last looked.
@@ -142,12 +142,12 @@ impl PeerPresence {
             self.alone_since_ns = if look() { None } else { self.alone_since_ns.or(Some(now_ns)) };
         }
         match self.alone_since_ns {
-            None if self.is_told => {
-                self.is_told = false;
+            None if self.is_reported => {
+                self.is_reported = false;
                 Some(Change::Connected)
             }
-            Some(since_ns) if !self.is_told && now_ns.saturating_sub(since_ns) >= SILENT_NS => {
-                self.is_told = true;
+            Some(since_ns) if !self.is_reported && now_ns.saturating_sub(since_ns) >= SILENT_NS => {
+                self.is_reported = true;
                 Some(Change::Alone)
             }
             _ => None,
@@ -181,7 +181,7 @@ pub enum SessionError {
         /// zenoh's reason.
         reason: String,
     },
-    /// A client has to be told of whom.
+    /// A client needs an endpoint to connect to.
     #[error("a client needs somebody to connect to: --connect ENDPOINT, or connect.endpoints in the configuration")]
     Nowhere,
     /// Listening, or what that takes, did not work.
@@ -237,7 +237,7 @@ mod tests {
     const SECOND_NS: u64 = 1_000_000_000;
 
     #[test]
-    fn nobody_is_told_of_after_a_second_and_once_and_so_is_whoever_comes() {
+    fn nobody_is_reported_of_after_a_second_and_once_and_so_is_whoever_comes() {
         let mut presence = PeerPresence::none(SECOND_NS);
         assert_eq!(presence.note(SECOND_NS, || false), None);
         assert_eq!(presence.note(2 * SECOND_NS, || false), Some(Change::Alone));

@@ -13,7 +13,7 @@ use zenoh::config::EndPoint;
 
 use super::session::{SessionError, one_line};
 
-/// Where a sending bridge listens, and a receiving one looks for it, unless they are told otherwise.
+/// Where a sending bridge listens, and a receiving one looks for it, unless the flags say otherwise.
 pub const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
 
 /// Longest configuration file in bytes.
@@ -78,13 +78,13 @@ impl SessionSettings {
 
     /// Says where to go where nobody has.
     fn settle(&self, document: &mut Value, side: Side) -> Result<(), SessionError> {
-        let is_told = self.config.is_some() || !self.connect.is_empty() || !self.listen.is_empty();
+        let is_given = self.config.is_some() || !self.connect.is_empty() || !self.listen.is_empty();
         let is_client = document["mode"] == "client";
         let scouts = document["scouting"]["multicast"]["enabled"] == true;
-        if is_client && !scouts && endpoints(document, "connect").is_empty() && (is_told || side == Side::Sending) {
+        if is_client && !scouts && endpoints(document, "connect").is_empty() && (is_given || side == Side::Sending) {
             return Err(SessionError::Nowhere);
         }
-        if !is_told {
+        if !is_given {
             let kind = if side == Side::Sending { "listen" } else { "connect" };
             overlay(document, json!({ kind: { "endpoints": [DEFAULT_ENDPOINT] } }));
         }
@@ -228,13 +228,16 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_with_a_file_is_told_in_one_line() {
+    fn what_is_wrong_with_a_file_is_given_in_one_line() {
         for text in ["{", "{ mode: 'pear' }", "{ lisen: {} }", "[]", "{ listen: { endpoints: ['nowhere'] } }"] {
             let (file, settings) = with(text);
             let error = BridgeSession::open(&settings, Side::Sending, &AtomicBool::new(false), |_| ()).expect_err(text);
-            let told = error.to_string();
-            assert!(error.is_bad_input(), "{text}: {told}");
-            assert!(told.starts_with(&file.path().display().to_string()) && !told.contains('\n'), "{text}: {told}");
+            let message = error.to_string();
+            assert!(error.is_bad_input(), "{text}: {message}");
+            assert!(
+                message.starts_with(&file.path().display().to_string()) && !message.contains('\n'),
+                "{text}: {message}"
+            );
         }
     }
 

@@ -7,7 +7,7 @@ use super::schedule::Schedule;
 use super::simulation::{Simulation, Steering};
 use crate::source::timecode::{Follower, FollowerEvent, FollowerSettings, SampleQueue};
 
-/// News that wait to be told; nobody need be quick.
+/// News that wait to be reported.
 const MOST_NEWS: usize = 64;
 
 /// What a server follows timecode with. What it does from tick to tick neither waits for another thread nor allocates.
@@ -67,7 +67,7 @@ impl Following {
         let show = simulation.show();
         let (order, event) = self.follower.steer(schedule.due_ns(), show);
         if let Some(event) = event {
-            // Where nobody has told the others yet, it goes untold.
+            // Where as many wait, it is not reported.
             let _ = self.news.push(TimecodeNews { event, sim_time_s: show.sim_time_s, is_stopped: show.is_stopped });
         }
         if let Some(sim_time_s) = order.seek_s {

@@ -1,6 +1,6 @@
 //! What the loop asks of the kernel to keep its schedule: a processor, a real-time priority, memory that stays.
 //!
-//! Everything here is about the thread that asks, but for the memory, which is the process's. What is not granted is told,
+//! Everything here is about the thread that asks, but for the memory, which is the process's. What is not granted is reported,
 //! and the loop runs without it: a show that is late now and then is better than none.
 
 use std::hint::black_box;

@@ -19,9 +19,9 @@ const INTEGRAL_GAIN_PER_S2: f64 = GAIN_PER_S * GAIN_PER_S / 4.0;
 const PACE_RANGE: f64 = 0.05;
 /// By how much the time scale may be changed to make good a difference.
 const CORRECTION_RANGE: f64 = 0.05;
-/// A timecode that has told the same position for so long stands: two frames of the slowest, and more.
+/// A timecode that has repeated a position for so long stands: two frames of the slowest, and more.
 const STANDS_AFTER_NS: u64 = 100_000_000;
-/// A show that stands so near to its timecode stands where that does: show time is told in nanoseconds.
+/// A show that stands so near to its timecode stands where that does: show time is in nanoseconds.
 const SAME_PLACE_S: f64 = 2e-9;
 /// How often a seek that was refused is tried again.
 const SEEK_PERIOD_NS: u64 = 100_000_000;
@@ -57,7 +57,7 @@ pub struct FollowerOrder {
     pub time_scale: f64,
     /// Whether it is to stand.
     pub stands: bool,
-    /// Show time that it is to be put at, in seconds; [`Follower::note_seek`] is told whether it was.
+    /// Show time to reposition it to, in seconds; the outcome goes to [`Follower::note_seek`].
     pub seek_s: Option<f64>,
 }
 
@@ -119,7 +119,7 @@ pub struct Follower {
 }
 
 impl Follower {
-    /// Difference in seconds above which the show is put where the timecode is.
+    /// Difference in seconds above which the show is repositioned to the timecode.
     pub const JUMP_S: f64 = 0.5;
     /// The least time scale by which a show follows.
     pub const LEAST_TIME_SCALE: f64 = 1.0 - PACE_RANGE - CORRECTION_RANGE;
@@ -177,7 +177,7 @@ impl Follower {
         (order, event)
     }
 
-    /// Takes note whether the show was put where the last order wanted it.
+    /// Takes note whether the show was repositioned as the last order asked.
     pub fn note_seek(&mut self, is_there: bool) {
         if is_there {
             self.has_met = true;

@@ -5,7 +5,7 @@
 //! in an [`SampleQueue`], where the server's loop takes it without waiting for anybody. From tick to tick a [`Follower`] says what the show is to do about it.
 //!
 //! **The contract.** Show time is the timecode's position plus an offset. A show stands until the first timecode, then is
-//! put to its position. From then on it follows by its pace: every tick advances show time by `time_scale / rate`, and what
+//! repositioned there. From then on it follows by its pace: every tick advances show time by `time_scale / rate`, and what
 //! changes is the time scale, between [`Follower::LEAST_TIME_SCALE`] and [`Follower::GREATEST_TIME_SCALE`]; so show time
 //! never jumps, and never goes back, but by a seek. A seek makes good a difference of more than half a second. It goes the way
 //! of a client's, so a guard refuses what is not proved, and it is tried again. Of the positions that are a day apart, that of

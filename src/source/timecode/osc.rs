@@ -17,7 +17,7 @@ use super::{Clock, FrameRate, Malformed, Position};
 const DEEPEST: usize = 4;
 
 /// The position in the last message of a packet that has this address; `None` where none has. Frames whose number a second
-/// is not told are of `rate`.
+/// is not given are of `rate`.
 ///
 /// # Errors
 /// [`Malformed`] for what is not OSC, and for a message of this address that is no timecode.
@@ -46,10 +46,10 @@ fn position_in(
 fn position_of(OscMessage { args, .. }: &OscMessage, rate: FrameRate) -> Result<Position, Malformed> {
     match args.as_slice() {
         [OscType::String(text)] => position_of_text(text, rate),
-        [OscType::String(text), told] => position_of_text(text, told_rate(told)?),
+        [OscType::String(text), given] => position_of_text(text, given_rate(given)?),
         [hours, minutes, seconds, frames] => Position::of_clock(clock([hours, minutes, seconds, frames])?, rate),
-        [hours, minutes, seconds, frames, told] => {
-            Position::of_clock(clock([hours, minutes, seconds, frames])?, told_rate(told)?)
+        [hours, minutes, seconds, frames, given] => {
+            Position::of_clock(clock([hours, minutes, seconds, frames])?, given_rate(given)?)
         }
         [seconds] => Position::of_seconds(number(seconds)?),
         _ => Err(Malformed),
@@ -94,8 +94,8 @@ fn clock(parts: [&OscType; 4]) -> Result<Clock, Malformed> {
     Ok(Clock { hours, minutes, seconds, frames })
 }
 
-fn told_rate(told: &OscType) -> Result<FrameRate, Malformed> {
-    FrameRate::of(number(told)?).ok_or(Malformed)
+fn given_rate(given: &OscType) -> Result<FrameRate, Malformed> {
+    FrameRate::of(number(given)?).ok_or(Malformed)
 }
 
 fn number(value: &OscType) -> Result<f64, Malformed> {

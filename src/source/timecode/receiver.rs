@@ -72,7 +72,7 @@ struct Shared {
 }
 
 impl TimecodeReceiver {
-    /// Binds the socket and begins to listen; samples come into the queue. Frames whose number a second is not told are of
+    /// Binds the socket and begins to listen; samples come into the queue. Frames whose number a second is not given are of
     /// `rate`; a sender that is silent for `timeout_ns` gives way to another.
     ///
     /// # Errors
@@ -116,7 +116,7 @@ impl TimecodeReceiver {
 impl Drop for TimecodeReceiver {
     fn drop(&mut self) {
         self.shared.is_over.store(true, Ordering::Relaxed);
-        // It does not panic, and here nobody could be told.
+        // It does not panic, and nothing could be reported here.
         let _ = self.thread.take().map(JoinHandle::join);
     }
 }

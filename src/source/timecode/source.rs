@@ -9,12 +9,12 @@ use rosc::address::verify_address;
 
 use super::{FrameRate, Malformed, Position, art_net, osc};
 
-/// Address of the OSC messages where no other is told.
+/// Address of the OSC messages where no other is given.
 const DEFAULT_ADDRESS: &str = "/timecode";
 /// What is allowed.
 const FORMS: &str =
     "must be osc:[ADDRESS:]PORT[/MESSAGE], MESSAGE without blanks and #*,?[]{}, or artnet[:ADDRESS[:PORT]]";
-/// Who may send where nothing is told: this machine alone.
+/// Who may send where nothing is given: this machine alone.
 const LOOPBACK: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
 
 /// Where to listen, and for what: `osc:[ADDRESS:]PORT[/MESSAGE]` or `artnet[:ADDRESS[:PORT]]`.
@@ -78,7 +78,7 @@ impl FromStr for TimecodeSource {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let told = || FORMS.to_owned();
+        let forms = || FORMS.to_owned();
         let source = if let Some(rest) = text.strip_prefix("osc:") {
             let (listen, address) = rest.split_at(rest.find('/').unwrap_or(rest.len()));
             let port = || Some(SocketAddr::new(LOOPBACK, listen.parse().ok()?));
@@ -87,7 +87,7 @@ impl FromStr for TimecodeSource {
             let is_address = verify_address(address).is_ok();
             listen.filter(|_| is_address).map(|listen| Self::Osc { listen, address: address.to_owned() })
         } else {
-            let rest = text.strip_prefix("artnet").ok_or_else(told)?;
+            let rest = text.strip_prefix("artnet").ok_or_else(forms)?;
             let listen = match rest.strip_prefix(':') {
                 None => rest.is_empty().then(|| SocketAddr::new(LOOPBACK, art_net::PORT)),
                 Some(rest) => {
@@ -97,7 +97,7 @@ impl FromStr for TimecodeSource {
             };
             listen.map(|listen| Self::ArtNet { listen })
         };
-        source.ok_or_else(told)
+        source.ok_or_else(forms)
     }
 }
 

@@ -69,7 +69,7 @@ impl Authority {
         Ok(())
     }
 
-    /// Lets the head be put somewhere else, where that is proved; otherwise notes where it was asked to go.
+    /// Lets the head be repositioned, where that is proved; otherwise notes where it was asked to go.
     ///
     /// # Errors
     /// [`Refusal::NotProved`].

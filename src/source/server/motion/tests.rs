@@ -208,7 +208,7 @@ fn a_grant_does_not_lift_a_hold() {
 }
 
 #[test]
-fn a_guarded_head_is_put_only_where_its_guard_has_proved_it() {
+fn a_guarded_head_is_repositioned_only_where_its_guard_has_proved_it() {
     let mut motion = start(guarded());
     let seek = Request::Seek { sim_time_s: 300.0 };
     assert_eq!((motion.request(seek), motion.limits().asked_m), (Err(Refusal::NotProved), Some(300.0)));
@@ -258,7 +258,7 @@ fn with_an_acceleration_the_head_rests_exactly_at_the_end_of_its_grant() {
 }
 
 #[test]
-fn with_timecode_a_run_ends_where_the_head_has_walked_and_not_where_a_seek_has_put_it() {
+fn with_timecode_a_run_ends_where_the_head_has_walked_and_not_where_a_seek_has_repositioned_it() {
     let mut motion = start(MotionSettings { until_s: Some(300.0), ..plan() });
     motion.follow();
     motion.set_stands(false);

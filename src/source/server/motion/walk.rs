@@ -1,6 +1,6 @@
-//! How the head walks: as fast as it is told, never past a limit, and with bounded acceleration where there is a bound.
+//! How the head walks: at the target speed, never past a limit, and with bounded acceleration where there is a bound.
 //!
-//! A walk is a sequence of phases of constant acceleration. A phase ends where the speed that was told is reached, where
+//! A walk is a sequence of phases of constant acceleration. A phase ends where the target speed is reached, where
 //! braking has to begin so that the head rests exactly at the limit, or where it rests. Those instants lie between ticks;
 //! they are computed in closed form, so where the head rests does not depend on the ticks.
 
@@ -148,7 +148,7 @@ impl Walk {
         Phase { start, accel_mps2, end: Some(End { at, brakes: false }) }
     }
 
-    /// Changes the speed to the one that was told.
+    /// Changes the speed to the target.
     fn change_speed(&self, start: Instant, accel_mps2: f64) -> Phase {
         let elapsed_s = (self.target_mps - start.speed_mps) / accel_mps2;
         let travel_m = start.travel_m + 0.5 * (start.speed_mps + self.target_mps) * elapsed_s;
@@ -156,7 +156,7 @@ impl Walk {
         Phase { start, accel_mps2, end: Some(End { at, brakes: false }) }
     }
 
-    /// Speeds up, to the speed that was told or to where braking has to begin.
+    /// Speeds up, to the target or to where braking has to begin.
     fn speed_up(&self, start: Instant, accel_mps2: f64, ahead_m: f64) -> Phase {
         // There the square of the speed, v² + 2·a·x, is what may still be braked away: 2·a·(ahead − x).
         let top_mps = (0.5 * start.speed_mps * start.speed_mps + accel_mps2 * ahead_m).sqrt();
