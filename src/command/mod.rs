@@ -153,12 +153,17 @@ fn report_usage(error: &clap::Error) -> ExitCode {
     if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
         complain(&shown);
     } else {
-        let lines = plain.lines().map(str::trim).zip(shown.lines().map(str::trim));
-        let message = lines.take_while(|(line, _)| !line.starts_with("Usage:"));
-        let said = message.filter(|(line, _)| !line.is_empty() && !line.starts_with("For more information"));
-        complain(&said.map(|(_, shown)| shown).collect::<Vec<_>>().join(" "));
+        complain(&without_usage(&plain, &shown));
     }
     ExitCode::from(exit_status::BAD_INPUT)
+}
+
+/// A message of clap in one line, without usage and hints. `shown` are the lines of `plain` as they are to look.
+fn without_usage(plain: &str, shown: &str) -> String {
+    let lines = plain.lines().map(str::trim).zip(shown.lines().map(str::trim));
+    let message = lines.take_while(|(line, _)| !line.starts_with("Usage:"));
+    let said = message.filter(|(line, _)| !line.is_empty() && !line.starts_with("For more information"));
+    said.map(|(_, shown)| shown).collect::<Vec<_>>().join(" ")
 }
 
 /// What to do about an error that comes of a limit of this process.

@@ -1,5 +1,6 @@
 //! What `serve` does about timecode beside its loop: the socket, and news_thread what happens.
 
+use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -32,12 +33,9 @@ pub(super) struct AwaitedTimecode {
 pub(super) struct FollowedTimecode {
     receiver: TimecodeReceiver,
     format: Format,
-    news_thread: NewsThread,
-}
-
-struct NewsThread {
+    /// Ends the thread that reports what happens.
     is_over: Arc<AtomicBool>,
-    thread: JoinHandle<()>,
+    news_thread: JoinHandle<()>,
 }
 
 /// Refuses a pace that timecode would not keep, and what its source tells by itself.
@@ -80,18 +78,21 @@ impl AwaitedTimecode {
     pub(super) fn lead(self, server: &mut Server) -> anyhow::Result<FollowedTimecode> {
         let Self { receiver, inbox, settings, kind, format } = self;
         let (following, news) = Following::new(settings, kind, inbox);
-        let news_thread = NewsThread::start(news, format)?;
+        let is_over = Arc::new(AtomicBool::new(false));
+        let news_thread = report_news(news, Arc::clone(&is_over), format)?;
         server.follow(following);
         let listen = receiver.listen();
         print_listening(format, listen)?;
-        Ok(FollowedTimecode { receiver, format, news_thread })
+        Ok(FollowedTimecode { receiver, format, is_over, news_thread })
     }
 }
 
 impl FollowedTimecode {
     /// Tells what is left to tell, and what came in all.
     pub(super) fn finish(self) -> anyhow::Result<()> {
-        self.news_thread.finish();
+        self.is_over.store(true, Ordering::Relaxed);
+        // It does not panic, and has nothing to return.
+        let _ = self.news_thread.join();
         let counts = self.receiver.counts();
         let (malformed, of_others, floods) = (counts.malformed, counts.of_others, counts.floods);
         let text = format!(
@@ -102,32 +103,26 @@ impl FollowedTimecode {
     }
 }
 
-impl NewsThread {
-    fn start(mut news: Consumer<TimecodeNews>, format: Format) -> anyhow::Result<Self> {
-        let is_over = Arc::new(AtomicBool::new(false));
-        let over = Arc::clone(&is_over);
-        let thread = thread::Builder::new().name("timecode-news".to_owned()).spawn(move || {
-            loop {
-                let is_last = over.load(Ordering::Relaxed);
-                while let Ok(news) = news.pop() {
-                    let line = TimecodeLine::from(&news);
-                    // Where stdout is gone, the server's end reports it.
-                    let _ = print_notice(format, &ServeLine::Timecode(line.clone()), &line.to_string());
-                }
-                if is_last {
-                    return;
-                }
-                thread::sleep(LOOK_PERIOD);
+/// Reports news in a thread, until the flag is set.
+fn report_news(
+    mut news: Consumer<TimecodeNews>,
+    is_over: Arc<AtomicBool>,
+    format: Format,
+) -> io::Result<JoinHandle<()>> {
+    thread::Builder::new().name("timecode-news".to_owned()).spawn(move || {
+        loop {
+            let is_last = is_over.load(Ordering::Relaxed);
+            while let Ok(news) = news.pop() {
+                let line = TimecodeLine::from(&news);
+                // Where stdout is gone, the server's end reports it.
+                let _ = print_notice(format, &ServeLine::Timecode(line.clone()), &line.to_string());
             }
-        })?;
-        Ok(Self { is_over, thread })
-    }
-
-    fn finish(self) {
-        self.is_over.store(true, Ordering::Relaxed);
-        // It does not panic, and has nothing to return.
-        let _ = self.thread.join();
-    }
+            if is_last {
+                return;
+            }
+            thread::sleep(LOOK_PERIOD);
+        }
+    })
 }
 
 /// Reports where timecode has to be sent.

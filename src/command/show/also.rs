@@ -4,6 +4,7 @@ use bench_dragon_ipc::Instance;
 use clap::Parser as _;
 
 use crate::cli::{BadInput, Bridge, Cli, Command};
+use crate::command::without_usage;
 
 const ALLOWED: &str = "one of bridge, view, metrics, monitor, hz and echo";
 
@@ -87,16 +88,14 @@ fn name(command: &Command) -> Result<&'static str, String> {
     }
 }
 
-/// What clap reports of a command line, without usage and hints. The help of a command is no command, either.
+/// What clap reports of a command line. The help of a command is no command, either.
 fn in_one_line(error: &clap::Error) -> String {
     use clap::error::ErrorKind::{DisplayHelp, DisplayHelpOnMissingArgumentOrSubcommand, DisplayVersion};
     if matches!(error.kind(), DisplayHelp | DisplayHelpOnMissingArgumentOrSubcommand | DisplayVersion) {
         return format!(", must be {ALLOWED}, with its arguments");
     }
     let text = error.render().to_string();
-    let lines =
-        text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more"));
-    let message = lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ");
+    let message = without_usage(&text, &text);
     format!(": {}", message.strip_prefix("error: ").unwrap_or(&message))
 }
 

@@ -194,7 +194,7 @@ impl Repairs {
     }
 
     /// Waits, not without end, until the show's own files are finished. Returns what has been done since the last call.
-    pub(super) fn finish(mut self) -> Vec<Repaired> {
+    pub(super) fn finish(&mut self) -> Vec<Repaired> {
         self.earlier.clear();
         let mut repaired = self.poll();
         // Of another process that was at work on a file there may be an end by now.

@@ -167,8 +167,7 @@ impl<'a> Show<'a> {
         self.finish_recording();
         set_live_line(None);
         self.end_children(|_| true, PATIENCE)?;
-        let repairs = std::mem::replace(&mut self.repairs, Repairs::new());
-        repairs.finish().into_iter().for_each(|repaired| self.count_repaired(repaired));
+        self.repairs.finish().into_iter().for_each(|repaired| self.count_repaired(repaired));
         if outcome.is_err() && self.seen.header.is_none() {
             self.folder.remove_unused();
         }

@@ -3,6 +3,7 @@
 use std::net::{SocketAddr, TcpListener};
 
 use anyhow::Context as _;
+use bench_dragon_ipc::FrameHeader;
 use serde::Serialize;
 
 use super::Show;
@@ -23,12 +24,20 @@ impl Show<'_> {
     pub(super) fn start(&mut self, role: Role) -> anyhow::Result<()> {
         let launch = match role {
             Role::Serve => self.server(),
-            Role::Monitor => self.monitor(),
-            Role::Record => self.recorder(),
+            Role::Monitor => {
+                let progress = ["--progress", PROGRESS_PERIOD_S].map(str::to_owned);
+                let guard = self.is_guarded.then(|| "--guard".to_owned());
+                self.launch("monitor", progress.into_iter().chain(guard).collect())
+            }
+            Role::Record => {
+                let recording = self.folder.free_recording().display().to_string();
+                // The show finishes what is left, and counts it.
+                self.launch("record", vec![recording, "--no-repair".to_owned()])
+            }
             Role::View => self.page(),
             Role::Also(number) => {
                 let command = &self.also[number];
-                let output = Some(self.folder.open_output(&*command.name)?);
+                let output = Some(self.folder.open_output(&command.name)?);
                 Launch { args: command.args.clone(), environment: Vec::new(), output }
             }
         };
@@ -41,17 +50,15 @@ impl Show<'_> {
         // The show reads, too.
         args.extend(["--readers".to_owned(), (self.children.readers() + 1).to_string()]);
         args.extend(self.args.run.pace.until.map(|until_s| format!("--until={until_s}")));
-        args.extend(if self.seen.header.is_some() { self.resumption() } else { self.beginning() });
+        match self.seen.header {
+            Some(header) => args.extend(self.resumption(&header)),
+            None => args.extend(self.args.run.pace.start_at.map(|start_s| format!("--start-at={start_s}"))),
+        }
         self.launch("serve", args)
     }
 
-    fn beginning(&self) -> Vec<String> {
-        self.args.run.pace.start_at.map(|start_s| format!("--start-at={start_s}")).into_iter().collect()
-    }
-
     /// Where a server that is started again goes on.
-    fn resumption(&self) -> Vec<String> {
-        let Some(header) = self.seen.header else { return Vec::new() };
+    fn resumption(&self, header: &FrameHeader) -> Vec<String> {
         let mut args =
             vec![format!("--start-at={}", header.sim_time_s()), format!("--start-travel={}", header.head_travel_m)];
         args.extend(self.seen.walking_speed_mps.map(|speed_mps| format!("--start-speed={speed_mps}")));
@@ -66,20 +73,6 @@ impl Show<'_> {
             complain(HELD);
         }
         args
-    }
-
-    fn monitor(&self) -> Launch {
-        let mut args = vec!["--progress".to_owned(), PROGRESS_PERIOD_S.to_owned()];
-        if self.is_guarded {
-            args.push("--guard".to_owned());
-        }
-        self.launch("monitor", args)
-    }
-
-    fn recorder(&self) -> Launch {
-        let recording = self.folder.free_recording().display().to_string();
-        // The show finishes what is left, and counts it.
-        self.launch("record", vec![recording, "--no-repair".to_owned()])
     }
 
     /// A command of the program that prints JSON for the show.
@@ -115,7 +108,7 @@ pub(super) struct Page {
     /// Where it was asked to listen; once it does, where that is.
     listen: SocketAddr,
     token: Token,
-    is_announced: bool,
+    pub(super) is_announced: bool,
 }
 
 impl Page {
@@ -127,10 +120,6 @@ impl Page {
         drop(TcpListener::bind(listen).map_err(|error| cannot_listen(listen, &error))?);
         let token = Token::random().context("the kernel has no random numbers")?;
         Ok(Self { listen, token, is_announced: false })
-    }
-
-    pub(super) fn is_announced(&self) -> bool {
-        self.is_announced
     }
 }
 

@@ -7,7 +7,7 @@ use anyhow::bail;
 use super::children::{End, Role};
 use super::files::Repaired;
 use super::liveness::{MAX_RESTARTS, WINDOW};
-use super::{Bus, Page, Show};
+use super::{Bus, Show};
 use crate::command::exit_status::DISK_FULL;
 use crate::command::print::complain;
 use crate::recording::Size;
@@ -23,7 +23,7 @@ impl Show<'_> {
             Role::Serve if self.bus.is_none() => self.join_bus()?,
             // A server's signs of life are its frames.
             Role::Serve => {}
-            Role::View if !self.page.as_ref().is_some_and(Page::is_announced) => {
+            Role::View if !self.page.as_ref().is_some_and(|page| page.is_announced) => {
                 self.announce_page(line)?;
                 self.start(Role::Serve)?;
             }
@@ -43,7 +43,7 @@ impl Show<'_> {
             Role::Serve if self.bus.is_none() && status.code().is_some() => {
                 bail!("the server does not start: it ended with {status}");
             }
-            Role::View if !self.page.as_ref().is_some_and(Page::is_announced) => {
+            Role::View if !self.page.as_ref().is_some_and(|page| page.is_announced) => {
                 bail!("the page does not start: it ended with {status}");
             }
             Role::Monitor => self.reports.close_monitor(),

@@ -118,10 +118,10 @@ const MAX_TIMES: usize = 1_000_000;
 const NANOSECONDS: f64 = 1e9;
 
 #[derive(Serialize)]
-pub(super) struct Profile {
+struct Profile {
     #[serde(rename = "profile")]
     points: Vec<Point>,
-    pub(super) near_misses: Vec<NearMiss>,
+    near_misses: Vec<NearMiss>,
     /// Where the profile ends, if the work for it was too much.
     #[serde(rename = "profile_to_s", skip_serializing_if = "Option::is_none")]
     points_to_s: Option<f64>,
@@ -148,7 +148,7 @@ pub(super) struct NearMiss {
 impl Profile {
     /// The profile up to a travel, which is its last time: the contact, the run's end, or where the search for the contact
     /// ended.
-    pub(super) fn of(config: &Config, to_m: f64, args: &ContactArgs) -> Result<Self, BadInput> {
+    fn of(config: &Config, to_m: f64, args: &ContactArgs) -> Result<Self, BadInput> {
         let (dragon, timetable) = (config.dragon(), config.timetable());
         let from_m = dragon.start_travel_m();
         let step_s = args.step as f64 / NANOSECONDS;
@@ -170,39 +170,30 @@ impl Profile {
         let progress = Progress::new("profile", travels_m.len() as f64);
         let metered = dragon.metered(&args.work.meter());
         let points = clearance_profile(&metered, &travels_m, || progress.add(1.0));
-        let at = |approach: &ClosestApproach| timetable.time_s(approach.travel_m);
+        let point = |&ClosestApproach { travel_m, pair }: &ClosestApproach| Point {
+            time_s: timetable.time_s(travel_m),
+            clearance_m: pair.clearance_m,
+            benches: pair.benches,
+        };
+        let near_miss = |approach: &ClosestApproach| {
+            let Point { time_s, clearance_m, benches } = point(approach);
+            NearMiss { time_s, clearance_m, benches, point_m: approach.pair.point.to_array() }
+        };
         Ok(Self {
             points_to_s: points.ends_early_m.map(|travel_m| timetable.time_s(travel_m)),
             near_misses_to_s: misses.ends_early_m.map(|travel_m| timetable.time_s(travel_m)),
-            points: points
-                .approaches
-                .iter()
-                .map(|point| Point {
-                    time_s: at(point),
-                    clearance_m: point.pair.clearance_m,
-                    benches: point.pair.benches,
-                })
-                .collect(),
-            near_misses: misses
-                .approaches
-                .iter()
-                .map(|miss| NearMiss {
-                    time_s: at(miss),
-                    clearance_m: miss.pair.clearance_m,
-                    benches: miss.pair.benches,
-                    point_m: miss.pair.point.to_array(),
-                })
-                .collect(),
+            points: points.approaches.iter().map(point).collect(),
+            near_misses: misses.approaches.iter().map(near_miss).collect(),
         })
     }
 
     /// Whether there is a clearance at all: a dragon with fewer than three benches has none.
-    pub(super) fn has_points(&self) -> bool {
+    fn has_points(&self) -> bool {
         !self.points.is_empty()
     }
 
     /// The near misses, which are few, and below them the profile.
-    pub(super) fn text(&self) -> String {
+    fn text(&self) -> String {
         let mut text = String::new();
         self.write_near_misses(&mut text);
         let _ = writeln!(text, "\n{:>12} {:>14} {:>14}", "s", "clearance m", "benches");
