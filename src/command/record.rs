@@ -9,7 +9,7 @@ use bench_dragon_ipc::{AlertSubscriber, BusError, Domain, Frame, FrameHeader, Fr
 
 use crate::cli::{BadInput, Format, RecordArgs};
 use crate::command::follow::{Following, Next, RunPorts, open_when_there};
-use crate::command::print::{Progress, complain, print_json, print_line, print_notice, print_report};
+use crate::command::print::{Progress, complain, print_json, print_notice, print_report};
 use crate::output::Counted;
 use crate::output::report::{RecordLine, RecordSummary};
 use crate::output::terminal_text::Printable;
@@ -84,18 +84,15 @@ fn repair_one(args: &RecordArgs) -> anyhow::Result<ExitCode> {
     let repaired = if args.check { check_one(&args.file) } else { repair(&args.file) };
     let Repair { path, frames, was_unfinished, skipped_bytes, kept } = repaired?;
     let done = if was_unfinished { "finished" } else { "was finished already" };
-    match args.format.format {
-        Format::Text => {
-            let found = match &kept {
-                Some(kept) => kept_text(skipped_bytes, kept),
-                None if args.check => "; every chunk of it was read and is sound".to_owned(),
-                None => String::new(),
-            };
-            print_line(format_args!("{} {done}: {}{found}", Printable(&path), Counted(frames, "frame")))?;
-        }
-        Format::Json => print_json(&serde_json::json!({ "file": path, "frames": frames, "repaired": was_unfinished,
-                "skipped_bytes": skipped_bytes, "kept": kept }))?,
-    }
+    let found = match &kept {
+        Some(kept) => kept_text(skipped_bytes, kept),
+        None if args.check => "; every chunk of it was read and is sound".to_owned(),
+        None => String::new(),
+    };
+    let text = format!("{} {done}: {}{found}", Printable(&path), Counted(frames, "frame"));
+    let value = serde_json::json!({ "file": path, "frames": frames, "repaired": was_unfinished,
+            "skipped_bytes": skipped_bytes, "kept": kept });
+    print_report(args.format.format, &value, text)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -91,29 +91,19 @@ fn draw(
 
 impl PitchAnswer {
     fn of(found: &Result<SmallestPitch, String>, clearance_m: Option<f64>) -> Self {
-        let smallest = found.as_ref().ok();
-        Self {
-            pitch_m: smallest.map(|smallest| smallest.pitch_m),
-            limit: smallest.map(|smallest| Limit::of(smallest.limit)),
-            clearance_m,
-            infeasible: found.as_ref().err().cloned(),
-        }
-    }
-}
-
-impl Limit {
-    fn of(limit: PitchLimit) -> Self {
+        let SmallestPitch { pitch_m, limit } = match found {
+            Ok(smallest) => *smallest,
+            Err(reason) => return Self { pitch_m: None, limit: None, clearance_m, infeasible: Some(reason.clone()) },
+        };
         let (kind, contact) = match limit {
             PitchLimit::Contact(contact) => ("contact", Some(contact)),
             PitchLimit::Stop => ("stop", None),
             PitchLimit::Start => ("start", None),
             PitchLimit::Width => ("width", None),
         };
-        Self {
-            kind,
-            benches: contact.map(|contact| contact.benches),
-            point_m: contact.map(|contact| contact.point.to_array()),
-        }
+        let benches = contact.map(|contact| contact.benches);
+        let limit = Limit { kind, benches, point_m: contact.map(|contact| contact.point.to_array()) };
+        Self { pitch_m: Some(pitch_m), limit: Some(limit), clearance_m, infeasible: None }
     }
 }
 
