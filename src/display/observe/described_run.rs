@@ -57,11 +57,15 @@ const BINS: usize = 480;
 /// The least clearance that was seen in each stretch of a run, all equally long.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClearanceChart {
-    start_s: f64,
-    step_s: f64,
-    least_m: Vec<Option<f64>>,
+    /// Show time at which the first stretch begins, in seconds.
+    pub start_s: f64,
+    /// Length of a stretch in seconds.
+    pub step_s: f64,
+    /// The least clearance of each stretch in metres; `None` where the head has not been seen.
+    pub least_m: Vec<Option<f64>>,
     revision: Vec<u64>,
-    revisions: u64,
+    /// How often the chart has changed.
+    pub revisions: u64,
 }
 
 impl ClearanceChart {
@@ -79,26 +83,6 @@ impl ClearanceChart {
             self.revisions += 1;
             self.revision[bin] = self.revisions;
         }
-    }
-
-    /// Show time at which the first stretch begins, in seconds.
-    pub fn start_s(&self) -> f64 {
-        self.start_s
-    }
-
-    /// Length of a stretch in seconds.
-    pub fn step_s(&self) -> f64 {
-        self.step_s
-    }
-
-    /// How often the chart has changed.
-    pub fn revisions(&self) -> u64 {
-        self.revisions
-    }
-
-    /// The least clearance of each stretch in metres; `None` where the head has not been seen.
-    pub fn least_m(&self) -> &[Option<f64>] {
-        &self.least_m
     }
 
     /// The stretches that have changed since a revision, by index, and their least clearance in metres.
@@ -134,16 +118,16 @@ mod tests {
     }
 
     #[test]
-    fn each_stretch_keeps_its_least_clearance_and_tells_what_has_changed() {
+    fn each_stretch_keeps_its_least_clearance_and_reports_what_has_changed() {
         let mut chart = ClearanceChart::new(-100.0, 100.0);
         chart.note(-100.0, 0.3);
         chart.note(-100.0, 0.2);
-        let seen = chart.revisions();
+        let seen = chart.revisions;
         chart.note(-100.0, 0.25);
         chart.note(1e9, 0.1);
         chart.note(-1e9, 0.05);
         let changed: Vec<(usize, f64)> = chart.since(seen).collect();
         assert_eq!(changed, [(0, 0.05), (BINS - 1, 0.1)]);
-        assert_eq!(chart.least_m().iter().flatten().count(), 2);
+        assert_eq!(chart.least_m.iter().flatten().count(), 2);
     }
 }

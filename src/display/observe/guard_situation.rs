@@ -37,7 +37,7 @@ impl GuardSituation {
             return Self::Working;
         }
         let is_final = status.guard_end().is_some_and(|end_m| header.head_travel_m >= end_m);
-        // A head that was put too near is granted nothing.
+        // A head that was repositioned too near is granted nothing.
         let is_refused = nearest.is_some_and(|pair| pair.clearance_m < margin_m);
         if is_final || is_refused {
             let for_good = status.timecode_state() == Some(TimecodeState::None);
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn waiting_working_at_the_end_and_dead_are_told_apart() {
+    fn waiting_working_at_the_end_and_dead_differ() {
         let held = FrameHeader { head_travel_m: 30.0, state: ShowState::Held.to_wire(), ..FrameHeader::default() };
         let at_limit = Stops { guard_limit: true, ..Stops::default() };
         let at_run_end = Stops { run_end: true, ..at_limit };
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn a_head_that_was_put_too_near_waits_for_no_grant() {
+    fn a_head_that_was_repositioned_too_near_waits_for_no_grant() {
         let held = FrameHeader { state: ShowState::Held.to_wire(), ..FrameHeader::default() };
         let stops = Stops { guard_limit: true, ..Stops::default() };
         let status = status(GuardState::Running, stops, f64::NAN, TimecodeState::None);

@@ -83,17 +83,17 @@ pub fn lamps(snapshot: &Snapshot, now_ns: u64) -> Vec<Lamp> {
 }
 
 fn server(snapshot: &Snapshot, presence: &SourcePresence) -> Lamp {
-    let lamp = |level, text: String| Lamp::new("server", level, text);
-    let seconds = |age_ns: u64| age_ns as f64 * 1e-9;
-    match presence {
-        SourcePresence::Waiting if snapshot.has_source => lamp(LampLevel::Warning, "no frame yet".to_owned()),
-        SourcePresence::Waiting => lamp(LampLevel::Danger, "no server".to_owned()),
-        SourcePresence::Silent { age_ns } => lamp(LampLevel::Danger, format!("silent for {:.1} s", seconds(*age_ns))),
-        SourcePresence::Gone { age_ns } => lamp(LampLevel::Danger, format!("lost {:.1} s ago", seconds(*age_ns))),
-        SourcePresence::Ended { .. } => lamp(LampLevel::Off, "ended".to_owned()),
-        SourcePresence::Failed { reason } => lamp(LampLevel::Danger, reason.clone()),
-        SourcePresence::Live => live_server(snapshot),
-    }
+    let age_s = presence.age_s().unwrap_or_default();
+    let (level, text) = match presence {
+        SourcePresence::Live => return live_server(snapshot),
+        SourcePresence::Waiting if snapshot.has_source => (LampLevel::Warning, "no frame yet".to_owned()),
+        SourcePresence::Waiting => (LampLevel::Danger, "no server".to_owned()),
+        SourcePresence::Silent { .. } => (LampLevel::Danger, format!("silent for {age_s:.1} s")),
+        SourcePresence::Gone { .. } => (LampLevel::Danger, format!("lost {age_s:.1} s ago")),
+        SourcePresence::Ended { .. } => (LampLevel::Off, "ended".to_owned()),
+        SourcePresence::Failed { reason } => (LampLevel::Danger, reason.clone()),
+    };
+    Lamp::new("server", level, text)
 }
 
 fn live_server(snapshot: &Snapshot) -> Lamp {
@@ -108,11 +108,9 @@ fn live_server(snapshot: &Snapshot) -> Lamp {
         if overruns > 0 {
             text = format!("{text}, {overruns} missed release{}", if overruns == 1 { "" } else { "s" });
             let releases = status.tick.saturating_add(overruns);
-            level = level.max(if overruns > (releases / RELEASES_A_MISS).max(FEW_MISSED) {
-                LampLevel::Warning
-            } else {
-                level
-            });
+            if overruns > (releases / RELEASES_A_MISS).max(FEW_MISSED) {
+                level = LampLevel::Warning;
+            }
         }
     }
     match snapshot.statistics.crashes {
@@ -185,17 +183,13 @@ impl Readers<'_> {
             return self.unheard("recorder", LampLevel::Off, "not started");
         };
         let room_s = self.of_name(reader).filter_map(ReaderReport::room).reduce(f64::min);
-        match room_s.filter(|_| lamp.level == LampLevel::Good) {
-            None => lamp,
-            Some(room_s) => {
-                let level = match room_s {
-                    _ if room_s < DISK_DANGER_S => LampLevel::Danger,
-                    _ if room_s < DISK_WARNING_S => LampLevel::Warning,
-                    _ => LampLevel::Good,
-                };
-                Lamp { level, text: format!("{} of disk left", long_span(room_s)), ..lamp }
-            }
-        }
+        let Some(room_s) = room_s.filter(|_| lamp.level == LampLevel::Good) else { return lamp };
+        let level = match room_s {
+            _ if room_s < DISK_DANGER_S => LampLevel::Danger,
+            _ if room_s < DISK_WARNING_S => LampLevel::Warning,
+            _ => LampLevel::Good,
+        };
+        Lamp { level, text: format!("{} of disk left", long_span(room_s)), ..lamp }
     }
 
     /// The readers that have lost frames.
@@ -218,22 +212,16 @@ impl Readers<'_> {
         let sent_ns = self.of_name(reader).map(|report| report.sent_ns).min()?;
         let published_ns = self.snapshot.header().map_or(0, |header| header.published_ns);
         let age_ns = published_ns.saturating_sub(sent_ns);
-        Some(if age_ns > HANGS_NS {
-            Lamp::new(name, LampLevel::Danger, format!("silent for {:.0} s", age_ns as f64 * 1e-9))
-        } else {
-            Lamp::new(name, LampLevel::Good, "runs")
-        })
+        let silent = || Lamp::new(name, LampLevel::Danger, format!("silent for {:.0} s", age_ns as f64 * 1e-9));
+        Some(if age_ns > HANGS_NS { silent() } else { Lamp::new(name, LampLevel::Good, "runs") })
     }
 
     fn unheard(&self, name: &'static str, level: LampLevel, text: &'static str) -> Lamp {
         let since_ns = self.snapshot.reading_since_ns;
         let is_early = since_ns.is_none_or(|since_ns| self.now_ns.saturating_sub(since_ns) < FIRST_REPORTS_NS);
         // Readers report while frames come.
-        if is_early || !self.is_live {
-            Lamp::new(name, LampLevel::Off, "unknown yet")
-        } else {
-            Lamp::new(name, level, text)
-        }
+        let (level, text) = if is_early || !self.is_live { (LampLevel::Off, "unknown yet") } else { (level, text) };
+        Lamp::new(name, level, text)
     }
 
     fn of_name(&self, reader: &str) -> impl Iterator<Item = &ReaderReport> {

@@ -95,9 +95,9 @@ pub(super) fn status_message(snapshot: &Snapshot, chart_revision: u64, now_ns: u
     let reason = if let SourcePresence::Failed { reason } = &presence { Some(reason) } else { None };
     let chart = snapshot.chart.as_ref().map(|chart| {
         json!({
-            "start_s": chart.start_s(),
-            "step_s": chart.step_s(),
-            "bins": chart.least_m().len(),
+            "start_s": chart.start_s,
+            "step_s": chart.step_s,
+            "bins": chart.least_m.len(),
             "changed": chart.since(chart_revision).collect::<Vec<_>>(),
         })
     });

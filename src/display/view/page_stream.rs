@@ -167,7 +167,7 @@ impl PageStream {
         let newest = Arc::clone(&self.snapshots.borrow());
         self.send_run(&newest).await?;
         self.send_json(&status_message(&newest.snapshot, self.sent.chart_revision, monotonic_ns())).await?;
-        self.sent.chart_revision = newest.snapshot.chart.as_ref().map_or(0, |chart| chart.revisions());
+        self.sent.chart_revision = newest.snapshot.chart.as_ref().map_or(0, |chart| chart.revisions);
         self.send_alerts(&newest).await
     }
 

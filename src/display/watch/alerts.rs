@@ -3,18 +3,18 @@
 use bench_dragon_ipc::{Alert, AlertKind};
 use ratatui::text::{Line, Span};
 
-use super::look::Look;
-use super::look::Tone;
+use super::look::{Look, Tone};
 use crate::display::observe::Snapshot;
 
 /// A title and as many of the filter's alerts as there are lines.
 pub(super) fn lines(snapshot: &Snapshot, look: Look, filter: AlertFilter, count: usize) -> Vec<Line<'static>> {
     let total = snapshot.alerts.log.total();
-    let title = match total {
-        0 => format!("no alerts{}", filter.words()),
-        1 => format!("1 alert{}", filter.words()),
-        _ => format!("{total} alerts{}", filter.words()),
+    let count_words = match total {
+        0 => "no alerts".to_owned(),
+        1 => "1 alert".to_owned(),
+        _ => format!("{total} alerts"),
     };
+    let title = count_words + &filter.words();
     let (mut lines, mut is_past) = (vec![Line::styled(title, look.theme.faint())], false);
     let listed = snapshot.alerts.log.latest().rev().filter(|numbered| filter.takes(&numbered.event));
     for numbered in listed.take(count) {
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn alerts_of_earlier_runs_are_told_apart() {
+    fn alerts_of_earlier_runs_are_marked() {
         let mut snapshot = snapshot(ShowState::Running, 300.0);
         let mut copy = (**snapshot.frame.as_ref().expect("a frame")).clone();
         copy.header.run_id += 1;
@@ -137,7 +137,7 @@ mod tests {
         assert!(strip.contains("near      0-11  earlier run"), "{strip}");
         Arc::make_mut(&mut snapshot.alerts).push(restarted);
         let text = text_after("", &snapshot);
-        let at = |told: &str| text.find(told).unwrap_or_else(|| panic!("{told} is missing in\n{text}"));
+        let at = |word: &str| text.find(word).unwrap_or_else(|| panic!("{word} is missing in\n{text}"));
         let order = ["3 alerts", "restarted", "earlier runs", "near  "].map(at);
         assert!(order.is_sorted(), "{text}");
     }

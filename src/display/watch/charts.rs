@@ -36,7 +36,7 @@ pub(super) fn draw_clearance(frame: &mut Frame<'_>, area: Rect, snapshot: &Snaps
 
 /// The least clearance of each column, in metres.
 fn columns(chart: &ClearanceChart, width: u16) -> impl Iterator<Item = Option<f64>> {
-    let (bins, width) = (chart.least_m(), usize::from(width));
+    let (bins, width) = (&chart.least_m, usize::from(width));
     (0..width).map(move |column| {
         let from = column * bins.len() / width;
         let to = ((column + 1) * bins.len() / width).max(from + 1);
@@ -46,9 +46,9 @@ fn columns(chart: &ClearanceChart, width: u16) -> impl Iterator<Item = Option<f6
 
 fn timeline(chart: &ClearanceChart, width: u16, snapshot: &Snapshot, screen: &Screen) -> Line<'static> {
     let look = screen.look;
-    let length_s = chart.step_s() * chart.least_m().len() as f64;
+    let length_s = chart.step_s * chart.least_m.len() as f64;
     let column = |time_s: f64| {
-        let column = ((time_s - chart.start_s()) / length_s * f64::from(width)).floor();
+        let column = ((time_s - chart.start_s) / length_s * f64::from(width)).floor();
         (0.0..f64::from(width)).contains(&column).then_some(column as usize)
     };
     let [_, between, _] = look.glyphs.signs().span;

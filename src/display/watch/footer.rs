@@ -123,7 +123,7 @@ impl CommandOutcome {
     }
 
     /// Nothing was sent.
-    pub(super) fn mistaken(why: String) -> Self {
+    pub(super) fn rejected(why: String) -> Self {
         Self::new(why, Tone::Caution)
     }
 
@@ -131,17 +131,14 @@ impl CommandOutcome {
     pub fn to(request: Request, answer: Result<CommandReply, CommandQueueError>) -> Self {
         let name = request_words(request);
         let outcome = answer.map(|reply| reply.outcome());
-        let from_tick = match &outcome {
-            Ok(Ok(tick)) => Ok(*tick),
-            _ => Err(()),
-        };
+        let from_tick = if let Ok(Ok(tick)) = outcome { Ok(tick) } else { Err(()) };
         let reply = match outcome {
             Ok(Ok(tick)) => Self::new(format!("{name}: accepted, from tick {tick} on"), Tone::Good),
             Ok(Err(refusal)) => Self::new(format!("{name}: refused: {}", refusal.explain(&request)), Tone::Danger),
             Err(CommandQueueError::Bus(error)) => Self::new(format!("{name}: {error}"), Tone::Danger),
             Err(error) => Self::new(format!("{name}: not sent: {error}"), Tone::Caution),
         };
-        Self { speed: is_speed(request).then_some(from_tick), ..reply }
+        Self { speed: matches!(request, Request::Speed { .. }).then_some(from_tick), ..reply }
     }
 
     /// The line.
@@ -154,15 +151,11 @@ impl CommandOutcome {
     }
 }
 
-fn is_speed(request: Request) -> bool {
-    matches!(request, Request::Speed { .. })
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
     use bench_dragon_ipc::ShowState;
 
+    use super::*;
     use crate::display::watch::sample::{rows_after, snapshot};
 
     #[test]
@@ -179,16 +172,14 @@ mod tests {
 
     #[test]
     fn the_keys_of_a_screen_of_80_by_24_are_whole() {
-        let snapshot = snapshot(ShowState::Running, 300.0);
-        let rows = rows_after("", &snapshot);
+        let rows = rows_after("", &snapshot(ShowState::Running, 300.0));
         let keys = "h hold  space pause  r release  ? help  q quit  + - v speed  s seek  f follow";
         assert_eq!(rows[23].trim_end(), keys);
     }
 
     #[test]
     fn a_release_is_asked_for_where_replies_are() {
-        let snapshot = snapshot(ShowState::Held, 300.0);
-        let rows = rows_after("r", &snapshot);
+        let rows = rows_after("r", &snapshot(ShowState::Held, 300.0));
         assert_eq!(rows[22].trim_end(), "release the hold? r again");
         assert_eq!(rows[23].trim_end(), "h hold  r release  esc leave");
     }

@@ -63,7 +63,7 @@ impl Screen {
                 KeyAction::None
             }
             code if self.camera.press(code, snapshot) => KeyAction::None,
-            KeyCode::Char(character) if !self.read_only => self.order(character, snapshot),
+            KeyCode::Char(character) if !self.read_only => self.press_command(character, snapshot),
             _ => KeyAction::None,
         }
     }
@@ -93,7 +93,7 @@ impl Screen {
     }
 
     /// A key for the server.
-    fn order(&mut self, character: char, snapshot: &Snapshot) -> KeyAction {
+    fn press_command(&mut self, character: char, snapshot: &Snapshot) -> KeyAction {
         match character {
             ' ' => self.command(space_request(snapshot), snapshot),
             '+' | '=' => self.step_speed(snapshot, 1.0),
@@ -115,7 +115,7 @@ impl Screen {
             NumberKind::Seek => ("seek", Controls::of(snapshot).seek),
         };
         match refusal {
-            (name, Some(reason)) => self.reply = Some(CommandOutcome::mistaken(format!("{name}: not sent: {reason}"))),
+            (name, Some(reason)) => self.reply = Some(CommandOutcome::rejected(format!("{name}: not sent: {reason}"))),
             (_, None) => self.entry = Some(NumberEntry::new(kind)),
         }
         KeyAction::None
@@ -133,7 +133,7 @@ impl Screen {
                 match request {
                     Ok(request @ Request::Seek { .. }) => return self.ask(request, snapshot, now_ns),
                     Ok(request) => return self.command(request, snapshot),
-                    Err(why) => self.reply = Some(CommandOutcome::mistaken(why)),
+                    Err(why) => self.reply = Some(CommandOutcome::rejected(why)),
                 }
             }
             _ => {}
@@ -190,13 +190,13 @@ mod tests {
         let held = walking(ShowState::Held, 0.0);
         let mut watching = new_screen(false);
         assert_eq!(type_keys(&mut watching, " ", &held), []);
-        let told = watching.reply.take().expect("a line about it").text;
-        assert_eq!(told, "resume: not sent: the show is held: release it first");
+        let reply = watching.reply.take().expect("a line about it").text;
+        assert_eq!(reply, "resume: not sent: the show is held: release it first");
         let nobody = Snapshot::default();
         for (key, name) in [(" ", "resume"), ("r", "release"), ("+", "speed 1.1 m/s"), ("v", "speed"), ("s", "seek")] {
             assert_eq!(type_keys(&mut watching, key, &nobody), []);
-            let told = watching.reply.take().expect("a line about it").text;
-            assert_eq!(told, format!("{name}: not sent: no server runs"));
+            let reply = watching.reply.take().expect("a line about it").text;
+            assert_eq!(reply, format!("{name}: not sent: no server runs"));
         }
         assert_eq!(type_keys(&mut watching, "h", &nobody), [KeyAction::Command(Request::Hold)]);
     }

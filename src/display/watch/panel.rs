@@ -1,10 +1,10 @@
 //! The figures beside the plan: clearances, the forecast, and the rates and times of frames.
 
+use bench_dragon_geometry::clearance::PairClearance;
 use bench_dragon_ipc::ShowState;
 use ratatui::text::{Line, Span};
 
-use super::look::Look;
-use super::look::{Glyphs, Tone, strong};
+use super::look::{Glyphs, Look, Tone, strong};
 use crate::display::observe::{Arrival, GuardSituation, LeastClearance, ShowForecast, Snapshot};
 
 /// In six lines: the clearance and its pair, the least so far, and what lies ahead.
@@ -22,13 +22,12 @@ pub(super) fn short_lines(snapshot: &Snapshot, look: Look) -> Vec<Line<'static>>
     vec![clearance, benches, ahead]
 }
 
-fn named(name: &'static str, value: String, tone: Option<Tone>, look: Look) -> Line<'static> {
+/// A figure under its name, and a detail below it.
+fn figure(name: &str, value: String, tone: Option<Tone>, detail: &str, look: Look) -> [Line<'static>; 2] {
     let style = tone.map_or(strong(), |tone| look.theme.text(tone));
-    Line::from(vec![Span::styled(format!("{name:<10}"), look.theme.faint()), Span::styled(value, style)])
-}
-
-fn detail(text: &str) -> Line<'static> {
-    Line::from(format!("{:<10}{text}", ""))
+    let line = Line::from(vec![Span::styled(format!("{name:<10}"), look.theme.faint()), Span::styled(value, style)]);
+    let detail = if detail.is_empty() { Line::default() } else { Line::from(format!("{:<10}{detail}", "")) };
+    [line, detail]
 }
 
 /// How urgent a clearance is.
@@ -46,70 +45,56 @@ pub(super) fn near_m(snapshot: &Snapshot) -> f64 {
 }
 
 fn nearest(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
-    match snapshot.nearest {
-        None => [named("clearance", "unknown".to_owned(), None, look), Line::default()],
-        Some(nearest) => {
-            let tone = tone(nearest.clearance_m, near_m(snapshot));
-            [named("clearance", millimetres(nearest.clearance_m), tone, look), detail(&pair(nearest.benches))]
-        }
-    }
+    let Some(PairClearance { clearance_m, benches: [one, another], .. }) = snapshot.nearest else {
+        return figure("clearance", "unknown".to_owned(), None, "", look);
+    };
+    let (tone, detail) = (tone(clearance_m, near_m(snapshot)), format!("benches {one} and {another}"));
+    figure("clearance", millimetres(clearance_m), tone, &detail, look)
 }
 
 fn least(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
-    match snapshot.least {
-        None => [named("least", "unknown".to_owned(), None, look), Line::default()],
-        Some(LeastClearance { clearance_m, time_s }) => {
-            let line = named("least", millimetres(clearance_m), tone(clearance_m, near_m(snapshot)), look);
-            [line, detail(&format!("at {time_s:.3} s"))]
-        }
-    }
+    let Some(LeastClearance { clearance_m, time_s }) = snapshot.least else {
+        return figure("least", "unknown".to_owned(), None, "", look);
+    };
+    let (tone, detail) = (tone(clearance_m, near_m(snapshot)), format!("at {time_s:.3} s"));
+    figure("least", millimetres(clearance_m), tone, &detail, look)
 }
 
 /// The guard's stop of a head that stands there comes before all that a forecast says.
 fn ahead(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
-    let caution = |name, value: &str| named(name, value.to_owned(), Some(Tone::Caution), look);
-    match snapshot.guard {
-        GuardSituation::AtEnd { for_good: true } => {
-            return [caution("guard", "has stopped the head"), detail("for good: seek back")];
-        }
-        GuardSituation::AtEnd { for_good: false } => {
-            return [caution("guard", "has stopped the head"), detail("until timecode moves")];
-        }
-        _ => {}
-    }
     let counted = |at: Arrival| countdown(snapshot, at);
-    match snapshot.forecast {
-        ShowForecast::Unknown if snapshot.state() == Some(ShowState::Ended) => {
-            [named("contact", "the run has ended".to_owned(), None, look), Line::default()]
+    let touching = |at: Arrival, [one, another]: [usize; 2]| format!("{one}-{another} at {:.3} s", at.time_s);
+    let standing = |at: Arrival| format!("at {:.2} m, {:.1} s", at.travel_m, at.time_s);
+    let (good, caution, danger) = (Some(Tone::Good), Some(Tone::Caution), Some(Tone::Danger));
+    let has_ended = snapshot.state() == Some(ShowState::Ended);
+    let (name, value, tone, detail) = match (snapshot.guard, snapshot.forecast) {
+        (GuardSituation::AtEnd { for_good }, _) => {
+            let detail = if for_good { "for good: seek back" } else { "until timecode moves" };
+            ("guard", "has stopped the head".to_owned(), caution, detail.to_owned())
         }
-        ShowForecast::Unknown => [named("contact", "unknown".to_owned(), None, look), Line::default()],
-        ShowForecast::Free { to, is_end: true } => {
-            let line = named("contact", "none ahead".to_owned(), Some(Tone::Good), look);
-            [line, detail(&format!("to the end, {:.2} s", to.time_s))]
+        (_, ShowForecast::Unknown) => {
+            let value = if has_ended { "the run has ended" } else { "unknown" };
+            ("contact", value.to_owned(), None, String::new())
         }
-        ShowForecast::Free { to, is_end: false } => {
-            [named("contact", "none yet".to_owned(), None, look), detail(&format!("searched to {:.2} s", to.time_s))]
+        (_, ShowForecast::Free { to, is_end: true }) => {
+            ("contact", "none ahead".to_owned(), good, format!("to the end, {:.2} s", to.time_s))
         }
-        ShowForecast::Contact { at, benches: [one, another] } => {
-            [caution("contact", &counted(at)), detail(&format!("{one}-{another} at {:.3} s", at.time_s))]
+        (_, ShowForecast::Free { to, is_end: false }) => {
+            ("contact", "none yet".to_owned(), None, format!("searched to {:.2} s", to.time_s))
         }
-        ShowForecast::GuardStop { at, benches: Some([one, another]) } => {
-            let line = caution("guard", &format!("stops {}", counted(at)));
-            [line, detail(&format!("{one}-{another} at {:.3} s", at.time_s))]
+        (_, ShowForecast::Contact { at, benches }) => ("contact", counted(at), caution, touching(at, benches)),
+        (_, ShowForecast::GuardStop { at, benches: Some(benches) }) => {
+            ("guard", format!("stops {}", counted(at)), caution, touching(at, benches))
         }
-        ShowForecast::GuardStop { at, benches: None } if at.wall_s == 0.0 => {
-            let line = named("no guard", "runs".to_owned(), Some(Tone::Danger), look);
-            [line, detail("run monitor --guard")]
+        (_, ShowForecast::GuardStop { at, benches: None }) if at.wall_s == 0.0 => {
+            ("no guard", "runs".to_owned(), danger, "run monitor --guard".to_owned())
         }
-        ShowForecast::GuardStop { at, benches: None } => {
-            let line = named("no guard", format!("stops {}", counted(at)), Some(Tone::Danger), look);
-            [line, detail(&format!("at {:.2} m, {:.1} s", at.travel_m, at.time_s))]
+        (_, ShowForecast::GuardStop { at, benches: None }) => {
+            ("no guard", format!("stops {}", counted(at)), danger, standing(at))
         }
-        ShowForecast::Rest { at } => {
-            let line = caution("stands", &format!("in {:.1} s", at.wall_s));
-            [line, detail(&format!("at {:.2} m, {:.1} s", at.travel_m, at.time_s))]
-        }
-    }
+        (_, ShowForecast::Rest { at }) => ("stands", format!("in {:.1} s", at.wall_s), caution, standing(at)),
+    };
+    figure(name, value, tone, &detail, look)
 }
 
 /// Seconds of the clock on the wall; of a head that stands, those for which it has to walk.
@@ -173,14 +158,8 @@ pub(super) fn span(time_ns: u64, glyphs: Glyphs) -> String {
 }
 
 /// A clearance to the micrometre.
-pub(super) fn millimetres(length_m: f64) -> String {
+fn millimetres(length_m: f64) -> String {
     format!("{:.3} mm", length_m * 1e3)
-}
-
-/// Two benches.
-pub(super) fn pair(benches: [impl std::fmt::Display; 2]) -> String {
-    let [one, another] = benches;
-    format!("benches {one} and {another}")
 }
 
 /// A number without decimals that say nothing.
@@ -195,11 +174,11 @@ mod tests {
 
     #[test]
     fn a_duration_has_the_unit_that_keeps_it_short() {
-        let told = [0, 3_240, 9_949, 9_950, 120_000, 999_499, 999_500, 12_000_000, 999_499_999, 2_500_000_000];
-        let told = told.map(|time_ns| span(time_ns, Glyphs::Ascii));
+        let times = [0, 3_240, 9_949, 9_950, 120_000, 999_499, 999_500, 12_000_000, 999_499_999, 2_500_000_000];
+        let words = times.map(|time_ns| span(time_ns, Glyphs::Ascii));
         let expected =
             ["0.0 us", "3.2 us", "9.9 us", "10 us", "120 us", "999 us", "1.0 ms", "12 ms", "999 ms", "2.5 s"];
-        assert_eq!(told, expected);
+        assert_eq!(words, expected);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What a key asks back: a number that is typed, or a confirmation.
 
-use bench_dragon_ipc::{FrameHeader, Request};
+use bench_dragon_ipc::Request;
 use ratatui::crossterm::event::KeyCode;
 
 use crate::display::observe::Snapshot;
@@ -104,8 +104,7 @@ impl Confirmation {
 }
 
 fn about(snapshot: &Snapshot) -> Option<(u64, u32)> {
-    let FrameHeader { run_id, state, .. } = snapshot.frame.as_ref()?.header;
-    Some((run_id, state))
+    snapshot.header().map(|header| (header.run_id, header.state))
 }
 
 #[cfg(test)]
@@ -130,12 +129,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_not_sent_but_told() {
+    fn what_is_no_number_is_not_sent_but_shown() {
         let (mut screen, snapshot) = (new_screen(false), walking(ShowState::Running, 1.0));
         for typed in ["1-2", "abc1", "inf"] {
             assert_eq!(type_keys(&mut screen, &format!("s{typed}\n"), &snapshot), []);
-            let told = screen.reply.take().expect("a line about it").text;
-            assert_eq!(told, format!("{typed:?} is not a number: nothing was sent"));
+            let reply = screen.reply.take().expect("a line about it").text;
+            assert_eq!(reply, format!("{typed:?} is not a number: nothing was sent"));
         }
     }
 
