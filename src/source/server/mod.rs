@@ -101,7 +101,7 @@ impl Server {
     /// Takes the instance, creates its services and publishes the description.
     ///
     /// # Errors
-    /// [`BusError::SourceRunning`] where another server runs on the instance; the others as [`SourcePorts::open`].
+    /// [`BusError::SourceRunning`] where another server runs on the instance; else what keeps its services from the bus.
     pub fn create(domain: &Domain, settings: ServerSettings) -> Result<Self, BusError> {
         let lock = take_instance(domain)?;
         let bench_count = settings.config.dragon().dimensions().benches();
