@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use bench_dragon::output::figure::{
-    Caption, Circle, ClearanceOverTime, ContactMark, ContactView, HandleSpeed, LargestSpeed, NearMiss, Pair, PlanView,
-    Quantity, Sensitivity, SpeedRange, SpeedsOverTime, TurnMarks,
+    Caption, ChartQuantity, Circle, ClearanceOverTime, ContactMark, ContactView, HandleSpeed, LargestSpeed,
+    NearMissMark, NearestPair, PlanView, SensitivityChart, SpeedRange, SpeedsOverTime, TurnMarks,
 };
 use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance, first_contact};
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Handle};
@@ -62,11 +62,11 @@ pub(crate) fn plan_view() -> PlanView {
     }
 }
 
-fn nearest_pair(boards: &[Board]) -> Pair {
+fn nearest_pair(boards: &[Board]) -> NearestPair {
     let PairClearance { benches, clearance_m, point } =
         ClearanceSearch::default().nearest(boards).expect("there are more than two boards");
     let half = 0.5 * clearance_m * boards[benches[0]].approach(&boards[benches[1]]).direction;
-    Pair { benches, clearance_m, points: [point - half, point + half] }
+    NearestPair { benches, clearance_m, points: [point - half, point + half] }
 }
 
 pub(crate) fn turning_plan_view() -> PlanView {
@@ -85,7 +85,7 @@ pub(crate) fn turning_plan_view() -> PlanView {
         pair: Some(nearest_pair(&boards)),
         turn: Some(TurnMarks {
             arcs: [polyline(dragon.route(), 0.0, middle_m), polyline(dragon.route(), middle_m, end_m)],
-            joints: [0.0, middle_m, end_m]
+            seams: [0.0, middle_m, end_m]
                 .map(|travel_m| dragon.route().point(dragon.route().parameter(travel_m)).position),
         }),
     }
@@ -126,7 +126,7 @@ pub(crate) fn clearance_over_time() -> ClearanceOverTime {
     };
     let near_miss = |three: &[(f64, PairClearance)]| {
         let (time_s, PairClearance { clearance_m, benches, .. }) = three[1];
-        NearMiss { time_s, clearance_m, benches }
+        NearMissMark { time_s, clearance_m, benches }
     };
     ClearanceOverTime {
         caption: Caption::new("Least clearance up to the first contact"),
@@ -165,7 +165,7 @@ pub(crate) fn speeds_over_time() -> SpeedsOverTime {
 }
 
 /// Made up: lines that rise, fall, bend, jump and end.
-pub(crate) fn sensitivity() -> Sensitivity {
+pub(crate) fn sensitivity() -> SensitivityChart {
     let parameters = ["pitch", "head length", "body length", "width", "hole offset", "speed"].map(str::to_owned);
     let curve = |parameter: usize, size: f64| {
         let point = |step: i32| {
@@ -177,7 +177,7 @@ pub(crate) fn sensitivity() -> Sensitivity {
         };
         (-5..=5).map(point).collect()
     };
-    let quantity = |(name, size): (&str, f64)| Quantity {
+    let quantity = |(name, size): (&str, f64)| ChartQuantity {
         name: name.to_owned(),
         curves: (0..6).map(|parameter| curve(parameter, size)).collect(),
     };
@@ -187,7 +187,7 @@ pub(crate) fn sensitivity() -> Sensitivity {
         ("largest speed ÷ head speed", 1.604_793),
         ("smallest pitch (m)", 0.450_337),
     ];
-    Sensitivity {
+    SensitivityChart {
         caption: Caption::new("What a change of one parameter by up to ±5 % does"),
         parameters: parameters.into(),
         quantities: quantities.map(quantity).into(),

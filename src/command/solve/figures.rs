@@ -14,8 +14,8 @@ use crate::cli::{FigureArgs, Format};
 use crate::command::print::print_line;
 use crate::config::Config;
 use crate::output::figure::{
-    Caption, Circle, ClearanceOverTime, ContactMark, ContactView, Drawing, HandleSpeed, LargestSpeed, Pair, PlanView,
-    SpeedRange, SpeedsOverTime, TurnMarks,
+    Caption, Circle, ClearanceOverTime, ContactMark, ContactView, Drawing, HandleSpeed, LargestSpeed, NearMissMark,
+    NearestPair, PlanView, SpeedRange, SpeedsOverTime, TurnMarks,
 };
 use crate::output::terminal_text::Printable;
 use crate::system::whole_file;
@@ -111,12 +111,16 @@ fn on_turn(plan: PlanView, turnaround: &Turnaround) -> PlanView {
 }
 
 /// These benches or else the nearest pair, if there are more than two benches.
-fn pair(dragon: &Dragon, travel_m: f64, benches: Option<[usize; 2]>) -> Option<Pair> {
+fn pair(dragon: &Dragon, travel_m: f64, benches: Option<[usize; 2]>) -> Option<NearestPair> {
     let boards = boards(dragon, &handles(dragon, travel_m));
     let benches = benches.or_else(|| Some(ClearanceSearch::default().nearest(&boards)?.benches))?;
     let approach = boards[benches[0]].approach(&boards[benches[1]]);
     let half = 0.5 * approach.clearance_m.max(0.0) * approach.direction;
-    Some(Pair { benches, clearance_m: approach.clearance_m, points: [approach.point - half, approach.point + half] })
+    Some(NearestPair {
+        benches,
+        clearance_m: approach.clearance_m,
+        points: [approach.point - half, approach.point + half],
+    })
 }
 
 pub(super) fn contact_view(args: &FigureArgs, config: &Config, contact: &Contact) -> ContactView {
@@ -146,11 +150,8 @@ pub(super) fn clearance_over_time(
     let (dragon, timetable) = (config.dragon().metered(meter), config.timetable());
     let points = clearance_profile(&dragon, &even_travels(&dragon, dragon.start_travel_m(), to_m), || ());
     let sample = |point: &ClosestApproach| DVec2::new(timetable.time_s(point.travel_m), point.pair.clearance_m);
-    let near_miss = |miss: &NearMiss| crate::output::figure::NearMiss {
-        time_s: miss.time_s,
-        clearance_m: miss.clearance_m,
-        benches: miss.benches,
-    };
+    let near_miss =
+        |miss: &NearMiss| NearMissMark { time_s: miss.time_s, clearance_m: miss.clearance_m, benches: miss.benches };
     ClearanceOverTime {
         caption: caption(args, config, "Least clearance of all pairs of benches"),
         samples: points.approaches.iter().map(sample).collect(),
@@ -273,6 +274,6 @@ fn turn_marks(turnaround: &Turnaround) -> TurnMarks {
     let middle_m = entry_arc.length_m();
     let end_m = middle_m + exit_arc.length_m();
     let route = turnaround.route();
-    let joints = [0.0, middle_m, end_m].map(|travel_m| route.point(route.parameter(travel_m)).position);
-    TurnMarks { arcs: [polyline(&route, 0.0, middle_m), polyline(&route, middle_m, end_m)], joints }
+    let seams = [0.0, middle_m, end_m].map(|travel_m| route.point(route.parameter(travel_m)).position);
+    TurnMarks { arcs: [polyline(&route, 0.0, middle_m), polyline(&route, middle_m, end_m)], seams }
 }

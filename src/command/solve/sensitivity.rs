@@ -223,13 +223,13 @@ fn titled(response: &Response) -> String {
 }
 
 /// A plot for each quantity that there is.
-fn chart(caption: figure::Caption, sensitivity: &Sensitivity, responses: &[Response]) -> figure::Sensitivity {
+fn chart(caption: figure::Caption, sensitivity: &Sensitivity, responses: &[Response]) -> figure::SensitivityChart {
     let answered = responses.iter().filter(|response| response.value.is_ok());
-    let plot = |response: &Response| figure::Quantity {
+    let plot = |response: &Response| figure::ChartQuantity {
         name: titled(response),
         curves: response.curves.iter().map(|curve| points(sensitivity, curve)).collect(),
     };
-    figure::Sensitivity {
+    figure::SensitivityChart {
         caption,
         parameters: sensitivity.parameters.iter().map(ToString::to_string).collect(),
         quantities: answered.map(plot).collect(),

@@ -1,24 +1,28 @@
-//! Boards, hinges and the route in a plan.
+//! Boards, hinges and the route in a plan, and names of benches on their boards.
 
 use glam::DVec2;
+use kurbo::{Line, ParamCurveNearest as _, Point};
 
-use super::drawing::Drawing;
-use super::legend::{Entry, Sample};
-use super::mark::LineStyle;
-use super::palette::{BLACK, Colour, GREY, ORANGE, SKY_BLUE, VERMILION};
+use super::drawing::{Drawing, contains};
+use super::page::{LegendEntry, Swatch};
 use super::plot::Plot;
-use super::style::FINE_WIDTH;
+use super::style::{BLACK, Colour, FINE_WIDTH, GREY, LABEL_SIZE, LineStyle, ORANGE, SKY_BLUE, VERMILION};
+use super::text::Text;
 
 /// Width of a board's outline.
 const OUTLINE_WIDTH: f64 = 0.1;
+/// Room around a name that is as good as more, in millimetres.
+const ENOUGH_FREE: f64 = 4.0;
+/// Positions that are tried along each of three lines of a board.
+const STEPS: u32 = 200;
 
-/// What stands on the route, head first.
+/// The boards, the hinges and the route of a plan, head first.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Standing<'a> {
+pub(super) struct BoardsInPlan<'a> {
     pub(super) route: &'a [DVec2],
     pub(super) boards: &'a [[DVec2; 4]],
     pub(super) hinges: &'a [DVec2],
-    /// Benches that are set apart by their colour.
+    /// Benches with a colour of their own.
     pub(super) marked: &'a [usize],
     /// What they are, for the legend.
     pub(super) marked_as: &'static str,
@@ -26,7 +30,7 @@ pub(super) struct Standing<'a> {
     pub(super) hinge_radius: f64,
 }
 
-impl Standing<'_> {
+impl BoardsInPlan<'_> {
     /// Draws all that lies in the plot: the route, the boards over it from the tail on, the hinges over them.
     pub(super) fn draw(&self, drawing: &mut Drawing, plot: &Plot) {
         drawing.push(plot.line(self.route, GREY, FINE_WIDTH));
@@ -47,17 +51,17 @@ impl Standing<'_> {
         }
     }
 
-    pub(super) fn legend(&self) -> Vec<Entry> {
-        let line = Sample::Line { colour: GREY, width: FINE_WIDTH, style: LineStyle::Solid };
-        let mut entries = vec![Entry::new(Sample::Area(VERMILION), "head")];
+    pub(super) fn legend(&self) -> Vec<LegendEntry> {
+        let line = Swatch::Line { colour: GREY, width: FINE_WIDTH, style: LineStyle::Solid };
+        let mut entries = vec![LegendEntry::new(Swatch::Area(VERMILION), "head")];
         if self.marked.iter().any(|bench| *bench > 0) {
-            entries.push(Entry::new(Sample::Area(ORANGE), self.marked_as));
+            entries.push(LegendEntry::new(Swatch::Area(ORANGE), self.marked_as));
         }
         if self.boards.len() > 1 {
-            entries.push(Entry::new(Sample::Area(SKY_BLUE), "bench"));
+            entries.push(LegendEntry::new(Swatch::Area(SKY_BLUE), "bench"));
         }
-        entries.push(Entry::new(Sample::Dot { colour: BLACK, radius: self.hinge_radius.max(0.3) }, "hinge"));
-        entries.push(Entry::new(line, "route"));
+        entries.push(LegendEntry::new(Swatch::Dot { colour: BLACK, radius: self.hinge_radius.max(0.3) }, "hinge"));
+        entries.push(LegendEntry::new(line, "route"));
         entries
     }
 }
@@ -72,4 +76,46 @@ pub(super) fn bounds(points: impl IntoIterator<Item = DVec2>, margin_m: f64) -> 
     let empty = [DVec2::INFINITY, DVec2::NEG_INFINITY];
     let [low, high] = points.into_iter().fold(empty, |[low, high], point| [low.min(point), high.max(point)]);
     [low - margin_m, high + margin_m]
+}
+
+/// Writes the names of some benches on their boards, free of the obstacles, which are points of the plot. A board of
+/// which too little lies in the plot gets none.
+pub(super) fn write_names(
+    drawing: &mut Drawing,
+    plot: &Plot,
+    boards: &[[DVec2; 4]],
+    benches: &[usize],
+    obstacles: &[DVec2],
+) {
+    let obstacles: Vec<Point> = obstacles.iter().map(|point| plot.at(*point)).collect();
+    for &bench in benches {
+        let words = if bench == 0 { "bench 0, head".to_owned() } else { format!("bench {bench}") };
+        let text = Text::new(words, LABEL_SIZE);
+        let corners = boards[bench].map(|corner| plot.at(corner));
+        if let Some((middle, turn)) = place_on_board(corners, &text, plot, &obstacles) {
+            drawing.write(&text.turned(turn), middle);
+        }
+    }
+}
+
+/// Where a text fits onto a board, along it and within the plot, free of obstacles on the page, and the angle at which
+/// it reads from left to right.
+fn place_on_board(corners: [Point; 4], text: &Text, plot: &Plot, obstacles: &[Point]) -> Option<(Point, f64)> {
+    let [front_left, rear_left, rear_right, front_right] = corners;
+    let half = 0.5 * text.width() * (front_left - rear_left).normalize();
+    let free_mm = |middle: &Point| {
+        let line = Line::new(*middle - half, *middle + half);
+        let distances = obstacles.iter().map(|point| line.nearest(*point, 0.0).distance_sq.sqrt());
+        distances.fold(ENOUGH_FREE, f64::min)
+    };
+    let area = plot.area.inflate(-2.0, -2.0);
+    let is_inside = |middle: &Point| [half, -half].iter().all(|end| contains(area, *middle + *end));
+    let middles = [0.5, 0.25, 0.75].into_iter().flat_map(|share| {
+        let (front, rear) = (front_left.lerp(front_right, share) - half, rear_left.lerp(rear_right, share) + half);
+        (0..=STEPS).map(move |step| rear.lerp(front, f64::from(step) / f64::from(STEPS)))
+    });
+    // Of equally free ones the first, so the middle line of the board before its sides.
+    let best = middles.filter(is_inside).min_by(|a, b| free_mm(b).total_cmp(&free_mm(a)))?;
+    let reading = if half.x < 0.0 { -half } else { half };
+    Some((best, reading.angle()))
 }

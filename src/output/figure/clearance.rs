@@ -3,18 +3,15 @@
 use std::ops::RangeInclusive;
 
 use glam::DVec2;
+use kurbo::{Rect, Size};
 
-use super::caption::Caption;
-use super::drawing::Drawing;
-use super::legend::{Entry, Sample};
-use super::mark::{LineStyle, Mark};
+use super::drawing::{Drawing, Mark, area, circle, contains};
 use super::notes::Notes;
-use super::page::{head_height, page};
-use super::palette::{BLACK, BLUE, VERMILION};
-use super::path::{Path, Rect};
-use super::plot::Plot;
-use super::scale::range_of;
-use super::style::{AXIS_WIDTH, BOTTOM_MARGIN, LEFT_MARGIN, LINE_WIDTH, PLOT_WIDTH, ROW_GAP};
+use super::page::{Caption, LegendEntry, Swatch, head_height, page};
+use super::plot::{Plot, range_of};
+use super::style::{
+    AXIS_WIDTH, BLACK, BLUE, BOTTOM_MARGIN, LEFT_MARGIN, LINE_WIDTH, LineStyle, PLOT_WIDTH, ROW_GAP, VERMILION,
+};
 
 /// The least clearance of all pairs over time: above the whole run, below the time around the deepest near misses and the
 /// contact, in millimetres.
@@ -25,14 +22,14 @@ pub struct ClearanceOverTime {
     /// Time in seconds and clearance in metres, in order.
     pub samples: Vec<DVec2>,
     /// The local minima above 0, in order.
-    pub near_misses: Vec<NearMiss>,
+    pub near_misses: Vec<NearMissMark>,
     /// The contact, if there is one.
     pub contact: Option<ContactMark>,
 }
 
 /// Two benches that come near and part again.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NearMiss {
+pub struct NearMissMark {
     /// Seconds of show time.
     pub time_s: f64,
     /// Their clearance then.
@@ -52,7 +49,7 @@ pub struct ContactMark {
 
 const WHOLE_HEIGHT: f64 = 45.0;
 const PART_HEIGHT: f64 = 55.0;
-/// Near misses that are told in words.
+/// Near misses with a note.
 const NAMED: usize = 4;
 const RING_RADIUS: f64 = 0.8;
 /// Share of the time around the named near misses and the contact that is shown at either side.
@@ -67,7 +64,7 @@ impl ClearanceOverTime {
         let mut drawing = page(&self.caption, &entries, whole_row + part_row);
         let times = range_of(self.line().iter().map(|point| point.x), 0.0);
         let highest_m = self.samples.iter().map(|sample| sample.y).fold(0.0, f64::max);
-        let whole = Plot::new(Rect::new(LEFT_MARGIN, top, PLOT_WIDTH, WHOLE_HEIGHT), &times, &(0.0..=1.1 * highest_m));
+        let whole = Plot::new(area(LEFT_MARGIN, top, PLOT_WIDTH, WHOLE_HEIGHT), &times, &(0.0..=1.1 * highest_m));
         let part_times = self.part_times(&times);
         self.draw_plot(&mut drawing, &whole, 1.0);
         let part_metres = 0.0..=self.part_millimetres(&part_times).end() / 1000.0;
@@ -76,7 +73,7 @@ impl ClearanceOverTime {
         whole.label_y(&mut drawing, "clearance (m)");
 
         let part = Plot::new(
-            Rect::new(LEFT_MARGIN, top + whole_row, PLOT_WIDTH, PART_HEIGHT),
+            area(LEFT_MARGIN, top + whole_row, PLOT_WIDTH, PART_HEIGHT),
             &part_times,
             &self.part_millimetres(&part_times),
         );
@@ -96,15 +93,15 @@ impl ClearanceOverTime {
         line
     }
 
-    /// The near misses that are told in words, the deepest first.
-    fn named(&self) -> Vec<NearMiss> {
+    /// The near misses with a note, the deepest first.
+    fn named(&self) -> Vec<NearMissMark> {
         let mut named = self.near_misses.clone();
         named.sort_by(|a, b| a.clearance_m.total_cmp(&b.clearance_m));
         named.truncate(NAMED);
         named
     }
 
-    /// The time around what is told in words.
+    /// The time around the notes.
     fn part_times(&self, whole: &RangeInclusive<f64>) -> RangeInclusive<f64> {
         let named = self.named().into_iter().map(|miss| miss.time_s);
         let times: Vec<f64> = named.chain(self.contact.map(|contact| contact.time_s)).collect();
@@ -130,8 +127,8 @@ impl ClearanceOverTime {
         plot.draw_frame(drawing);
         for miss in &self.near_misses {
             let at = plot.at(scaled(DVec2::new(miss.time_s, miss.clearance_m)));
-            if plot.area.contains(at) {
-                drawing.push(Mark::stroked(Path::circle(at, RING_RADIUS), BLACK, AXIS_WIDTH));
+            if contains(plot.area, at) {
+                drawing.push(Mark::stroked(circle(at, RING_RADIUS), BLACK, AXIS_WIDTH));
             }
         }
         if let Some(contact) = self.contact {
@@ -145,7 +142,7 @@ impl ClearanceOverTime {
         let mut notes = Notes::new(plot.area, &[line]);
         for miss in &self.near_misses {
             let ring = at(miss.time_s, miss.clearance_m);
-            notes.keep_off(Rect { min: ring - RING_RADIUS, max: ring + RING_RADIUS });
+            notes.keep_off(Rect::from_center_size(ring, Size::new(2.0 * RING_RADIUS, 2.0 * RING_RADIUS)));
         }
         if let Some(contact) = self.contact {
             let words = [format!("contact at {:.6} s", contact.time_s), pair(contact.benches)];
@@ -158,14 +155,14 @@ impl ClearanceOverTime {
         }
     }
 
-    fn legend(&self) -> Vec<Entry> {
-        let line = Sample::Line { colour: BLUE, width: LINE_WIDTH, style: LineStyle::Solid };
-        let mut entries = vec![Entry::new(line, "least clearance of all pairs")];
+    fn legend(&self) -> Vec<LegendEntry> {
+        let line = Swatch::Line { colour: BLUE, width: LINE_WIDTH, style: LineStyle::Solid };
+        let mut entries = vec![LegendEntry::new(line, "least clearance of all pairs")];
         if !self.near_misses.is_empty() {
-            entries.push(Entry::new(Sample::Ring { colour: BLACK, radius: RING_RADIUS }, "near miss"));
+            entries.push(LegendEntry::new(Swatch::Ring { colour: BLACK, radius: RING_RADIUS }, "near miss"));
         }
         if self.contact.is_some() {
-            entries.push(Entry::new(Sample::Dot { colour: VERMILION, radius: RING_RADIUS }, "contact"));
+            entries.push(LegendEntry::new(Swatch::Dot { colour: VERMILION, radius: RING_RADIUS }, "contact"));
         }
         entries
     }

@@ -1,17 +1,13 @@
 //! The boards where two of them touch, and the touch itself from near.
 
 use glam::DVec2;
+use kurbo::{Point, Rect, Shape as _};
 
-use super::board_names::write_names;
-use super::boards::{Standing, bounds, width_m};
-use super::caption::Caption;
-use super::drawing::Drawing;
-use super::mark::Mark;
-use super::page::{head_height, page};
-use super::palette::BLACK;
-use super::path::{Path, Rect};
+use super::boards::{BoardsInPlan, bounds, width_m, write_names};
+use super::drawing::{Drawing, Mark, area, circle, polyline};
+use super::page::{Caption, head_height, page};
 use super::plot::Plot;
-use super::style::{AXIS_WIDTH, BOTTOM_MARGIN, LEFT_MARGIN, LINE_WIDTH, PAGE_WIDTH};
+use super::style::{AXIS_WIDTH, BLACK, BOTTOM_MARGIN, LEFT_MARGIN, LINE_WIDTH, PAGE_WIDTH};
 
 /// The boards at a contact: the whole dragon on the left, the surroundings of the contact on the right.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,23 +39,20 @@ impl ContactView {
     /// The two benches must have boards.
     pub fn draw(&self) -> Drawing {
         let width = 0.5 * (PAGE_WIDTH - 2.0 * LEFT_MARGIN - GAP);
-        let whole = self.standing(0.15);
+        let whole = self.in_plan(0.15);
         let entries = whole.legend();
         let top = head_height(&self.caption, &entries);
         let mut drawing = page(&self.caption, &entries, width + BOTTOM_MARGIN);
         let [low, high] = bounds(self.boards.iter().flatten().copied(), self.board_width_m());
-        let left = Plot::plan(Rect::new(LEFT_MARGIN, top, width, width), low, high);
+        let left = Plot::plan(area(LEFT_MARGIN, top, width, width), low, high);
         let half = DVec2::splat(0.5 * SIDE_PER_WIDTH * self.board_width_m());
         let [near_low, near_high] = [self.point - half, self.point + half];
-        let right = Plot::plan(Rect::new(PAGE_WIDTH - LEFT_MARGIN - width, top, width, width), near_low, near_high)
+        let right = Plot::plan(area(PAGE_WIDTH - LEFT_MARGIN - width, top, width, width), near_low, near_high)
             .with_y_at_the_right();
 
         whole.draw(&mut drawing, &left);
-        let region = Rect {
-            min: left.at(DVec2::new(near_low.x, near_high.y)),
-            max: left.at(DVec2::new(near_high.x, near_low.y)),
-        };
-        self.standing(1.0).draw(&mut drawing, &right);
+        let region = Rect::from_points(left.at(near_low), left.at(near_high));
+        self.in_plan(1.0).draw(&mut drawing, &right);
         self.draw_touch(&mut drawing, &right);
         left.draw_frame(&mut drawing);
         right.draw_frame(&mut drawing);
@@ -71,9 +64,9 @@ impl ContactView {
         drawing
     }
 
-    fn standing(&self, hinge_radius: f64) -> Standing<'_> {
+    fn in_plan(&self, hinge_radius: f64) -> BoardsInPlan<'_> {
         let Self { route, boards, hinges, benches, .. } = self;
-        Standing { route, boards, hinges, marked: benches, marked_as: "in touch", hinge_radius }
+        BoardsInPlan { route, boards, hinges, marked: benches, marked_as: "in touch", hinge_radius }
     }
 
     fn board_width_m(&self) -> f64 {
@@ -83,7 +76,7 @@ impl ContactView {
     /// Marks the point and names the two benches, each on its board.
     fn draw_touch(&self, drawing: &mut Drawing, plot: &Plot) {
         let at = plot.at(self.point);
-        drawing.push(Mark::stroked(Path::circle(at, POINT_RADIUS), BLACK, LINE_WIDTH).labelled("contact"));
+        drawing.push(Mark::stroked(circle(at, POINT_RADIUS), BLACK, LINE_WIDTH).labelled("contact"));
         let obstacles: Vec<DVec2> = self.hinges.iter().chain([&self.point]).copied().collect();
         write_names(drawing, plot, &self.boards, &self.benches, &obstacles);
     }
@@ -91,10 +84,9 @@ impl ContactView {
 
 /// Frames the region in the whole and leads from it to the part that shows it larger.
 fn draw_magnification(drawing: &mut Drawing, region: Rect, part: Rect) {
-    drawing.push(Mark::stroked(region.path(), BLACK, LINE_WIDTH));
-    let [_, upper, lower, _] = region.corners();
-    let [part_upper, _, _, part_lower] = part.corners();
-    for ends in [[upper, part_upper], [lower, part_lower]] {
-        drawing.push(Mark::stroked(Path::line(ends), BLACK, 0.6 * AXIS_WIDTH));
+    drawing.push(Mark::stroked(region.to_path(0.0), BLACK, LINE_WIDTH));
+    for (y, part_y) in [(region.y0, part.y0), (region.y1, part.y1)] {
+        let ends = [Point::new(region.x1, y), Point::new(part.x0, part_y)];
+        drawing.push(Mark::stroked(polyline(ends), BLACK, 0.6 * AXIS_WIDTH));
     }
 }

@@ -1,23 +1,21 @@
-//! A drawing: marks on a page.
+//! A drawing: marks on a page, or on a sheet of paper.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::PI;
+use std::str::FromStr;
 
-use glam::{DVec2, Vec2Swizzles as _};
+use kurbo::{BezPath, Point, Rect, Size, Vec2};
 
-use super::font;
-use super::mark::Mark;
-use super::palette::BLACK;
-use super::paper::{EDGE, Paper};
-use super::path::{Path, Rect};
+use super::style::{BLACK, Colour, LineStyle};
+use super::text::Text;
 use super::{FigureFormat, png, svg};
 
-/// A finished figure: marks on a white page, the later ones over the earlier ones.
+/// A finished figure: marks on a white page, the later ones over the earlier ones. Lengths are millimetres, y is down.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drawing {
-    title: String,
-    size: DVec2,
-    sheet: Sheet,
-    marks: Vec<Mark>,
+    pub(super) title: String,
+    size: Size,
+    pub(super) sheet: Sheet,
+    pub(super) marks: Vec<Mark>,
 }
 
 /// The sheet that a drawing is printed on.
@@ -29,41 +27,68 @@ pub(super) struct Sheet {
     pub(super) scale: f64,
 }
 
-/// A line of text.
+/// A path that is filled, stroked or both.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Text {
-    words: String,
-    /// Millimetres.
-    size: f64,
-    anchor: Anchor,
-    /// Angle of the baseline in radians, clockwise as y is down.
-    turn: f64,
+pub(super) struct Mark {
+    pub(super) path: BezPath,
+    pub(super) fill: Option<Colour>,
+    pub(super) stroke: Option<Stroke>,
+    /// What lies outside is not drawn.
+    pub(super) clip: Option<Rect>,
+    /// The words that it shows, or what it stands for, to whoever cannot see it.
+    pub(super) label: Option<String>,
 }
 
-/// The point of a line of text that is put in place; its height is the middle of a capital.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Anchor {
-    Left,
-    Middle,
-    Right,
+/// How a line is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Stroke {
+    pub(super) colour: Colour,
+    pub(super) width: f64,
+    pub(super) style: LineStyle,
 }
+
+/// A size of paper on which a figure fills the sheet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Paper {
+    /// 841 × 1189 mm.
+    A0,
+    /// 594 × 841 mm.
+    A1,
+    /// 420 × 594 mm.
+    A2,
+    /// 297 × 420 mm.
+    A3,
+    /// 210 × 297 mm.
+    A4,
+    /// 8.5 × 11 inches.
+    Letter,
+    /// 11 × 17 inches.
+    Tabloid,
+}
+
+/// Room that is left free at each edge of a sheet: what printers cannot print on.
+const EDGE: f64 = 10.0;
+
+const INCH: f64 = 25.4;
 
 impl Drawing {
-    /// An empty page of a size in millimetres.
-    pub(super) fn new(title: &str, size: DVec2) -> Self {
-        let sheet = Sheet { area: Rect { min: DVec2::ZERO, max: size }, scale: 1.0 };
-        Self { title: title.to_owned(), size, sheet, marks: Vec::new() }
+    /// An empty page.
+    pub(super) fn new(title: String, size: Size) -> Self {
+        Self { title, size, sheet: Sheet { area: size.to_rect(), scale: 1.0 }, marks: Vec::new() }
     }
 
     /// The drawing on a sheet of paper, as large as the sheet holds it, upright or across.
     #[must_use]
     pub fn on_paper(self, paper: Paper) -> Self {
-        let fit = |sheet: DVec2| ((sheet - 2.0 * EDGE) / self.size).min_element();
-        let [upright, across] = [paper.size(), paper.size().yx()];
+        let fit = |sheet: Size| {
+            ((sheet.width - 2.0 * EDGE) / self.size.width).min((sheet.height - 2.0 * EDGE) / self.size.height)
+        };
+        let [width, height] = paper.size();
+        let [upright, across] = [Size::new(width, height), Size::new(height, width)];
         let sheet = if fit(across) > fit(upright) { across } else { upright };
         let scale = fit(sheet);
         let free = sheet / scale - self.size;
-        let area = Rect { min: -0.5 * free, max: self.size + 0.5 * free };
+        let area = self.size.to_rect().inflate(0.5 * free.width, 0.5 * free.height);
         Self { sheet: Sheet { area, scale }, ..self }
     }
 
@@ -75,66 +100,153 @@ impl Drawing {
         }
     }
 
-    pub(super) fn title(&self) -> &str {
-        &self.title
-    }
-
-    pub(super) fn sheet(&self) -> Sheet {
-        self.sheet
-    }
-
-    pub(super) fn marks(&self) -> &[Mark] {
-        &self.marks
-    }
-
     /// Adds a mark over all others, unless nothing of it is to be seen.
     pub(super) fn push(&mut self, mark: Mark) {
-        if mark.clip.is_none_or(|clip| mark.path.bounds().is_some_and(|bounds| clip.overlaps(&bounds))) {
+        if mark.clip.is_none_or(|clip| !mark.path.is_empty() && clip.overlaps(mark.path.control_box())) {
             self.marks.push(mark);
         }
     }
 
     /// Adds a line of text over all others.
-    pub(super) fn write(&mut self, text: &Text, at: DVec2) {
-        self.push(Mark::filled(text.outline(at), BLACK).labelled(text.words.as_str()));
+    pub(super) fn write(&mut self, text: &Text, at: Point) {
+        self.push(Mark::filled(text.outline(at), BLACK).labelled(text.words()));
     }
 }
 
-impl Text {
-    /// A level line of text, put in place by its middle.
-    pub(super) fn new(words: impl Into<String>, size: f64) -> Self {
-        Self { words: words.into(), size, anchor: Anchor::Middle, turn: 0.0 }
+impl Mark {
+    fn new(path: BezPath, fill: Option<Colour>, stroke: Option<Stroke>) -> Self {
+        Self { path, fill, stroke, clip: None, label: None }
     }
 
-    pub(super) fn anchored(self, anchor: Anchor) -> Self {
-        Self { anchor, ..self }
+    /// An area of one colour.
+    pub(super) fn filled(path: BezPath, colour: Colour) -> Self {
+        Self::new(path, Some(colour), None)
     }
 
-    /// The text read upwards.
-    pub(super) fn upwards(self) -> Self {
-        self.turned(-FRAC_PI_2)
+    /// A line, its width in millimetres.
+    pub(super) fn stroked(path: BezPath, colour: Colour, width: f64) -> Self {
+        Self::new(path, None, Some(Stroke { colour, width, style: LineStyle::Solid }))
     }
 
-    pub(super) fn turned(self, turn: f64) -> Self {
-        Self { turn, ..self }
+    /// The mark with a line round it.
+    pub(super) fn outlined(self, colour: Colour, width: f64) -> Self {
+        Self { stroke: Some(Stroke { colour, width, style: LineStyle::Solid }), ..self }
     }
 
-    pub(super) fn width(&self) -> f64 {
-        self.size * font::width(&self.words)
+    /// The mark with its line in another style.
+    pub(super) fn styled(mut self, style: LineStyle) -> Self {
+        if let Some(stroke) = &mut self.stroke {
+            stroke.style = style;
+        }
+        self
     }
 
-    fn outline(&self, at: DVec2) -> Path {
-        let begin = DVec2::new(-self.before_anchor(), 0.5 * font::CAP_HEIGHT * self.size);
-        let turn = DVec2::from_angle(self.turn);
-        font::outline(&self.words).map(|point| at + turn.rotate(begin + self.size * point))
+    /// The mark, as far as it lies in the area.
+    pub(super) fn clipped(self, area: Rect) -> Self {
+        Self { clip: Some(area), ..self }
     }
 
-    /// Millimetres of text to the left of its anchor.
-    fn before_anchor(&self) -> f64 {
-        match self.anchor {
-            Anchor::Left => 0.0,
-            Anchor::Middle => 0.5 * self.width(),
-            Anchor::Right => self.width(),
+    /// The mark with words for whoever cannot see it.
+    pub(super) fn labelled(self, label: impl Into<String>) -> Self {
+        Self { label: Some(label.into()), ..self }
+    }
+}
+
+impl Paper {
+    /// Every size.
+    pub const ALL: [Self; 7] = [Self::A0, Self::A1, Self::A2, Self::A3, Self::A4, Self::Letter, Self::Tabloid];
+
+    /// What the size is called on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::A0 => "a0",
+            Self::A1 => "a1",
+            Self::A2 => "a2",
+            Self::A3 => "a3",
+            Self::A4 => "a4",
+            Self::Letter => "letter",
+            Self::Tabloid => "tabloid",
+        }
+    }
+
+    /// Width and height of an upright sheet in millimetres.
+    fn size(self) -> [f64; 2] {
+        match self {
+            Self::A0 => [841.0, 1189.0],
+            Self::A1 => [594.0, 841.0],
+            Self::A2 => [420.0, 594.0],
+            Self::A3 => [297.0, 420.0],
+            Self::A4 => [210.0, 297.0],
+            Self::Letter => [8.5 * INCH, 11.0 * INCH],
+            Self::Tabloid => [11.0 * INCH, 17.0 * INCH],
+        }
+    }
+}
+
+/// Reads a name, in capitals or not.
+impl FromStr for Paper {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let found = Self::ALL.into_iter().find(|paper| paper.name().eq_ignore_ascii_case(text));
+        found.ok_or_else(|| format!("must be one of {}", Self::ALL.map(Self::name).join(", ")))
+    }
+}
+
+/// Straight lines from point to point.
+pub(super) fn polyline(points: impl IntoIterator<Item = Point>) -> BezPath {
+    let mut path = BezPath::new();
+    for point in points {
+        if path.is_empty() { path.move_to(point) } else { path.line_to(point) }
+    }
+    path
+}
+
+/// Straight lines round an area.
+pub(super) fn polygon(points: impl IntoIterator<Item = Point>) -> BezPath {
+    let mut path = polyline(points);
+    path.close_path();
+    path
+}
+
+/// A circle, of parabolas that are nowhere off by more than 0.2 ‰ of the radius.
+pub(super) fn circle(centre: Point, radius: f64) -> BezPath {
+    const PIECES: u32 = 16;
+    let half_piece = PI / f64::from(PIECES);
+    let on = |halves: u32, radius: f64| centre + radius * Vec2::from_angle(f64::from(halves) * half_piece);
+    let mut path = BezPath::new();
+    path.move_to(on(0, radius));
+    for piece in 0..PIECES {
+        // The tangents at both ends meet further out.
+        path.quad_to(on(2 * piece + 1, radius / half_piece.cos()), on(2 * piece + 2, radius));
+    }
+    path.close_path();
+    path
+}
+
+/// A rectangle of the page.
+pub(super) fn area(left: f64, top: f64, width: f64, height: f64) -> Rect {
+    Rect::new(left, top, left + width, top + height)
+}
+
+/// Whether a point lies in a rectangle or on its edge.
+pub(super) fn contains(area: Rect, point: Point) -> bool {
+    area.contains_rect(Rect::from_points(point, point))
+}
+
+#[cfg(test)]
+mod tests {
+    use kurbo::{ParamCurve as _, PathSeg};
+
+    use super::*;
+
+    #[test]
+    fn a_circle_is_round_to_a_fifth_of_a_thousandth() {
+        for piece in circle(Point::ZERO, 1.0).segments().filter(|piece| matches!(piece, PathSeg::Quad(_))) {
+            for tenth in 0..=10 {
+                let point = piece.eval(f64::from(tenth) / 10.0).to_vec2();
+                assert!((point.length() - 1.0).abs() < 2e-4, "{point} lies {} from the centre", point.length());
+            }
         }
     }
 }

@@ -5,42 +5,38 @@
 //! fills a sheet of [`Paper`]. Letters are outlines, so neither the machine that draws nor the one that shows needs a
 //! font. Colours are those of Okabe and Ito, which people with any kind of colour vision tell apart.
 //!
-//! Nothing here knows dragons, routes or the planner: points are metres, times seconds of show time.
+//! Nothing here knows dragons, routes or the planner. Data are plain numbers: points in metres ([`glam::DVec2`]), times in
+//! seconds of show time. Positions on the page are [`kurbo::Point`]s in millimetres.
+//!
+//! | files | what is in them |
+//! |---|---|
+//! | `plan_view`, `contact`, `clearance`, `speeds`, `sensitivity` | the figures |
+//! | `page`, `plot`, `boards`, `notes`, `text`, `style` | their parts |
+//! | `drawing`, `svg`, `png` | marks on a page, and the files that they become |
 
-mod board_names;
 mod boards;
-mod caption;
 mod clearance;
 mod contact;
 mod drawing;
-mod font;
-mod legend;
-mod mark;
 mod notes;
 mod page;
-mod pair;
-mod palette;
-mod paper;
-mod path;
 mod plan_view;
 mod plot;
 mod png;
-mod scale;
 mod sensitivity;
 mod speeds;
 mod style;
 mod svg;
+mod text;
 
 use std::path::Path;
 
-pub use caption::{Caption, missing_letter};
-pub use clearance::{ClearanceOverTime, ContactMark, NearMiss};
+pub use clearance::{ClearanceOverTime, ContactMark, NearMissMark};
 pub use contact::ContactView;
-pub use drawing::Drawing;
-pub use pair::Pair;
-pub use paper::Paper;
-pub use plan_view::{Circle, PlanView, TurnMarks};
-pub use sensitivity::{Quantity, Sensitivity};
+pub use drawing::{Drawing, Paper};
+pub use page::{Caption, missing_letter};
+pub use plan_view::{Circle, NearestPair, PlanView, TurnMarks};
+pub use sensitivity::{ChartQuantity, SensitivityChart};
 pub use speeds::{HandleSpeed, LargestSpeed, SpeedRange, SpeedsOverTime};
 
 /// The kinds of file that a drawing can become.

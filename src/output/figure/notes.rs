@@ -1,30 +1,28 @@
-//! Notes at points of a plot, put where they hide nothing.
+//! Notes at points of a plot, written where they hide nothing.
 
 use std::f64::consts::TAU;
 
-use glam::DVec2;
+use kurbo::{Point, Rect, Shape as _, Size, Vec2};
 
-use super::drawing::{Anchor, Drawing, Text};
-use super::mark::Mark;
-use super::palette::{BLACK, WHITE};
-use super::path::{Path, Rect};
-use super::style::{GRID_WIDTH, TICK_SIZE};
+use super::drawing::{Drawing, Mark, contains, polyline};
+use super::style::{BLACK, GRID_WIDTH, TICK_SIZE, WHITE};
+use super::text::{Anchor, Text};
 
 /// Finds room for notes in a plot.
 #[derive(Clone, Debug)]
 pub(super) struct Notes {
     area: Rect,
     /// Points of the page that notes should leave free.
-    data: Vec<DVec2>,
+    data: Vec<Point>,
     /// What notes, and the dots that they belong to, cover.
     taken: Vec<Rect>,
 }
 
-/// A place for a note.
-struct Room {
+/// A rectangle where a note may be written.
+struct Candidate {
     bounds: Rect,
     /// From the point to the note.
-    leader: [DVec2; 2],
+    leader: [Point; 2],
     /// From the point to the note's middle.
     distance: f64,
     /// Points of data under the note or its leader.
@@ -45,7 +43,7 @@ const LINE_HEIGHT: f64 = 1.3;
 
 impl Notes {
     /// Notes in an area, between lines that go from point to point of the page.
-    pub(super) fn new(area: Rect, lines: &[Vec<DVec2>]) -> Self {
+    pub(super) fn new(area: Rect, lines: &[Vec<Point>]) -> Self {
         let data = lines.iter().flat_map(|line| line.windows(2).flat_map(|ends| between(ends[0], ends[1]))).collect();
         Self { area, data, taken: Vec::new() }
     }
@@ -55,46 +53,46 @@ impl Notes {
         self.taken.push(taken);
     }
 
-    /// Writes a note of some lines near a point of the page, with a stroke that leads to it; not at all where there is
-    /// no room.
-    pub(super) fn write(&mut self, drawing: &mut Drawing, lines: &[String], point: DVec2) {
+    /// Writes a note of some lines near a point of the page, with a stroke that leads to it. Without room it writes nothing.
+    pub(super) fn write(&mut self, drawing: &mut Drawing, lines: &[String], point: Point) {
         let texts: Vec<Text> = lines.iter().map(|line| Text::new(line.as_str(), TICK_SIZE)).collect();
         let width = texts.iter().map(Text::width).fold(0.0, f64::max);
-        let size = DVec2::new(width, LINE_HEIGHT * TICK_SIZE * texts.len() as f64) + 2.0 * MARGIN;
-        let directions = (0..DIRECTIONS).map(|step| DVec2::from_angle(f64::from(step) * TAU / f64::from(DIRECTIONS)));
-        let rooms =
-            directions.flat_map(|direction| DISTANCES.map(|distance| self.room(point, size, distance, direction)));
-        let best = rooms.flatten().min_by(|a, b| a.cost().total_cmp(&b.cost()));
-        let Some(Room { bounds, leader, hidden, .. }) = best else { return };
+        let size = Size::new(width + 2.0 * MARGIN, LINE_HEIGHT * TICK_SIZE * texts.len() as f64 + 2.0 * MARGIN);
+        let directions = (0..DIRECTIONS).map(|step| Vec2::from_angle(f64::from(step) * TAU / f64::from(DIRECTIONS)));
+        let candidates =
+            directions.flat_map(|direction| DISTANCES.map(|distance| self.candidate(point, size, distance, direction)));
+        let best = candidates.flatten().min_by(|a, b| a.cost().total_cmp(&b.cost()));
+        let Some(Candidate { bounds, leader, hidden, .. }) = best else { return };
         if hidden == 0 {
             // No grid line runs through the letters.
-            drawing.push(Mark::filled(bounds.path(), WHITE));
+            drawing.push(Mark::filled(bounds.to_path(0.0), WHITE));
         }
         if leader[0].distance(leader[1]) > SHORTEST_LEADER {
-            drawing.push(Mark::stroked(Path::line(leader), BLACK, GRID_WIDTH));
+            drawing.push(Mark::stroked(polyline(leader), BLACK, GRID_WIDTH));
         }
         for (text, index) in texts.into_iter().zip(0..) {
             let drop = MARGIN + LINE_HEIGHT * TICK_SIZE * (f64::from(index) + 0.5);
-            drawing.write(&text.anchored(Anchor::Left), bounds.min + DVec2::new(MARGIN, drop));
+            drawing.write(&text.anchored(Anchor::Left), bounds.origin() + (MARGIN, drop));
         }
         self.taken.push(bounds);
     }
 
-    /// The room in a direction, if the plot and other notes leave it.
-    fn room(&self, point: DVec2, size: DVec2, distance: f64, direction: DVec2) -> Option<Room> {
+    /// The rectangle in a direction, if the plot and other notes leave it.
+    fn candidate(&self, point: Point, size: Size, distance: f64, direction: Vec2) -> Option<Candidate> {
         // The note's nearest edge or corner lies in that direction, its middle further on.
-        let middle = point + distance * direction + 0.5 * size * (1.5 * direction).clamp(DVec2::NEG_ONE, DVec2::ONE);
-        let bounds = Rect { min: middle - 0.5 * size, max: middle + 0.5 * size };
-        let end = point.clamp(bounds.min, bounds.max);
-        let begin = point + LEADER_GAP * (end - point).normalize_or_zero();
-        let leader: Vec<DVec2> = between(begin, end).collect();
-        let is_free = self.area.encloses(&bounds.grown(MARGIN))
-            && !self.taken.iter().any(|taken| taken.overlaps(&bounds))
-            && !leader.iter().any(|at| self.taken.iter().any(|taken| taken.contains(*at)));
-        let under_note = self.data.iter().filter(|data| bounds.contains(**data)).count();
-        let near = |at: &&DVec2| self.data.iter().any(|data| data.distance_squared(**at) < 0.25);
+        let [across, down] = [direction.x, direction.y].map(|share| 0.5 * (1.5 * share).clamp(-1.0, 1.0));
+        let middle = point + distance * direction + (across * size.width, down * size.height);
+        let bounds = Rect::from_center_size(middle, size);
+        let end = Point::new(point.x.clamp(bounds.x0, bounds.x1), point.y.clamp(bounds.y0, bounds.y1));
+        let begin = point + LEADER_GAP / end.distance(point).max(f64::MIN_POSITIVE) * (end - point);
+        let leader: Vec<Point> = between(begin, end).collect();
+        let is_free = self.area.contains_rect(bounds.inflate(MARGIN, MARGIN))
+            && !self.taken.iter().any(|taken| taken.overlaps(bounds))
+            && !leader.iter().any(|at| self.taken.iter().any(|taken| contains(*taken, *at)));
+        let under_note = self.data.iter().filter(|data| contains(bounds, **data)).count();
+        let near = |at: &&Point| self.data.iter().any(|data| data.distance_squared(**at) < 0.25);
         let hidden = under_note + leader.iter().skip(1).filter(near).count();
-        (is_free && !bounds.contains(point)).then_some(Room {
+        (is_free && !contains(bounds, point)).then_some(Candidate {
             bounds,
             leader: [begin, end],
             distance: middle.distance(point),
@@ -103,7 +101,7 @@ impl Notes {
     }
 }
 
-impl Room {
+impl Candidate {
     /// A far note is better than one on the data, one right over or under its point better than one beside it.
     fn cost(&self) -> f64 {
         20.0 * self.hidden as f64 + self.leader[0].distance(self.leader[1]) + 0.15 * self.distance
@@ -111,7 +109,7 @@ impl Room {
 }
 
 /// Points of a straight line, half a millimetre apart.
-fn between(from: DVec2, to: DVec2) -> impl Iterator<Item = DVec2> {
+fn between(from: Point, to: Point) -> impl Iterator<Item = Point> {
     let steps = (2.0 * from.distance(to)).ceil().clamp(1.0, 1000.0) as u32;
     (0..=steps).map(move |step| from.lerp(to, f64::from(step) / f64::from(steps)))
 }

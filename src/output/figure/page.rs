@@ -1,21 +1,246 @@
 //! The page of a figure: its caption, its legend, and room for its plots.
 
-use glam::DVec2;
+use kurbo::{Point, Rect, Shape as _, Size};
 
-use super::caption::Caption;
-use super::drawing::Drawing;
-use super::legend::{self, Entry};
-use super::style::{LEFT_MARGIN, LEGEND_GAP, PAGE_WIDTH, PLOT_WIDTH};
+use super::drawing::{Drawing, Mark, circle, polyline};
+use super::style::{
+    BLACK, Colour, FINE_WIDTH, LABEL_SIZE, LEFT_MARGIN, LEGEND_GAP, LineStyle, PAGE_WIDTH, PLOT_WIDTH, TICK_SIZE,
+    TITLE_SIZE,
+};
+use super::text::{self, Anchor, Text, has_glyph};
 
-/// Height that the caption and the legend take above the plots.
-pub(super) fn head_height(caption: &Caption, entries: &[Entry]) -> f64 {
-    caption.height() + legend::height(entries, PLOT_WIDTH) + LEGEND_GAP
+/// The words over a figure, from the largest to the smallest: its heading, its title and its facts.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Caption {
+    heading: Option<String>,
+    title: String,
+    facts: Vec<String>,
 }
 
+/// An entry of a legend: a name, and how what it names is drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct LegendEntry {
+    pub(super) swatch: Swatch,
+    pub(super) words: String,
+}
+
+/// How something is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Swatch {
+    Line { colour: Colour, width: f64, style: LineStyle },
+    Area(Colour),
+    Dot { colour: Colour, radius: f64 },
+    Ring { colour: Colour, radius: f64 },
+}
+
+/// Size of a heading: 16 points.
+const HEADING_SIZE: f64 = 5.6;
+/// From the page's top, or from the line above, to the middle of a line.
+const FIRST_DROP: f64 = 5.0;
+const TITLE_DROP: f64 = 7.0;
+const FACTS_DROP: f64 = 4.6;
+/// From the middle of the last line to what comes below.
+const BOTTOM_GAP: f64 = 3.6;
+/// Between two facts of a line.
+const SEPARATOR: &str = " · ";
+
+const ROW_HEIGHT: f64 = 5.0;
+const SWATCH_WIDTH: f64 = 7.0;
+const DOT_SWATCH_WIDTH: f64 = 2.0;
+const SWATCH_GAP: f64 = 1.5;
+const ENTRY_GAP: f64 = 5.0;
+
 /// A page with its caption and legend, and a height left below them.
-pub(super) fn page(caption: &Caption, entries: &[Entry], height: f64) -> Drawing {
-    let mut drawing = Drawing::new(&caption.name(), DVec2::new(PAGE_WIDTH, head_height(caption, entries) + height));
+pub(super) fn page(caption: &Caption, entries: &[LegendEntry], height: f64) -> Drawing {
+    let mut drawing = Drawing::new(caption.name(), Size::new(PAGE_WIDTH, head_height(caption, entries) + height));
     caption.draw(&mut drawing);
-    legend::draw(&mut drawing, entries, DVec2::new(LEFT_MARGIN, caption.height()), PLOT_WIDTH);
+    draw_legend(&mut drawing, entries, Point::new(LEFT_MARGIN, caption.height()), PLOT_WIDTH);
     drawing
+}
+
+/// Height that the caption and the legend take above the plots.
+pub(super) fn head_height(caption: &Caption, entries: &[LegendEntry]) -> f64 {
+    caption.height() + legend_height(entries, PLOT_WIDTH) + LEGEND_GAP
+}
+
+impl Caption {
+    /// A caption that says what the figure shows.
+    pub fn new(title: impl Into<String>) -> Self {
+        Self { title: title.into(), ..Self::default() }
+    }
+
+    /// The caption with large words over its title, such as the name of the show.
+    ///
+    /// They are drawn smaller where they would be wider than the figure. For letters that cannot be drawn see
+    /// [`missing_letter`].
+    #[must_use]
+    pub fn with_heading(self, heading: Option<String>) -> Self {
+        Self { heading, ..self }
+    }
+
+    /// The caption with facts under its title, in small print: what the figure is drawn for.
+    #[must_use]
+    pub fn with_facts(self, facts: Vec<String>) -> Self {
+        Self { facts, ..self }
+    }
+
+    /// All that it says in large words, for those who cannot see the figure.
+    fn name(&self) -> String {
+        match &self.heading {
+            Some(heading) => format!("{heading}: {}", self.title),
+            None => self.title.clone(),
+        }
+    }
+
+    /// Height that it takes of a page.
+    fn height(&self) -> f64 {
+        self.lines().last().map_or(0.0, |(_, drop)| drop + BOTTOM_GAP)
+    }
+
+    fn draw(&self, drawing: &mut Drawing) {
+        for (text, drop) in self.lines() {
+            drawing.write(&text, Point::new(LEFT_MARGIN, drop));
+        }
+    }
+
+    /// The lines, and where their middles are below the page's top.
+    fn lines(&self) -> Vec<(Text, f64)> {
+        let mut lines: Vec<(Text, f64)> = Vec::new();
+        let mut add = |words: &str, size: f64, drop: f64| {
+            let drop = lines.last().map_or(FIRST_DROP, |(_, above)| above + drop);
+            lines.push((Text::new(words, fitting(words, size)).anchored(Anchor::Left), drop));
+        };
+        if let Some(heading) = &self.heading {
+            add(heading, HEADING_SIZE, 0.0);
+        }
+        add(&self.title, TITLE_SIZE, TITLE_DROP);
+        for line in joined(&self.facts) {
+            add(&line, TICK_SIZE, FACTS_DROP);
+        }
+        lines
+    }
+}
+
+/// The first letter of some words that figures have no outline of; they draw a question mark in its place.
+///
+/// ```
+/// use bench_dragon::output::figure::missing_letter;
+///
+/// assert_eq!(missing_letter("Dragon of 2026, 223 benches"), None);
+/// assert_eq!(missing_letter("板凳龙"), Some('板'));
+/// ```
+pub fn missing_letter(words: &str) -> Option<char> {
+    words.chars().find(|letter| !has_glyph(*letter))
+}
+
+/// The size at which words are as wide as a plot, or a given smaller one.
+fn fitting(words: &str, size: f64) -> f64 {
+    size.min(PLOT_WIDTH / text::width(words).max(f64::MIN_POSITIVE))
+}
+
+/// As many facts to a line as it holds, one at least.
+fn joined(facts: &[String]) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for fact in facts {
+        let longer = lines.last().map(|line| format!("{line}{SEPARATOR}{fact}"));
+        match longer.filter(|longer| TICK_SIZE * text::width(longer) <= PLOT_WIDTH) {
+            Some(longer) => *lines.last_mut().expect("a line was made longer") = longer,
+            None => lines.push(fact.clone()),
+        }
+    }
+    lines
+}
+
+impl LegendEntry {
+    pub(super) fn new(swatch: Swatch, words: impl Into<String>) -> Self {
+        Self { swatch, words: words.into() }
+    }
+
+    fn width(&self) -> f64 {
+        self.swatch.width() + SWATCH_GAP + LABEL_SIZE * text::width(&self.words)
+    }
+
+    fn draw(&self, drawing: &mut Drawing, at: Point) {
+        let end = at + (self.swatch.width(), 0.0);
+        let middle = at.midpoint(end);
+        drawing.push(match self.swatch {
+            Swatch::Line { colour, width, style } => Mark::stroked(polyline([at, end]), colour, width).styled(style),
+            Swatch::Area(colour) => {
+                let area = Rect::from_points(at - (0.0, 1.0), end + (0.0, 1.0));
+                Mark::filled(area.to_path(0.0), colour).outlined(BLACK, FINE_WIDTH)
+            }
+            Swatch::Dot { colour, radius } => Mark::filled(circle(middle, radius), colour),
+            Swatch::Ring { colour, radius } => Mark::stroked(circle(middle, radius), colour, FINE_WIDTH),
+        });
+        let text = Text::new(self.words.as_str(), LABEL_SIZE).anchored(Anchor::Left);
+        drawing.write(&text, end + (SWATCH_GAP, 0.0));
+    }
+}
+
+impl Swatch {
+    fn width(self) -> f64 {
+        match self {
+            Self::Line { .. } | Self::Area(_) => SWATCH_WIDTH,
+            Self::Dot { .. } | Self::Ring { .. } => DOT_SWATCH_WIDTH,
+        }
+    }
+}
+
+/// Height of the rows that the entries take in a given width.
+fn legend_height(entries: &[LegendEntry], width: f64) -> f64 {
+    rows(entries, width).len() as f64 * ROW_HEIGHT
+}
+
+/// Draws the entries in rows from the upper left corner on.
+fn draw_legend(drawing: &mut Drawing, entries: &[LegendEntry], corner: Point, width: f64) {
+    for (row, number) in rows(entries, width).into_iter().zip(0..) {
+        let mut at = corner + (0.0, ROW_HEIGHT * (f64::from(number) + 0.5));
+        for entry in row {
+            entry.draw(drawing, at);
+            at.x += entry.width() + ENTRY_GAP;
+        }
+    }
+}
+
+/// As many entries to a row as it holds, one at least.
+fn rows(entries: &[LegendEntry], width: f64) -> Vec<Vec<&LegendEntry>> {
+    let mut rows: Vec<Vec<&LegendEntry>> = Vec::new();
+    let mut left = 0.0;
+    for entry in entries {
+        let needed = entry.width();
+        match rows.last_mut() {
+            Some(row) if needed <= left => row.push(entry),
+            _ => {
+                rows.push(vec![entry]);
+                left = width;
+            }
+        }
+        left -= needed + ENTRY_GAP;
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_line_is_wider_than_a_plot_however_long_its_words() {
+        let facts = (0..20).map(|fact| format!("fact number {fact}")).collect();
+        let caption = Caption::new("W".repeat(100)).with_heading(Some("W".repeat(200))).with_facts(facts);
+        let lines = caption.lines();
+        assert!(lines.len() > 3, "{lines:?}");
+        for (text, _) in &lines {
+            assert!(text.width() <= PLOT_WIDTH * 1.000_001, "{text:?} is {} mm wide", text.width());
+        }
+        assert!(lines.windows(2).all(|two| two[0].1 < two[1].1) && caption.height() > lines[lines.len() - 1].1);
+    }
+
+    #[test]
+    fn a_caption_without_heading_and_facts_is_its_title() {
+        let caption = Caption::new("The dragon at 300 s");
+        assert_eq!((caption.lines().len(), caption.name().as_str()), (1, "The dragon at 300 s"));
+        let caption = caption.with_heading(Some("Dragon of 2026".to_owned()));
+        assert_eq!((caption.lines().len(), caption.name().as_str()), (2, "Dragon of 2026: The dragon at 300 s"));
+    }
 }

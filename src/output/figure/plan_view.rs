@@ -1,18 +1,17 @@
-//! The dragon on its route, seen from above.
+//! The dragon on its route, seen from above, and two of its benches from near.
 
 use glam::DVec2;
+use kurbo::{Rect, Shape as _};
 
-use super::boards::{Standing, bounds};
-use super::caption::Caption;
-use super::drawing::Drawing;
-use super::legend::{Entry, Sample};
-use super::mark::{LineStyle, Mark};
-use super::page::{head_height, page};
-use super::pair::Pair;
-use super::palette::{BLACK, GREEN, PURPLE};
-use super::path::{Path, Rect};
+use super::boards::{BoardsInPlan, bounds, width_m, write_names};
+use super::drawing::{Drawing, Mark, area, circle, polyline};
+use super::page::{Caption, LegendEntry, Swatch, head_height, page};
 use super::plot::Plot;
-use super::style::{BOTTOM_MARGIN, FINE_WIDTH, LEFT_MARGIN, PLOT_WIDTH};
+use super::style::{
+    AXIS_WIDTH, BLACK, BOTTOM_MARGIN, FINE_WIDTH, GREEN, LABEL_SIZE, LEFT_MARGIN, LINE_WIDTH, LineStyle, PLOT_WIDTH,
+    PURPLE,
+};
+use super::text::{Anchor, Text};
 
 /// The dragon on its route at one time. A metre is as long on either axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,7 +29,7 @@ pub struct PlanView {
     /// What a turnaround has besides.
     pub turn: Option<TurnMarks>,
     /// Two benches that a second plan shows larger.
-    pub pair: Option<Pair>,
+    pub pair: Option<NearestPair>,
 }
 
 /// A circle around the origin that a plan shows.
@@ -47,8 +46,19 @@ pub struct Circle {
 pub struct TurnMarks {
     /// The two arcs from point to point.
     pub arcs: [Vec<DVec2>; 2],
-    /// Where the way in, the two arcs and the way out join.
-    pub joints: [DVec2; 3],
+    /// The joints of the spiral in, the two arcs and the spiral out.
+    pub seams: [DVec2; 3],
+}
+
+/// Two benches whose clearance is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NearestPair {
+    /// The two benches.
+    pub benches: [usize; 2],
+    /// Their clearance in metres; 0 or less where they touch.
+    pub clearance_m: f64,
+    /// The nearest points of their boards: where they touch, the same point twice.
+    pub points: [DVec2; 2],
 }
 
 /// Share of the dragon's extent that is left free around it.
@@ -61,8 +71,20 @@ const PAIR_HEIGHT: f64 = 50.0;
 /// Room for the words over the pair.
 const PAIR_GAP: f64 = 6.0;
 const HINGE_RADIUS: f64 = 0.25;
-const JOINT_RADIUS: f64 = 0.9;
+const SEAM_RADIUS: f64 = 0.9;
 const ARC_WIDTH: f64 = 0.5;
+/// Height of what is shown ÷ width of a board, beside the clearance.
+const HEIGHT_PER_WIDTH: f64 = 4.5;
+/// A clearance that is printed as 0: half of a micrometre.
+const TOUCHING_M: f64 = 5e-7;
+/// Least distance of the two points on the page that is drawn as a measure, and not as a point.
+const LEAST_MEASURE: f64 = 1.5;
+/// Length of the strokes at the ends of a measure.
+const END_LENGTH: f64 = 3.0;
+const POINT_RADIUS: f64 = 2.0;
+const NEAR_HINGE_RADIUS: f64 = 0.8;
+/// From the words to the plot below.
+const WORDS_RISE: f64 = 3.2;
 
 impl PlanView {
     /// Draws it.
@@ -78,8 +100,8 @@ impl PlanView {
         let pair_row = if self.pair.is_some() { PAIR_GAP + PAIR_HEIGHT + BOTTOM_MARGIN } else { 0.0 };
         let mut drawing = page(&self.caption, &entries, row + pair_row);
         let top = head_height(&self.caption, &entries);
-        let plot = Plot::plan(Rect::new(LEFT_MARGIN, top, PLOT_WIDTH, height), low, high);
-        self.standing().draw(&mut drawing, &plot);
+        let plot = Plot::plan(area(LEFT_MARGIN, top, PLOT_WIDTH, height), low, high);
+        self.in_plan().draw(&mut drawing, &plot);
         if let Some(circle) = &self.circle {
             circle.draw(&mut drawing, &plot);
         }
@@ -90,17 +112,17 @@ impl PlanView {
         plot.label_x(&mut drawing, "x (m)");
         plot.label_y(&mut drawing, "y (m)");
         if let Some(pair) = &self.pair {
-            let area = Rect::new(LEFT_MARGIN, top + row + PAIR_GAP, PLOT_WIDTH, PAIR_HEIGHT);
-            pair.draw(&mut drawing, &self.standing(), &plot, area);
+            let area = area(LEFT_MARGIN, top + row + PAIR_GAP, PLOT_WIDTH, PAIR_HEIGHT);
+            pair.draw(&mut drawing, &self.in_plan(), &plot, area);
         }
         drawing
     }
 
-    fn standing(&self) -> Standing<'_> {
+    fn in_plan(&self) -> BoardsInPlan<'_> {
         let Self { route, boards, hinges, .. } = self;
         let marked = self.pair.as_ref().map_or(&[][..], |pair| &pair.benches);
-        let marked_as = self.pair.as_ref().map_or("", Pair::kind);
-        Standing { route, boards, hinges, marked, marked_as, hinge_radius: HINGE_RADIUS }
+        let marked_as = self.pair.as_ref().map_or("", NearestPair::kind);
+        BoardsInPlan { route, boards, hinges, marked, marked_as, hinge_radius: HINGE_RADIUS }
     }
 
     /// What the plan shows: all boards, and the circle.
@@ -112,11 +134,11 @@ impl PlanView {
         [low - margin_m, high + margin_m]
     }
 
-    fn legend(&self) -> Vec<Entry> {
-        let mut entries = self.standing().legend();
+    fn legend(&self) -> Vec<LegendEntry> {
+        let mut entries = self.in_plan().legend();
         if let Some(circle) = &self.circle {
-            let sample = Sample::Line { colour: BLACK, width: FINE_WIDTH, style: LineStyle::Dashed };
-            entries.push(Entry::new(sample, circle.name.as_str()));
+            let swatch = Swatch::Line { colour: BLACK, width: FINE_WIDTH, style: LineStyle::Dashed };
+            entries.push(LegendEntry::new(swatch, circle.name.as_str()));
         }
         if self.turn.is_some() {
             entries.extend(TurnMarks::legend());
@@ -127,8 +149,8 @@ impl PlanView {
 
 impl Circle {
     fn draw(&self, drawing: &mut Drawing, plot: &Plot) {
-        let circle = Path::circle(plot.at(DVec2::ZERO), self.radius_m * plot.mm_per_x());
-        drawing.push(Mark::stroked(circle, BLACK, FINE_WIDTH).styled(LineStyle::Dashed).clipped(plot.area));
+        let path = circle(plot.at(DVec2::ZERO), self.radius_m * plot.mm_per_x());
+        drawing.push(Mark::stroked(path, BLACK, FINE_WIDTH).styled(LineStyle::Dashed).clipped(plot.area));
     }
 }
 
@@ -137,18 +159,74 @@ impl TurnMarks {
         for (arc, colour) in self.arcs.iter().zip([GREEN, PURPLE]) {
             drawing.push(plot.line(arc, colour, ARC_WIDTH));
         }
-        for joint in self.joints {
-            drawing
-                .push(Mark::stroked(Path::circle(plot.at(joint), JOINT_RADIUS), BLACK, FINE_WIDTH).clipped(plot.area));
+        for seam in self.seams {
+            drawing.push(Mark::stroked(circle(plot.at(seam), SEAM_RADIUS), BLACK, FINE_WIDTH).clipped(plot.area));
         }
     }
 
-    fn legend() -> [Entry; 3] {
-        let line = |colour| Sample::Line { colour, width: ARC_WIDTH, style: LineStyle::Solid };
+    fn legend() -> [LegendEntry; 3] {
+        let line = |colour| Swatch::Line { colour, width: ARC_WIDTH, style: LineStyle::Solid };
         [
-            Entry::new(line(GREEN), "first arc"),
-            Entry::new(line(PURPLE), "second arc"),
-            Entry::new(Sample::Ring { colour: BLACK, radius: JOINT_RADIUS }, "joint"),
+            LegendEntry::new(line(GREEN), "first arc"),
+            LegendEntry::new(line(PURPLE), "second arc"),
+            LegendEntry::new(Swatch::Ring { colour: BLACK, radius: SEAM_RADIUS }, "joint"),
         ]
+    }
+}
+
+impl NearestPair {
+    /// What the two benches are, for the legend.
+    pub(super) fn kind(&self) -> &'static str {
+        if self.touches() { "in touch" } else { "nearest pair" }
+    }
+
+    /// The pair as people read it.
+    fn words(&self) -> String {
+        let [first, second] = self.benches;
+        if self.touches() {
+            format!("Benches {first} and {second} touch")
+        } else {
+            format!("Benches {first} and {second}: clearance {:.3} mm", 1000.0 * self.clearance_m)
+        }
+    }
+
+    fn touches(&self) -> bool {
+        self.clearance_m < TOUCHING_M
+    }
+
+    /// Draws the pair's surroundings into an area below the plan that shows all, and the frame of it in that plan.
+    pub(super) fn draw(&self, drawing: &mut Drawing, boards: &BoardsInPlan<'_>, plan: &Plot, area: Rect) {
+        let centre = 0.5 * (self.points[0] + self.points[1]);
+        let height_m = HEIGHT_PER_WIDTH * width_m(&boards.boards[self.benches[0]]) + 2.0 * self.clearance_m.max(0.0);
+        let half = 0.5 * height_m * DVec2::new(area.width() / area.height(), 1.0);
+        let plot = Plot::plan(area, centre - half, centre + half);
+        BoardsInPlan { hinge_radius: NEAR_HINGE_RADIUS, ..*boards }.draw(drawing, &plot);
+        self.draw_measure(drawing, &plot);
+        let obstacles: Vec<DVec2> = boards.hinges.iter().chain(&self.points).copied().collect();
+        write_names(drawing, &plot, boards.boards, &self.benches, &obstacles);
+        plot.draw_frame(drawing);
+        plot.label_x(drawing, "x (m)");
+        plot.label_y(drawing, "y (m)");
+        let words = Text::new(self.words(), LABEL_SIZE).anchored(Anchor::Left);
+        drawing.write(&words, area.origin() - (0.0, WORDS_RISE));
+        let shown = Rect::from_points(plan.at(centre - half), plan.at(centre + half));
+        let frame = Mark::stroked(shown.to_path(0.0), BLACK, LINE_WIDTH).clipped(plan.area);
+        drawing.push(frame.labelled("shown larger below"));
+    }
+
+    /// Draws the clearance as a measure from point to point, or a ring where they are too near for one.
+    fn draw_measure(&self, drawing: &mut Drawing, plot: &Plot) {
+        let [from, to] = self.points.map(|point| plot.at(point));
+        if from.distance(to) < LEAST_MEASURE {
+            let ring = circle(from.midpoint(to), POINT_RADIUS);
+            drawing.push(Mark::stroked(ring, BLACK, LINE_WIDTH).clipped(plot.area).labelled(self.words()));
+            return;
+        }
+        let end = 0.5 * END_LENGTH * (to - from).normalize().turn_90();
+        let mut path = polyline([from, to]);
+        for point in [from, to] {
+            path.extend(polyline([point - end, point + end]));
+        }
+        drawing.push(Mark::stroked(path, BLACK, 2.0 * AXIS_WIDTH).clipped(plot.area).labelled(self.words()));
     }
 }

@@ -1,18 +1,16 @@
-//! A plot: an area of the page with axes round it.
+//! A plot: an area of the page with axes round it, and the scales of the axes.
 
 use std::ops::RangeInclusive;
 
 use glam::DVec2;
+use kurbo::{BezPath, Point, Rect, Shape as _, Vec2};
 
-use super::drawing::{Anchor, Drawing, Text};
-use super::mark::{LineStyle, Mark};
-use super::palette::{BLACK, Colour, LIGHT_GREY};
-use super::path::{Path, Rect};
-use super::scale::{Scale, Tick};
+use super::drawing::{Drawing, Mark, circle, polygon, polyline};
 use super::style::{
-    AXIS_WIDTH, FINE_WIDTH, GRID_WIDTH, LABEL_SIZE, TICK_LENGTH, TICK_SIZE, X_LABEL_DROP, X_TICK_DROP, X_TICK_SPACING,
-    Y_LABEL_GAP, Y_TICK_GAP, Y_TICK_SPACING,
+    AXIS_WIDTH, BLACK, Colour, FINE_WIDTH, GRID_WIDTH, LABEL_SIZE, LIGHT_GREY, LineStyle, TICK_LENGTH, TICK_SIZE,
+    X_LABEL_DROP, X_TICK_DROP, X_TICK_SPACING, Y_LABEL_GAP, Y_TICK_GAP, Y_TICK_SPACING,
 };
+use super::text::{Anchor, Text};
 
 /// Maps values onto an area of the page.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,40 +18,49 @@ pub(super) struct Plot {
     pub(super) area: Rect,
     x: Scale,
     y: Scale,
-    y_side: Side,
+    /// Whether the y axis is labelled at the right side.
+    is_y_at_right: bool,
     y_tick_spacing: f64,
 }
 
-/// The side of a plot at which its y axis is told.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Side {
-    Left,
-    Right,
+/// A linear scale from a range of values onto a stretch of the page in millimetres. The range has an extent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Scale {
+    values: [f64; 2],
+    page: [f64; 2],
+}
+
+/// A value that is written at an axis.
+#[derive(Clone, Debug, PartialEq)]
+struct Tick {
+    value: f64,
+    label: String,
 }
 
 impl Plot {
     /// A plot whose axes span these ranges.
     pub(super) fn new(area: Rect, x: &RangeInclusive<f64>, y: &RangeInclusive<f64>) -> Self {
-        let (x, y) = (Scale::new(x, [area.min.x, area.max.x]), Scale::new(y, [area.max.y, area.min.y]));
-        Self { area, x, y, y_side: Side::Left, y_tick_spacing: Y_TICK_SPACING }
+        let (x, y) = (Scale::new(x, [area.x0, area.x1]), Scale::new(y, [area.y1, area.y0]));
+        Self { area, x, y, is_y_at_right: false, y_tick_spacing: Y_TICK_SPACING }
     }
 
     /// A plan: the plot in which a metre is as long on either axis, and that shows all between two corners.
     pub(super) fn plan(area: Rect, low: DVec2, high: DVec2) -> Self {
-        let mm_per_m = (area.size() / (high - low)).min_element();
-        let (centre, half) = (0.5 * (low + high), 0.5 * area.size() / mm_per_m);
+        let size = DVec2::new(area.width(), area.height());
+        let mm_per_m = (size / (high - low)).min_element();
+        let (centre, half) = (0.5 * (low + high), 0.5 * size / mm_per_m);
         let [x, y] = [(centre.x, half.x), (centre.y, half.y)].map(|(middle, half)| middle - half..=middle + half);
         Self { y_tick_spacing: X_TICK_SPACING, ..Self::new(area, &x, &y) }
     }
 
-    /// The plot with its y axis told at the right.
+    /// The plot with its y axis labelled at the right.
     pub(super) fn with_y_at_the_right(self) -> Self {
-        Self { y_side: Side::Right, ..self }
+        Self { is_y_at_right: true, ..self }
     }
 
     /// Where a point of the plot lies on the page.
-    pub(super) fn at(&self, point: DVec2) -> DVec2 {
-        DVec2::new(self.x.at(point.x), self.y.at(point.y))
+    pub(super) fn at(&self, point: DVec2) -> Point {
+        Point::new(self.x.at(point.x), self.y.at(point.y))
     }
 
     /// Millimetres of page for each unit of x.
@@ -63,54 +70,58 @@ impl Plot {
 
     /// Straight lines from point to point, as far as they lie in the plot.
     pub(super) fn line(&self, points: &[DVec2], colour: Colour, width: f64) -> Mark {
-        Mark::stroked(Path::line(points.iter().map(|point| self.at(*point))), colour, width).clipped(self.area)
+        Mark::stroked(polyline(points.iter().map(|point| self.at(*point))), colour, width).clipped(self.area)
     }
 
     /// A filled area, as far as it lies in the plot.
     pub(super) fn polygon(&self, points: &[DVec2], colour: Colour) -> Mark {
-        Mark::filled(Path::polygon(points.iter().map(|point| self.at(*point))), colour).clipped(self.area)
+        Mark::filled(polygon(points.iter().map(|point| self.at(*point))), colour).clipped(self.area)
     }
 
     /// A dot of a radius in millimetres, which may reach over the plot's edge.
     pub(super) fn dot(&self, point: DVec2, radius: f64, colour: Colour) -> Mark {
-        Mark::filled(Path::circle(self.at(point), radius), colour)
+        Mark::filled(circle(self.at(point), radius), colour)
     }
 
     /// A dotted frame around the values that another plot shows.
     pub(super) fn window(&self, x: &RangeInclusive<f64>, y: &RangeInclusive<f64>) -> Mark {
         let min = self.at(DVec2::new(*x.start(), *y.end()));
         let max = self.at(DVec2::new(*x.end(), *y.start()));
-        Mark::stroked(Rect { min, max }.path(), BLACK, FINE_WIDTH).styled(LineStyle::Dotted).clipped(self.area)
+        let frame = Rect::from_points(min, max).to_path(0.0);
+        Mark::stroked(frame, BLACK, FINE_WIDTH).styled(LineStyle::Dotted).clipped(self.area)
+    }
+
+    /// A line across the plot at a value of y.
+    pub(super) fn level_line(&self, y: f64) -> BezPath {
+        polyline([self.area.x0, self.area.x1].map(|x| Point::new(x, self.y.at(y))))
     }
 
     /// Draws level lines behind the data.
     pub(super) fn draw_grid(&self, drawing: &mut Drawing) {
         for tick in self.y_ticks() {
-            let y = self.y.at(tick.value);
-            let line = Path::line([DVec2::new(self.area.min.x, y), DVec2::new(self.area.max.x, y)]);
-            drawing.push(Mark::stroked(line, LIGHT_GREY, GRID_WIDTH));
+            drawing.push(Mark::stroked(self.level_line(tick.value), LIGHT_GREY, GRID_WIDTH));
         }
     }
 
     /// Draws the frame with its ticks, over the data.
     pub(super) fn draw_frame(&self, drawing: &mut Drawing) {
-        drawing.push(Mark::stroked(self.area.path(), BLACK, AXIS_WIDTH));
+        drawing.push(Mark::stroked(self.area.to_path(0.0), BLACK, AXIS_WIDTH));
         for tick in self.x.ticks(X_TICK_SPACING) {
-            let at = DVec2::new(self.x.at(tick.value), self.area.max.y);
-            drawing.push(Mark::stroked(Path::line([at, at + TICK_LENGTH * DVec2::Y]), BLACK, AXIS_WIDTH));
-            drawing.write(&Text::new(tick.label, TICK_SIZE), at + X_TICK_DROP * DVec2::Y);
+            let at = Point::new(self.x.at(tick.value), self.area.y1);
+            drawing.push(Mark::stroked(polyline([at, at + (0.0, TICK_LENGTH)]), BLACK, AXIS_WIDTH));
+            drawing.write(&Text::new(tick.label, TICK_SIZE), at + (0.0, X_TICK_DROP));
         }
         let (edge, outward, anchor) = self.y_edge();
         for tick in self.y_ticks() {
-            let at = DVec2::new(edge, self.y.at(tick.value));
-            drawing.push(Mark::stroked(Path::line([at, at + TICK_LENGTH * outward]), BLACK, AXIS_WIDTH));
+            let at = Point::new(edge, self.y.at(tick.value));
+            drawing.push(Mark::stroked(polyline([at, at + TICK_LENGTH * outward]), BLACK, AXIS_WIDTH));
             drawing.write(&Text::new(tick.label, TICK_SIZE).anchored(anchor), at + Y_TICK_GAP * outward);
         }
     }
 
     /// Writes what the x axis shows, with its unit.
     pub(super) fn label_x(&self, drawing: &mut Drawing, words: &str) {
-        let at = DVec2::new(self.area.centre().x, self.area.max.y + X_LABEL_DROP);
+        let at = Point::new(self.area.center().x, self.area.y1 + X_LABEL_DROP);
         drawing.write(&Text::new(words, LABEL_SIZE), at);
     }
 
@@ -119,7 +130,7 @@ impl Plot {
         let widths = self.y_ticks().into_iter().map(|tick| Text::new(tick.label, TICK_SIZE).width());
         let distance = Y_TICK_GAP + widths.fold(0.0, f64::max) + Y_LABEL_GAP;
         let (edge, outward, _) = self.y_edge();
-        let at = DVec2::new(edge, self.area.centre().y) + distance * outward;
+        let at = Point::new(edge, self.area.center().y) + distance * outward;
         drawing.write(&Text::new(words, LABEL_SIZE).upwards(), at);
     }
 
@@ -127,11 +138,115 @@ impl Plot {
         self.y.ticks(self.y_tick_spacing)
     }
 
-    /// Where the y axis is told: its place, the direction away from the plot, and how numbers are put there.
-    fn y_edge(&self) -> (f64, DVec2, Anchor) {
-        match self.y_side {
-            Side::Left => (self.area.min.x, DVec2::NEG_X, Anchor::Right),
-            Side::Right => (self.area.max.x, DVec2::X, Anchor::Left),
+    /// Where the y axis is labelled: x, the direction away from the plot, and the anchor of its numbers.
+    fn y_edge(&self) -> (f64, Vec2, Anchor) {
+        if self.is_y_at_right {
+            (self.area.x1, Vec2::new(1.0, 0.0), Anchor::Left)
+        } else {
+            (self.area.x0, Vec2::new(-1.0, 0.0), Anchor::Right)
         }
+    }
+}
+
+impl Scale {
+    /// The scale that puts the ends of `values` at the two places on the page. A range without an extent, or one that is
+    /// turned round or not finite, is widened to one around it: a figure of a single point has axes too.
+    fn new(values: &RangeInclusive<f64>, page: [f64; 2]) -> Self {
+        let [low, high] = [*values.start(), *values.end()];
+        let widened = range_of([low, high].into_iter().filter(|value| value.is_finite()), 0.0);
+        let has_extent = |range: &RangeInclusive<f64>| {
+            let extent = range.end() - range.start();
+            extent > 0.0 && extent.is_finite()
+        };
+        let range = [values.clone(), widened, 0.0..=1.0].into_iter().find(has_extent).expect("the last one has one");
+        Self { values: [*range.start(), *range.end()], page }
+    }
+
+    fn at(&self, value: f64) -> f64 {
+        self.page[0] + (value - self.values[0]) * self.mm_per_unit()
+    }
+
+    /// Millimetres of page for each unit, negative where the values grow towards the page's top.
+    fn mm_per_unit(&self) -> f64 {
+        (self.page[1] - self.page[0]) / (self.values[1] - self.values[0])
+    }
+
+    /// Multiples of 1, 2 or 5 times a power of ten, the nearest to each other that leave `gap` millimetres between two.
+    fn ticks(&self, gap: f64) -> Vec<Tick> {
+        let least = gap / self.mm_per_unit().abs();
+        let magnitude = least.log10().floor();
+        let steps = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * 10_f64.powf(magnitude));
+        let step = steps.into_iter().find(|step| *step >= least).unwrap_or(steps[3]);
+        let decimals = (-(step * 1.000_001).log10().floor()).max(0.0) as usize;
+        // A tick that rounding puts a billionth of a step outside belongs to the axis.
+        let [first, last] = [self.values[0] / step - 1e-9, self.values[1] / step + 1e-9];
+        let indices = first.ceil() as i64..=last.floor() as i64;
+        let values = indices.map(|index| index as f64 * step);
+        values.map(|value| Tick { value, label: number(value, decimals) }).collect()
+    }
+}
+
+/// A number as it is printed, with a minus sign as wide as the plus sign and none for a zero.
+fn number(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(digits) if digits.contains(|digit| ('1'..='9').contains(&digit)) => format!("−{digits}"),
+        Some(digits) => digits.to_owned(),
+        None => text,
+    }
+}
+
+/// The least range that holds all values, with a share of its extent added at both ends; an extent of its own where all
+/// values are the same.
+pub(super) fn range_of(values: impl IntoIterator<Item = f64>, margin: f64) -> RangeInclusive<f64> {
+    let (low, high) = values
+        .into_iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    if low > high {
+        return 0.0..=1.0;
+    }
+    let extent = high - low;
+    // An extent that rounding alone makes would show noise.
+    let noise = 1e-9 * low.abs().max(high.abs());
+    let spread = if extent > noise { margin * extent } else { (0.1 * low.abs()).max(0.1) };
+    low - spread..=high + spread
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(values: RangeInclusive<f64>, gap: f64) -> Vec<String> {
+        Scale::new(&values, [0.0, 100.0]).ticks(gap).into_iter().map(|tick| tick.label).collect()
+    }
+
+    #[test]
+    fn ticks_are_round_numbers_that_do_not_crowd() {
+        assert_eq!(labels(-12.3..=11.0, 15.0), ["−10", "−5", "0", "5", "10"]);
+        assert_eq!(labels(0.0..=0.18, 20.0), ["0.00", "0.05", "0.10", "0.15"]);
+        assert_eq!(labels(0.0..=412.5, 15.0), ["0", "100", "200", "300", "400"]);
+        assert_eq!(labels(0.3..=0.6, 30.0), ["0.3", "0.4", "0.5", "0.6"]);
+    }
+
+    #[test]
+    fn a_scale_may_run_towards_the_top_of_the_page() {
+        let scale = Scale::new(&(0.0..=10.0), [90.0, 10.0]);
+        assert_eq!((scale.at(0.0), scale.at(10.0), scale.at(2.5)), (90.0, 10.0, 70.0));
+    }
+
+    #[test]
+    fn a_scale_of_a_single_value_or_none_has_an_extent_all_the_same() {
+        for values in [0.0..=0.0, 3.0..=3.0, f64::NAN..=1.0, f64::INFINITY..=f64::NEG_INFINITY, -1e308..=1e308] {
+            let scale = Scale::new(&values, [0.0, 100.0]);
+            assert!(scale.mm_per_unit().is_finite() && scale.mm_per_unit() > 0.0, "{values:?}: {scale:?}");
+            assert!((1..100).contains(&scale.ticks(15.0).len()), "{values:?}: {scale:?}");
+        }
+    }
+
+    #[test]
+    fn a_range_of_equal_values_has_an_extent() {
+        assert_eq!(range_of([2.0, 2.0], 0.05), 1.8..=2.2);
+        assert_eq!(range_of([0.0, 1.0], 0.05), -0.05..=1.05);
+        assert_eq!(range_of([], 0.05), 0.0..=1.0);
     }
 }

@@ -1,16 +1,14 @@
 //! Drawings as Portable Network Graphics, at the resolution of print.
 
-use glam::DVec2;
+use kurbo::{Affine, BezPath, PathEl, Rect};
 use png::{BitDepth, ColorType, Compression, Encoder, PixelDimensions, Unit};
 use tiny_skia::{
     FillRule, LineJoin, Mask, Paint, PathBuilder, Pixmap, Rect as PixelRect, Stroke as PixelStroke, StrokeDash,
     Transform,
 };
 
-use super::drawing::{Drawing, Sheet};
-use super::mark::{Mark, Stroke};
-use super::palette::Colour;
-use super::path::{Path, Rect, Step};
+use super::drawing::{Drawing, Mark, Sheet, Stroke};
+use super::style::Colour;
 
 /// Dots per millimetre of paper: 300 to the inch, what printers ask for.
 const DOTS_PER_MM: f64 = 300.0 / 25.4;
@@ -20,18 +18,18 @@ const MOST_DOTS: f64 = 36e6;
 
 /// The drawing as a PNG file that knows its size in print.
 pub(super) fn file(drawing: &Drawing) -> Vec<u8> {
-    let Sheet { area, scale } = drawing.sheet();
+    let Sheet { area, scale } = drawing.sheet;
     let paper = area.size() * scale;
-    let dots_per_mm = DOTS_PER_MM.min((MOST_DOTS / (paper.x * paper.y)).sqrt());
-    let [width, height] = (paper * dots_per_mm).to_array().map(|length| length.round() as u32);
+    let dots_per_mm = DOTS_PER_MM.min((MOST_DOTS / paper.area()).sqrt());
+    let [width, height] = [paper.width, paper.height].map(|length| (length * dots_per_mm).round() as u32);
     let mut canvas = Canvas {
         pixels: Pixmap::new(width, height).expect("a page has a size"),
         masks: Vec::new(),
-        corner: area.min,
         dots_per_mm: scale * dots_per_mm,
+        to_dots: Affine::translate(-area.origin().to_vec2()).then_scale(scale * dots_per_mm),
     };
     canvas.pixels.fill(tiny_skia::Color::WHITE);
-    for mark in drawing.marks() {
+    for mark in &drawing.marks {
         canvas.draw(mark);
     }
     encode(&canvas.pixels, dots_per_mm)
@@ -42,10 +40,10 @@ struct Canvas {
     pixels: Pixmap,
     /// A mask of each area, made once.
     masks: Vec<(Rect, Mask)>,
-    /// The drawing's point at the upper left corner.
-    corner: DVec2,
     /// Dots per millimetre of the drawing.
     dots_per_mm: f64,
+    /// From the drawing to the pixels.
+    to_dots: Affine,
 }
 
 impl Canvas {
@@ -53,8 +51,8 @@ impl Canvas {
     fn mask_of(&mut self, clip: Rect) -> usize {
         self.masks.iter().position(|(known, _)| *known == clip).unwrap_or_else(|| {
             let mut mask = Mask::new(self.pixels.width(), self.pixels.height()).expect("a page has a size");
-            let [min, max] = [clip.min, clip.max].map(|corner| self.dot(corner).as_vec2());
-            let area = PixelRect::from_ltrb(min.x, min.y, max.x, max.y).expect("a plot has a size");
+            let Rect { x0, y0, x1, y1 } = self.to_dots.transform_rect_bbox(clip);
+            let area = PixelRect::from_ltrb(x0 as f32, y0 as f32, x1 as f32, y1 as f32).expect("a plot has a size");
             mask.fill_path(&PathBuilder::from_rect(area), FillRule::Winding, true, Transform::identity());
             self.masks.push((clip, mask));
             self.masks.len() - 1
@@ -63,7 +61,7 @@ impl Canvas {
 
     fn draw(&mut self, mark: &Mark) {
         // A path of one point, or of none, shows nothing.
-        let Some(path) = pixel_path(&mark.path.map(|point| self.dot(point))) else { return };
+        let Some(path) = pixel_path(&(self.to_dots * &mark.path)) else { return };
         let mask = mark.clip.map(|clip| self.mask_of(clip));
         let mask = mask.map(|mask| &self.masks[mask].1);
         if let Some(colour) = mark.fill {
@@ -80,23 +78,19 @@ impl Canvas {
             self.pixels.stroke_path(&path, &paint(colour), &stroke, Transform::identity(), mask);
         }
     }
-
-    /// Where a point of the drawing lies on the pixels.
-    fn dot(&self, point: DVec2) -> DVec2 {
-        (point - self.corner) * self.dots_per_mm
-    }
 }
 
-fn pixel_path(path: &Path) -> Option<tiny_skia::Path> {
+fn pixel_path(path: &BezPath) -> Option<tiny_skia::Path> {
     let mut builder = PathBuilder::new();
-    for step in &path.steps {
-        match step {
-            Step::Move(end) => builder.move_to(end.x as f32, end.y as f32),
-            Step::Line(end) => builder.line_to(end.x as f32, end.y as f32),
-            Step::Curve(control, end) => {
-                builder.quad_to(control.x as f32, control.y as f32, end.x as f32, end.y as f32);
+    for element in path.elements() {
+        match *element {
+            PathEl::MoveTo(end) => builder.move_to(end.x as f32, end.y as f32),
+            PathEl::LineTo(end) => builder.line_to(end.x as f32, end.y as f32),
+            PathEl::QuadTo(a, b) => builder.quad_to(a.x as f32, a.y as f32, b.x as f32, b.y as f32),
+            PathEl::CurveTo(a, b, c) => {
+                builder.cubic_to(a.x as f32, a.y as f32, b.x as f32, b.y as f32, c.x as f32, c.y as f32);
             }
-            Step::Close => builder.close(),
+            PathEl::ClosePath => builder.close(),
         }
     }
     builder.finish()

@@ -1,30 +1,27 @@
 //! How answers change with what is configured.
 
 use glam::DVec2;
+use kurbo::Rect;
 
-use super::caption::Caption;
-use super::drawing::Drawing;
-use super::legend::{Entry, Sample};
-use super::page::{head_height, page};
-use super::path::Rect;
-use super::plot::Plot;
-use super::scale::range_of;
+use super::drawing::{Drawing, area};
+use super::page::{Caption, LegendEntry, Swatch, head_height, page};
+use super::plot::{Plot, range_of};
 use super::style::{BOTTOM_MARGIN, LEFT_MARGIN, LINE_WIDTH, PAGE_WIDTH, RIGHT_MARGIN, ROW_GAP, line_look};
 
 /// How answers change with parameters: a plot for each answer, in it a line for each parameter over its change in percent.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sensitivity {
+pub struct SensitivityChart {
     /// Stands over it.
     pub caption: Caption,
     /// Names of the parameters.
     pub parameters: Vec<String>,
     /// The answers.
-    pub quantities: Vec<Quantity>,
+    pub quantities: Vec<ChartQuantity>,
 }
 
 /// An answer, and how it changes.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Quantity {
+pub struct ChartQuantity {
     /// What it is, with its unit in brackets.
     pub name: String,
     /// For each parameter the answers at its changes in percent, in order; none where there is no answer.
@@ -36,7 +33,7 @@ const HEIGHT: f64 = 50.0;
 const MARGIN: f64 = 0.08;
 const DOT_RADIUS: f64 = 0.55;
 
-impl Sensitivity {
+impl SensitivityChart {
     /// Draws it.
     pub fn draw(&self) -> Drawing {
         let entries = self.legend();
@@ -48,22 +45,22 @@ impl Sensitivity {
         for (index, quantity) in self.quantities.iter().enumerate() {
             let (column, row) = ((index % COLUMNS) as f64, (index / COLUMNS) as f64);
             let width = column_width - LEFT_MARGIN - RIGHT_MARGIN;
-            let area = Rect::new(column * column_width + LEFT_MARGIN, top + row * row_height, width, HEIGHT);
+            let area = area(column * column_width + LEFT_MARGIN, top + row * row_height, width, HEIGHT);
             quantity.draw(&mut drawing, area);
         }
         drawing
     }
 
-    fn legend(&self) -> Vec<Entry> {
+    fn legend(&self) -> Vec<LegendEntry> {
         let entries = self.parameters.iter().enumerate().map(|(index, name)| {
             let (colour, style) = line_look(index);
-            Entry::new(Sample::Line { colour, width: LINE_WIDTH, style }, name.as_str())
+            LegendEntry::new(Swatch::Line { colour, width: LINE_WIDTH, style }, name.as_str())
         });
         entries.collect()
     }
 }
 
-impl Quantity {
+impl ChartQuantity {
     fn draw(&self, drawing: &mut Drawing, area: Rect) {
         let changes = range_of(self.curves.iter().flatten().map(|(change, _)| *change), 0.0);
         let values = range_of(self.curves.iter().flatten().filter_map(|(_, value)| *value), MARGIN);
@@ -78,7 +75,8 @@ impl Quantity {
                     .collect();
                 drawing.push(plot.line(&points, colour, LINE_WIDTH).styled(style));
                 for point in points {
-                    drawing.push(plot.dot(point, DOT_RADIUS, colour).clipped(plot.area.grown(DOT_RADIUS)));
+                    drawing
+                        .push(plot.dot(point, DOT_RADIUS, colour).clipped(plot.area.inflate(DOT_RADIUS, DOT_RADIUS)));
                 }
             }
         }

@@ -3,18 +3,16 @@
 use std::ops::RangeInclusive;
 
 use glam::DVec2;
+use kurbo::Point;
 
-use super::caption::Caption;
-use super::drawing::Drawing;
-use super::legend::{Entry, Sample};
-use super::mark::{LineStyle, Mark};
+use super::drawing::{Drawing, Mark, area, circle, contains};
 use super::notes::Notes;
-use super::page::{head_height, page};
-use super::palette::{BLACK, PALE_BLUE};
-use super::path::{Path, Rect};
-use super::plot::Plot;
-use super::scale::range_of;
-use super::style::{AXIS_WIDTH, BOTTOM_MARGIN, FINE_WIDTH, LEFT_MARGIN, LINE_WIDTH, PLOT_WIDTH, ROW_GAP, line_look};
+use super::page::{Caption, LegendEntry, Swatch, head_height, page};
+use super::plot::{Plot, range_of};
+use super::style::{
+    AXIS_WIDTH, BLACK, BOTTOM_MARGIN, FINE_WIDTH, LEFT_MARGIN, LINE_WIDTH, LineStyle, PALE_BLUE, PLOT_WIDTH, ROW_GAP,
+    line_look,
+};
 
 /// Speeds of some handles over time, with the largest of all handles.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,8 +76,8 @@ const WIDE_COLUMN: f64 = 0.6;
 /// The samples that a plot shows, and the next one at either side.
 fn seen<'a>(samples: &'a [DVec2], plot: &Plot) -> &'a [DVec2] {
     let x = |sample: &DVec2| plot.at(*sample).x;
-    let first = samples.partition_point(|sample| x(sample) < plot.area.min.x).saturating_sub(1);
-    let end = samples.partition_point(|sample| x(sample) <= plot.area.max.x) + 1;
+    let first = samples.partition_point(|sample| x(sample) < plot.area.x0).saturating_sub(1);
+    let end = samples.partition_point(|sample| x(sample) <= plot.area.x1) + 1;
     &samples[first..end.min(samples.len())]
 }
 
@@ -91,7 +89,7 @@ impl SpeedsOverTime {
         let row = HEIGHT + BOTTOM_MARGIN;
         let height = if self.detail_s.is_some() { 2.0 * row + ROW_GAP } else { row };
         let mut drawing = page(&self.caption, &entries, height);
-        let area = |top: f64| Rect::new(LEFT_MARGIN, top, PLOT_WIDTH, HEIGHT);
+        let area = |top: f64| area(LEFT_MARGIN, top, PLOT_WIDTH, HEIGHT);
         let times_s = range_of(self.samples().map(|sample| sample.x), 0.0);
         let speeds_mps = self.speeds_mps(&times_s);
         let whole = Plot::new(area(top), &times_s, &speeds_mps);
@@ -121,14 +119,11 @@ impl SpeedsOverTime {
             drawing.push(line.labelled(handle.name.as_str()));
         }
         if let Some(limit_mps) = self.limit_mps {
-            let y = plot.at(DVec2::new(0.0, limit_mps)).y;
-            let ends = [plot.area.min.x, plot.area.max.x].map(|x| DVec2::new(x, y));
-            let line =
-                Mark::stroked(Path::line(ends), BLACK, FINE_WIDTH).styled(LineStyle::DashDotted).clipped(plot.area);
-            drawing.push(line.labelled("limit"));
+            let line = Mark::stroked(plot.level_line(limit_mps), BLACK, FINE_WIDTH).styled(LineStyle::DashDotted);
+            drawing.push(line.clipped(plot.area).labelled("limit"));
         }
         if let Some(LargestSpeed { time_s, speed_mps, .. }) = self.largest {
-            let ring = Path::circle(plot.at(DVec2::new(time_s, speed_mps)), RING_RADIUS);
+            let ring = circle(plot.at(DVec2::new(time_s, speed_mps)), RING_RADIUS);
             drawing.push(Mark::stroked(ring, BLACK, AXIS_WIDTH).clipped(plot.area).labelled("largest speed"));
         }
         plot.draw_frame(drawing);
@@ -152,14 +147,14 @@ impl SpeedsOverTime {
         upper.chain(lower).collect()
     }
 
-    /// Tells the largest speed in words.
+    /// Writes the largest speed as a note.
     fn draw_note(&self, drawing: &mut Drawing, plot: &Plot) {
         let Some(LargestSpeed { time_s, speed_mps, handle }) = self.largest else { return };
         let inside = |samples: &[DVec2]| {
             let points = samples.iter().map(|sample| plot.at(*sample));
-            points.filter(|point| plot.area.contains(*point)).collect()
+            points.filter(|point| contains(plot.area, *point)).collect()
         };
-        let lines: Vec<Vec<DVec2>> = self.handles.iter().map(|handle| inside(&handle.samples)).collect();
+        let lines: Vec<Vec<Point>> = self.handles.iter().map(|handle| inside(&handle.samples)).collect();
         let words = [format!("{speed_mps:.6} m/s at {time_s:.3} s"), format!("handle {handle}")];
         Notes::new(plot.area, &lines).write(drawing, &words, plot.at(DVec2::new(time_s, speed_mps)));
     }
@@ -178,22 +173,22 @@ impl SpeedsOverTime {
         range_of(inside.chain(all).chain(marked), MARGIN)
     }
 
-    fn legend(&self) -> Vec<Entry> {
+    fn legend(&self) -> Vec<LegendEntry> {
         let handles = self.handles.iter().enumerate().map(|(index, handle)| {
             let (colour, style) = line_look(index);
-            Entry::new(Sample::Line { colour, width: LINE_WIDTH, style }, handle.name.as_str())
+            LegendEntry::new(Swatch::Line { colour, width: LINE_WIDTH, style }, handle.name.as_str())
         });
-        let mut entries: Vec<Entry> = handles.collect();
+        let mut entries: Vec<LegendEntry> = handles.collect();
         if !self.all.is_empty() {
-            entries.push(Entry::new(Sample::Area(PALE_BLUE), ALL));
+            entries.push(LegendEntry::new(Swatch::Area(PALE_BLUE), ALL));
         }
         if self.largest.is_some() {
-            let ring = Sample::Ring { colour: BLACK, radius: RING_RADIUS };
-            entries.push(Entry::new(ring, "largest of all handles"));
+            let ring = Swatch::Ring { colour: BLACK, radius: RING_RADIUS };
+            entries.push(LegendEntry::new(ring, "largest of all handles"));
         }
         if let Some(limit_mps) = self.limit_mps {
-            let line = Sample::Line { colour: BLACK, width: FINE_WIDTH, style: LineStyle::DashDotted };
-            entries.push(Entry::new(line, format!("limit {limit_mps} m/s")));
+            let line = Swatch::Line { colour: BLACK, width: FINE_WIDTH, style: LineStyle::DashDotted };
+            entries.push(LegendEntry::new(line, format!("limit {limit_mps} m/s")));
         }
         entries
     }

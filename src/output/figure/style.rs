@@ -1,7 +1,67 @@
-//! What all figures have in common: sizes in millimetres on the printed page, and how lines are told apart.
+//! The style that all figures share: colours, dashes, and sizes in millimetres on the printed page.
+//!
+//! The colours are those of Okabe and Ito, "Color Universal Design" (2008). People with any kind of colour vision can tell
+//! them apart, and they stay apart in grey.
 
-use super::mark::LineStyle;
-use super::palette::{Colour, LINES};
+/// A colour, opaque.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Colour {
+    pub(super) red: u8,
+    pub(super) green: u8,
+    pub(super) blue: u8,
+}
+
+impl Colour {
+    const fn new(rgb: u32) -> Self {
+        let [_, red, green, blue] = rgb.to_be_bytes();
+        Self { red, green, blue }
+    }
+}
+
+pub(super) const BLACK: Colour = Colour::new(0x00_0000);
+pub(super) const ORANGE: Colour = Colour::new(0xE6_9F00);
+pub(super) const SKY_BLUE: Colour = Colour::new(0x56_B4E9);
+pub(super) const GREEN: Colour = Colour::new(0x00_9E73);
+pub(super) const BLUE: Colour = Colour::new(0x00_72B2);
+pub(super) const VERMILION: Colour = Colour::new(0xD5_5E00);
+pub(super) const PURPLE: Colour = Colour::new(0xCC_79A7);
+
+pub(super) const WHITE: Colour = Colour::new(0xFF_FFFF);
+/// For an area behind lines: the palette's blue, a fifth of it.
+pub(super) const PALE_BLUE: Colour = Colour::new(0xCC_E3F0);
+/// For lines that only guide the eye.
+pub(super) const LIGHT_GREY: Colour = Colour::new(0xDD_DDDD);
+/// For lines behind the data.
+pub(super) const GREY: Colour = Colour::new(0x99_9999);
+
+/// For lines in one plot, in this order. The palette's yellow is left out: it is too faint for a line on white.
+pub(super) const LINES: [Colour; 7] = [BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY_BLUE, BLACK];
+
+/// Dashes tell lines apart where colours cannot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum LineStyle {
+    /// No gaps.
+    #[default]
+    Solid,
+    /// Long dashes.
+    Dashed,
+    /// Dots.
+    Dotted,
+    /// A dash, a dot.
+    DashDotted,
+}
+
+impl LineStyle {
+    /// Lengths of dashes and gaps in millimetres, in turn; none for a line without gaps.
+    pub(super) fn lengths(self) -> &'static [f32] {
+        match self {
+            Self::Solid => &[],
+            Self::Dashed => &[2.0, 1.0],
+            Self::Dotted => &[0.5, 0.7],
+            Self::DashDotted => &[2.0, 0.8, 0.5, 0.8],
+        }
+    }
+}
 
 /// Width of every figure: a page of A4 or letter between its margins.
 pub(super) const PAGE_WIDTH: f64 = 160.0;

@@ -2,28 +2,29 @@
 
 use std::fmt::Write as _;
 
-use super::drawing::{Drawing, Sheet};
-use super::mark::{Mark, Stroke};
-use super::palette::{Colour, WHITE};
-use super::path::{Path, Rect, Step};
+use kurbo::{BezPath, PathEl, Point, Rect, Shape as _};
+
+use super::drawing::{Drawing, Mark, Sheet, Stroke};
+use super::style::{Colour, WHITE};
 
 /// The drawing as an SVG document, which refers to nothing outside it, no font either.
 pub(super) fn document(drawing: &Drawing) -> String {
-    let Sheet { area, scale } = drawing.sheet();
-    let [width, height] = (area.size() * scale).to_array().map(Number);
-    let [left, top, box_width, box_height] = [area.min.x, area.min.y, area.size().x, area.size().y].map(Number);
-    let title = escaped(drawing.title());
+    let Sheet { area, scale } = drawing.sheet;
+    let [width, height] = [area.width() * scale, area.height() * scale].map(Number);
+    let [left, top, box_width, box_height] = [area.x0, area.y0, area.width(), area.height()].map(Number);
+    let title = escaped(&drawing.title);
     let mut text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}mm\" height=\"{height}mm\" \
          viewBox=\"{left} {top} {box_width} {box_height}\" role=\"img\">\n<title>{title}</title>\n"
     );
-    let page = Mark::filled(area.path(), WHITE);
+    let page = Mark::filled(area.to_path(0.0), WHITE);
     let clips = clips(drawing);
     // Writing into a String cannot fail.
     for (index, clip) in clips.iter().enumerate() {
-        let _ = writeln!(text, "<clipPath id=\"clip{index}\"><path d=\"{}\"/></clipPath>", path_data(&clip.path()));
+        let _ =
+            writeln!(text, "<clipPath id=\"clip{index}\"><path d=\"{}\"/></clipPath>", path_data(&clip.to_path(0.0)));
     }
-    for mark in std::iter::once(&page).chain(drawing.marks()) {
+    for mark in std::iter::once(&page).chain(&drawing.marks) {
         let clip = mark.clip.and_then(|clip| clips.iter().position(|known| *known == clip));
         let _ = writeln!(text, "<path{} d=\"{}\"/>", attributes(mark, clip), path_data(&mark.path));
     }
@@ -34,7 +35,7 @@ pub(super) fn document(drawing: &Drawing) -> String {
 /// The areas that marks are clipped to, each once.
 fn clips(drawing: &Drawing) -> Vec<Rect> {
     let mut clips = Vec::new();
-    for clip in drawing.marks().iter().filter_map(|mark| mark.clip) {
+    for clip in drawing.marks.iter().filter_map(|mark| mark.clip) {
         if !clips.contains(&clip) {
             clips.push(clip);
         }
@@ -64,20 +65,16 @@ fn attributes(mark: &Mark, clip: Option<usize>) -> String {
     text
 }
 
-fn path_data(path: &Path) -> String {
-    let mut text = String::new();
-    for step in &path.steps {
-        // Writing into a String cannot fail.
-        let _ = match step {
-            Step::Move(end) => write!(text, "M{} {}", Number(end.x), Number(end.y)),
-            Step::Line(end) => write!(text, "L{} {}", Number(end.x), Number(end.y)),
-            Step::Curve(control, end) => {
-                write!(text, "Q{} {} {} {}", Number(control.x), Number(control.y), Number(end.x), Number(end.y))
-            }
-            Step::Close => write!(text, "Z"),
-        };
-    }
-    text
+fn path_data(path: &BezPath) -> String {
+    let at = |Point { x, y }: Point| format!("{} {}", Number(x), Number(y));
+    let step = |element: &PathEl| match *element {
+        PathEl::MoveTo(end) => format!("M{}", at(end)),
+        PathEl::LineTo(end) => format!("L{}", at(end)),
+        PathEl::QuadTo(control, end) => format!("Q{} {}", at(control), at(end)),
+        PathEl::CurveTo(first, second, end) => format!("C{} {} {}", at(first), at(second), at(end)),
+        PathEl::ClosePath => "Z".to_owned(),
+    };
+    path.elements().iter().map(step).collect()
 }
 
 fn hex(Colour { red, green, blue }: Colour) -> String {

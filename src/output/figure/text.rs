@@ -1,0 +1,148 @@
+//! Lines of text as outlines of letters, so that a figure looks the same on every machine, with fonts or without.
+//!
+//! The outlines are those of Noto Sans 1.04 (Google, Apache License 2.0), as far as the figures need them. Each line of
+//! `noto_sans.txt` is a character, its advance width, a blank and its outline as an SVG path, in units of which 2048 are
+//! the size of the font, y up from the baseline.
+
+use std::collections::HashMap;
+use std::f64::consts::FRAC_PI_2;
+use std::sync::LazyLock;
+
+use kurbo::{Affine, BezPath, Point, Vec2};
+
+/// A line of text.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Text {
+    words: String,
+    /// Millimetres.
+    size: f64,
+    anchor: Anchor,
+    /// Angle of the baseline in radians, clockwise as y is down.
+    turn: f64,
+}
+
+/// The point of a line of text that is put in place; its height is the middle of a capital.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Anchor {
+    Left,
+    Middle,
+    Right,
+}
+
+const OUTLINES: &str = include_str!("noto_sans.txt");
+const UNITS_PER_SIZE: f64 = 2048.0;
+
+/// Height of capitals and digits ÷ size.
+const CAP_HEIGHT: f64 = 0.714;
+
+struct Glyph {
+    advance: f64,
+    outline: BezPath,
+}
+
+static GLYPHS: LazyLock<HashMap<char, Glyph>> = LazyLock::new(|| OUTLINES.lines().map(parse_line).collect());
+
+impl Text {
+    /// A level line of text, put in place by its middle.
+    pub(super) fn new(words: impl Into<String>, size: f64) -> Self {
+        Self { words: words.into(), size, anchor: Anchor::Middle, turn: 0.0 }
+    }
+
+    pub(super) fn anchored(self, anchor: Anchor) -> Self {
+        Self { anchor, ..self }
+    }
+
+    /// The text read upwards.
+    pub(super) fn upwards(self) -> Self {
+        self.turned(-FRAC_PI_2)
+    }
+
+    pub(super) fn turned(self, turn: f64) -> Self {
+        Self { turn, ..self }
+    }
+
+    pub(super) fn words(&self) -> &str {
+        &self.words
+    }
+
+    pub(super) fn width(&self) -> f64 {
+        self.size * width(&self.words)
+    }
+
+    /// The outline with the anchor at a point of the page.
+    pub(super) fn outline(&self, at: Point) -> BezPath {
+        let before_anchor = match self.anchor {
+            Anchor::Left => 0.0,
+            Anchor::Middle => 0.5 * self.width(),
+            Anchor::Right => self.width(),
+        };
+        let begin = Vec2::new(-before_anchor, 0.5 * CAP_HEIGHT * self.size);
+        let place = Affine::translate(at.to_vec2()) * Affine::rotate(self.turn) * Affine::translate(begin);
+        place * Affine::scale(self.size) * outline(&self.words)
+    }
+}
+
+/// Width of a line of text ÷ its size.
+pub(super) fn width(text: &str) -> f64 {
+    text.chars().map(|char| glyph(char).advance).sum()
+}
+
+/// The outline of a line of text at size 1, y down, from the left end of its baseline.
+fn outline(text: &str) -> BezPath {
+    let mut path = BezPath::new();
+    let mut pen = Vec2::ZERO;
+    for char in text.chars() {
+        let glyph = glyph(char);
+        path.extend(Affine::translate(pen) * &glyph.outline);
+        pen.x += glyph.advance;
+    }
+    path
+}
+
+/// Whether the table has a glyph for a character.
+pub(super) fn has_glyph(char: char) -> bool {
+    GLYPHS.contains_key(&char)
+}
+
+/// The character's glyph; a question mark's where the table has none.
+fn glyph(char: char) -> &'static Glyph {
+    GLYPHS.get(&char).unwrap_or_else(|| &GLYPHS[&'?'])
+}
+
+fn parse_line(line: &str) -> (char, Glyph) {
+    let mut chars = line.chars();
+    let char = chars.next().expect("a line begins with its character");
+    let (advance, path) = chars.as_str().split_once(' ').unwrap_or((chars.as_str(), ""));
+    let advance: f64 = advance.parse().expect("the advance width is a number");
+    let outline = BezPath::from_svg(path).expect("an outline is an SVG path");
+    let to_size = Affine::scale_non_uniform(1.0 / UNITS_PER_SIZE, -1.0 / UNITS_PER_SIZE);
+    (char, Glyph { advance: advance / UNITS_PER_SIZE, outline: to_size * outline })
+}
+
+#[cfg(test)]
+mod tests {
+    use kurbo::Shape as _;
+
+    use super::*;
+
+    #[test]
+    fn every_printable_ascii_character_and_every_sign_of_the_figures_has_a_glyph() {
+        for char in (' '..='~').chain("°±²·×÷Δαµ–−≤≥→".chars()) {
+            assert!(GLYPHS.contains_key(&char), "{char:?}");
+        }
+    }
+
+    #[test]
+    fn digits_are_all_as_wide_as_each_other() {
+        for digit in '0'..='9' {
+            assert_eq!(glyph(digit).advance, glyph('0').advance, "{digit}");
+        }
+    }
+
+    #[test]
+    fn a_capital_stands_on_the_baseline_and_is_as_high_as_capitals_are() {
+        let capital = outline("H").bounding_box();
+        assert_eq!(capital.y1, 0.0);
+        assert!((-capital.y0 - CAP_HEIGHT).abs() < 1e-3, "{}", -capital.y0);
+    }
+}
