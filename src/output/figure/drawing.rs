@@ -102,7 +102,7 @@ impl Drawing {
 
     /// Adds a mark over all others, unless nothing of it is to be seen.
     pub(super) fn push(&mut self, mark: Mark) {
-        if mark.clip.is_none_or(|clip| !mark.path.is_empty() && clip.overlaps(mark.path.control_box())) {
+        if mark.clip.is_none_or(|clip| !mark.path.elements().is_empty() && clip.overlaps(mark.path.control_box())) {
             self.marks.push(mark);
         }
     }
@@ -197,7 +197,7 @@ impl FromStr for Paper {
 pub(super) fn polyline(points: impl IntoIterator<Item = Point>) -> BezPath {
     let mut path = BezPath::new();
     for point in points {
-        if path.is_empty() { path.move_to(point) } else { path.line_to(point) }
+        if path.elements().is_empty() { path.move_to(point) } else { path.line_to(point) }
     }
     path
 }
