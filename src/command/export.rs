@@ -10,7 +10,7 @@ use std::process::ExitCode;
 use crate::cli::{BadInput, ExportArgs, Format, TableFile};
 use crate::command::print::{Progress, complain_of_flaws, print_json, print_line};
 use crate::output::Counted;
-use crate::output::Stdout;
+use crate::output::Stream;
 use crate::output::report::ExportReport;
 use crate::output::terminal_text::Printable;
 use crate::recording::export::{
@@ -29,7 +29,7 @@ pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
     let mut reading = Reading::of(&args.file);
     match &args.out {
         TableFile::Stdout => {
-            let sink = BufWriter::with_capacity(WRITE_BUFFER_BYTES, Stdout);
+            let sink = BufWriter::with_capacity(WRITE_BUFFER_BYTES, Stream::Stdout);
             let written = write_csv(&mut selection, sink, |selection| reading.show(selection));
             written.map_err(|error| named(error, "to stdout"))?;
             drop(reading);

@@ -23,7 +23,7 @@ const EIGHTHS: [char; 8] =
 const TICKS_PER_HALF_DISTANCE: u32 = 5;
 const NS_PER_US: f64 = 1e3;
 
-/// A distribution of times in nanoseconds, to three digits.
+/// A distribution of times in nanoseconds, to three digits. It never grows: a value over an hour counts as an hour.
 #[derive(Debug)]
 pub struct LatencyHistogram(Histogram<u64>);
 
@@ -55,11 +55,6 @@ impl From<&TimeHistogram> for Percentiles {
 }
 
 impl LatencyHistogram {
-    /// An empty one. It never grows: a value over an hour counts as an hour.
-    pub fn new() -> Self {
-        Self(Histogram::new_with_bounds(1, MAX_NS, 3).expect("the bounds are in order"))
-    }
-
     /// Counts one value.
     pub fn record(&mut self, value_ns: u64) {
         self.0.saturating_record(value_ns);
@@ -88,7 +83,7 @@ impl LatencyHistogram {
 
 impl Default for LatencyHistogram {
     fn default() -> Self {
-        Self::new()
+        Self(Histogram::new_with_bounds(1, MAX_NS, 3).expect("the bounds are in order"))
     }
 }
 
@@ -172,7 +167,7 @@ fn bar(count: u64, most: u64) -> String {
 /// ```
 /// use bench_dragon::output::histogram::{LatencyHistogram, PercentileText};
 ///
-/// let mut histogram = LatencyHistogram::new();
+/// let mut histogram = LatencyHistogram::default();
 /// histogram.record(1_500);
 /// let text = PercentileText(&histogram).to_string();
 /// assert!(text.contains("       1.500 1.000000000000          1\n"));
@@ -212,7 +207,7 @@ mod tests {
     use super::*;
 
     fn histogram(values_ns: impl IntoIterator<Item = u64>) -> LatencyHistogram {
-        let mut histogram = LatencyHistogram::new();
+        let mut histogram = LatencyHistogram::default();
         values_ns.into_iter().for_each(|value_ns| histogram.record(value_ns));
         histogram
     }
@@ -284,7 +279,7 @@ mod tests {
 
     #[test]
     fn nothing_counted_is_a_table_without_rows() {
-        let text = PercentileText(&LatencyHistogram::new()).to_string();
+        let text = PercentileText(&LatencyHistogram::default()).to_string();
         assert_eq!(text.lines().count(), 5, "{text}");
         assert!(text.contains("Total count    =            0]"), "{text}");
     }

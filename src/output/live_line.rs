@@ -3,7 +3,8 @@
 /// The line that is drawn anew in its place.
 #[derive(Debug, Default)]
 pub(super) struct LiveLine {
-    text: Option<String>,
+    /// The newest text.
+    pub(super) text: Option<String>,
     /// The text on the terminal.
     drawn: Option<String>,
 }
@@ -12,11 +13,6 @@ pub(super) struct LiveLine {
 const ERASE: &str = "\r\u{1b}[K";
 
 impl LiveLine {
-    /// Replaces the text, or takes it away.
-    pub(super) fn set(&mut self, text: Option<String>) {
-        self.text = text;
-    }
-
     /// Whether the terminal does not show the newest text.
     pub(super) fn is_due(&self) -> bool {
         self.text != self.drawn

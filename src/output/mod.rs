@@ -25,9 +25,10 @@ use std::fmt;
 
 pub(crate) use live_line::bar;
 pub(crate) use printing::{
-    Screen, Stderr, Stdout, complain, finish_stderr, finish_stdout, hold_terminal, print, release_terminal,
-    set_live_line, start, wait_for_reader,
+    Screen, complain, finish_stderr, finish_stdout, hold_terminal, print, release_terminal, set_live_line, start,
+    wait_for_reader,
 };
+pub(crate) use queue::Stream;
 
 /// Shows how many there are of something: `1 frame`, `2 frames`.
 ///

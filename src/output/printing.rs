@@ -62,7 +62,7 @@ pub(crate) fn print(lines: Vec<u8>) -> io::Result<()> {
         return Ok(());
     };
     stdout.push_waiting(Stream::Stdout, lines, || stop.as_ref().is_some_and(StopFlag::is_set));
-    stdout.failure(Stream::Stdout).map_or(Ok(()), |failure| Err(failure.error()))
+    stdout.check()
 }
 
 /// Prints one line to stderr. Where that is gone, nobody is left to read it.
@@ -91,28 +91,13 @@ pub(crate) fn release_terminal() {
     }
 }
 
-/// Writes to stdout in whole lines or pieces, as [`print`] does.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Stdout;
-
-impl Write for Stdout {
+/// Writes to stdout in whole lines or pieces, as [`print`] does, and to stderr in whole lines.
+impl Write for Stream {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        print(bytes.to_vec())?;
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
-/// Writes to stderr: what is written in one call is whole lines.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Stderr;
-
-impl Write for Stderr {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        output().stderr.push(Stream::Stderr, bytes.to_vec());
+        match self {
+            Self::Stdout => print(bytes.to_vec())?,
+            Self::Stderr => output().stderr.push(Self::Stderr, bytes.to_vec()),
+        }
         Ok(bytes.len())
     }
 
@@ -145,7 +130,7 @@ impl Write for Screen {
         let stdout = &output().stdout;
         stdout.push_screen(&std::mem::take(&mut self.frame));
         stdout.flush(&self.is_ending);
-        stdout.failure(Stream::Stdout).map_or(Ok(()), |failure| Err(failure.error()))
+        stdout.check()
     }
 }
 

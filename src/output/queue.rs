@@ -34,11 +34,14 @@ pub(super) struct Queue {
     lines: VecDeque<(Stream, Vec<u8>)>,
     bytes: usize,
     dropped: u64,
-    live: LiveLine,
+    /// The live line: its newest text, and what the terminal shows.
+    pub(super) live: LiveLine,
     /// A frame of a screen that is drawn on the whole terminal. It goes past all lines.
-    screen: Vec<u8>,
-    is_held: bool,
-    is_writing: bool,
+    pub(super) screen: Vec<u8>,
+    /// Whether lines are held back.
+    pub(super) is_held: bool,
+    /// Whether a piece is being written.
+    pub(super) is_writing: bool,
 }
 
 impl Queue {
@@ -71,36 +74,11 @@ impl Queue {
         }
     }
 
-    /// Replaces the live line, or takes it away.
-    pub(super) fn set_live(&mut self, text: Option<String>) {
-        self.live.set(text);
-    }
-
-    /// Takes a frame of a screen, behind one that has not been written yet.
-    pub(super) fn push_screen(&mut self, frame: &[u8]) {
-        self.screen.extend_from_slice(frame);
-    }
-
-    /// Holds the lines back from now on, or lets them go.
-    pub(super) fn hold(&mut self, is_held: bool) {
-        self.is_held = is_held;
-    }
-
-    /// What to write next, which [`Queue::end_piece`] ends; `None` where there is nothing.
+    /// What to write next, until whose end `is_writing` is set; `None` where there is nothing.
     pub(super) fn next(&mut self) -> Option<Piece> {
         let piece = self.next_piece();
         self.is_writing = piece.is_some();
         piece
-    }
-
-    /// Takes note that the last piece is written.
-    pub(super) fn end_piece(&mut self) {
-        self.is_writing = false;
-    }
-
-    /// Whether a piece is being written.
-    pub(super) fn is_writing(&self) -> bool {
-        self.is_writing
     }
 
     /// Whether all is written that is not held back.
@@ -156,7 +134,7 @@ mod tests {
                 Piece::Bytes(_, bytes) => text += &String::from_utf8(bytes).expect("UTF-8"),
                 Piece::Report(lines) => text += &[lines.to_string().as_str(), " dropped\n"].concat(),
             }
-            queue.end_piece();
+            queue.is_writing = false;
         }
         assert!(queue.is_idle());
         text
@@ -199,26 +177,26 @@ mod tests {
     #[test]
     fn the_live_line_is_the_newest_one_and_gives_way_to_lines() {
         let mut queue = Queue::new(100);
-        queue.set_live(Some("1 %".to_owned()));
-        queue.set_live(Some("2 %".to_owned()));
+        queue.live.text = Some("1 %".to_owned());
+        queue.live.text = Some("2 %".to_owned());
         assert_eq!(written(&mut queue), "\r\u{1b}[K2 %");
         assert_eq!(written(&mut queue), "", "it stands there already");
         queue.push(Stream::Stdout, line("one"));
         queue.push(Stream::Stderr, line("two"));
         assert_eq!(written(&mut queue), "\r\u{1b}[Kone\ntwo\n\r\u{1b}[K2 %");
-        queue.set_live(None);
+        queue.live.text = None;
         assert_eq!(written(&mut queue), "\r\u{1b}[K");
     }
 
     #[test]
     fn held_lines_wait_for_their_release_and_a_screen_does_not() {
         let mut queue = Queue::new(4);
-        queue.hold(true);
+        queue.is_held = true;
         queue.push(Stream::Stderr, line("log"));
         queue.push(Stream::Stderr, line("more"));
-        queue.push_screen(b"frame");
+        queue.screen.extend_from_slice(b"frame");
         assert_eq!(written(&mut queue), "frame");
-        queue.hold(false);
+        queue.is_held = false;
         assert!(!queue.is_idle());
         assert_eq!(written(&mut queue), "log\n1 dropped\n");
     }

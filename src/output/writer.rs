@@ -1,6 +1,6 @@
 //! A file, its queue, and the thread that writes to it.
 
-use std::io::{self, ErrorKind, IsTerminal as _};
+use std::io::{self, ErrorKind};
 use std::os::fd::BorrowedFd;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use rustix::fs::{FileType, fstat};
 use rustix::io::{Errno, ioctl_fionread, write};
 use rustix::stdio;
-use rustix::termios::tcgetwinsize;
+use rustix::termios::{isatty, tcgetwinsize};
 
 use super::queue::{Piece, Queue, Stream};
 
@@ -72,10 +72,7 @@ impl Failure {
 impl Writer {
     /// Starts the thread that writes to the file of a stream. Where no thread can be started, each push writes by itself.
     pub(super) fn start(stream: Stream, reports_to: Option<Arc<Self>>) -> Arc<Self> {
-        let is_terminal = match stream {
-            Stream::Stdout => io::stdout().is_terminal(),
-            Stream::Stderr => io::stderr().is_terminal(),
-        };
+        let is_terminal = isatty(fd(stream));
         let mut writer = Arc::new(Self {
             stream,
             is_terminal,
@@ -106,6 +103,11 @@ impl Writer {
         self.failures[stream as usize].get().copied()
     }
 
+    /// Fails where stdout, which leads here, takes no more.
+    pub(super) fn check(&self) -> io::Result<()> {
+        self.failure(Stream::Stdout).map_or(Ok(()), |failure| Err(failure.error()))
+    }
+
     /// Takes whole lines, or drops and counts them.
     pub(super) fn push(&self, stream: Stream, lines: Vec<u8>) {
         if self.failure(stream).is_none() {
@@ -131,17 +133,17 @@ impl Writer {
         let columns = tcgetwinsize(fd(self.stream)).map_or(0, |size| usize::from(size.ws_col));
         // A terminal without a size is as wide as the first ones were. The last column stays free: some wrap behind it.
         let most = if columns == 0 { 80 } else { columns } - 1;
-        self.change(|queue| queue.set_live(text.map(|text| text.chars().take(most).collect())));
+        self.change(|queue| queue.live.text = text.map(|text| text.chars().take(most).collect()));
     }
 
     /// Takes a frame of a screen.
     pub(super) fn push_screen(&self, frame: &[u8]) {
-        self.change(|queue| queue.push_screen(frame));
+        self.change(|queue| queue.screen.extend_from_slice(frame));
     }
 
     /// Holds the lines back from now on, or lets them go.
     pub(super) fn hold(&self, is_held: bool) {
-        self.change(|queue| queue.hold(is_held));
+        self.change(|queue| queue.is_held = is_held);
     }
 
     /// Waits until all is written that is not held back. Ends early once the file has taken nothing for [`Self::patience`],
@@ -193,7 +195,7 @@ impl Writer {
         let is_asleep = {
             let mut queue = self.queue();
             change(&mut queue);
-            !queue.is_writing()
+            !queue.is_writing
         };
         // A writer that is awake looks again by itself: to wake it costs a system call.
         if is_asleep {
@@ -218,7 +220,7 @@ impl Writer {
             drop(queue);
             self.write(piece);
             queue = self.queue();
-            queue.end_piece();
+            queue.is_writing = false;
             self.written.notify_all();
         }
         queue

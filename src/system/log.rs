@@ -14,7 +14,7 @@ use tracing_subscriber::filter::Targets;
 use tracing_subscriber::fmt::format;
 use tracing_subscriber::prelude::*;
 
-use crate::output::Stderr;
+use crate::output::Stream;
 use crate::output::terminal_text::is_coloured;
 
 /// What the targets of libraries begin with whose warnings are not shown. All of iceoryx2's lines have that of its logger.
@@ -33,7 +33,7 @@ pub(crate) fn to_stderr() {
         .fmt_fields(fields)
         .with_target(false)
         .with_ansi(is_coloured(&io::stderr()))
-        .with_writer(|| Stderr)
+        .with_writer(|| Stream::Stderr)
         .without_time();
     tracing_subscriber::registry().with(lines.with_filter(asked.unwrap_or_else(usual))).init();
 }

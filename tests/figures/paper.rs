@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use bench_dragon::output::figure::{
-    Caption, ChartQuantity, Circle, ClearanceOverTime, ContactMark, ContactView, HandleSpeed, LargestSpeed,
-    NearMissMark, NearestPair, PlanView, SensitivityChart, SpeedRange, SpeedsOverTime, TurnMarks,
+    Caption, ChartQuantity, Circle, ClearanceOverTime, ContactMark, ContactView, DragonInPlan, HandleSpeed,
+    LargestSpeed, NearMissMark, NearestPair, PlanView, SensitivityChart, SpeedRange, SpeedsOverTime, TurnMarks,
 };
 use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance, first_contact};
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Handle};
@@ -53,9 +53,11 @@ pub(crate) fn plan_view() -> PlanView {
     let handles = handles(&dragon, 300.0);
     PlanView {
         caption: Caption::new("The dragon at 300 s"),
-        route: polyline(dragon.route(), -440.0, dragon.route().end_travel_m()),
-        boards: corners(&boards(&dragon, &handles)),
-        hinges: positions(&handles),
+        dragon: DragonInPlan {
+            route: polyline(dragon.route(), -440.0, dragon.route().end_travel_m()),
+            boards: corners(&boards(&dragon, &handles)),
+            hinges: positions(&handles),
+        },
         circle: None,
         turn: None,
         pair: None,
@@ -78,9 +80,11 @@ pub(crate) fn turning_plan_view() -> PlanView {
     let boards = boards(&dragon, &handles);
     PlanView {
         caption: Caption::new("The dragon on its turnaround at 40 s"),
-        route: polyline(dragon.route(), -460.0, 100.0),
-        boards: corners(&boards),
-        hinges: positions(&handles),
+        dragon: DragonInPlan {
+            route: polyline(dragon.route(), -460.0, 100.0),
+            boards: corners(&boards),
+            hinges: positions(&handles),
+        },
         circle: Some(Circle { radius_m: 4.5, name: "turning circle".to_owned() }),
         pair: Some(nearest_pair(&boards)),
         turn: Some(TurnMarks {
@@ -99,9 +103,11 @@ pub(crate) fn contact_view() -> ContactView {
     let handles = handles(&dragon, contact.travel_m);
     ContactView {
         caption: Caption::new(format!("First contact, at {:.6} s: benches 0 and 8", contact.travel_m)),
-        route: polyline(dragon.route(), -440.0, dragon.route().end_travel_m()),
-        boards: corners(&boards(&dragon, &handles)),
-        hinges: positions(&handles),
+        dragon: DragonInPlan {
+            route: polyline(dragon.route(), -440.0, dragon.route().end_travel_m()),
+            boards: corners(&boards(&dragon, &handles)),
+            hinges: positions(&handles),
+        },
         benches: contact.benches,
         point: contact.point,
     }

@@ -78,7 +78,7 @@ impl ReceivingBridge {
             last_frame_ns: monotonic_ns(),
             asked_ns: 0,
             summary: ReceiverSummary::default(),
-            handling: LatencyHistogram::new(),
+            handling: LatencyHistogram::default(),
             _subscriptions: subscriptions,
             session,
             _lock: lock,

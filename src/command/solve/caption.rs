@@ -23,7 +23,7 @@ pub(super) fn caption_at_speed(
     let mut facts = dragon_facts(config.dragon().dimensions());
     facts.push(route_fact(config.route()));
     facts.push(speed_fact(speed_mps, config.head_accel_mps2()));
-    Caption::new(title).with_heading(args.title.clone()).with_facts(facts)
+    Caption { heading: args.title.clone(), title: title.into(), facts }
 }
 
 fn dragon_facts(dimensions: &Dimensions) -> Vec<String> {

@@ -14,8 +14,8 @@ use crate::cli::{FigureArgs, Format};
 use crate::command::print::print_line;
 use crate::config::Config;
 use crate::output::figure::{
-    Caption, Circle, ClearanceOverTime, ContactMark, ContactView, Drawing, HandleSpeed, LargestSpeed, NearMissMark,
-    NearestPair, PlanView, SpeedRange, SpeedsOverTime, TurnMarks,
+    Caption, Circle, ClearanceOverTime, ContactMark, ContactView, DragonInPlan, Drawing, HandleSpeed, LargestSpeed,
+    NearMissMark, NearestPair, PlanView, SpeedRange, SpeedsOverTime, TurnMarks,
 };
 use crate::output::terminal_text::Printable;
 use crate::system::whole_file;
@@ -93,15 +93,15 @@ pub(super) fn pitch_view(
 }
 
 fn plan_of(dragon: &Dragon, caption: Caption, travel_m: f64) -> PlanView {
+    PlanView { caption, dragon: in_plan(dragon, travel_m), circle: None, turn: None, pair: None }
+}
+
+fn in_plan(dragon: &Dragon, travel_m: f64) -> DragonInPlan {
     let handles = handles(dragon, travel_m);
-    PlanView {
-        caption,
+    DragonInPlan {
         route: route_around(dragon, &handles),
         boards: corners(&boards(dragon, &handles)),
         hinges: handles.iter().map(|handle| handle.position).collect(),
-        circle: None,
-        turn: None,
-        pair: None,
     }
 }
 
@@ -125,14 +125,11 @@ fn pair(dragon: &Dragon, travel_m: f64, benches: Option<[usize; 2]>) -> Option<N
 
 pub(super) fn contact_view(args: &FigureArgs, config: &Config, contact: &Contact) -> ContactView {
     let dragon = config.dragon();
-    let handles = handles(dragon, contact.travel_m);
     let time_s = config.timetable().time_s(contact.travel_m);
     let [first, second] = contact.benches;
     ContactView {
         caption: caption(args, config, format!("First contact, at {time_s:.6} s: benches {first} and {second}")),
-        route: route_around(dragon, &handles),
-        boards: corners(&boards(dragon, &handles)),
-        hinges: handles.iter().map(|handle| handle.position).collect(),
+        dragon: in_plan(dragon, contact.travel_m),
         benches: contact.benches,
         point: contact.point,
     }

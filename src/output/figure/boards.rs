@@ -6,7 +6,7 @@ use kurbo::{Line, ParamCurveNearest as _, Point};
 use super::drawing::{Drawing, contains};
 use super::page::{LegendEntry, Swatch};
 use super::plot::Plot;
-use super::style::{BLACK, Colour, FINE_WIDTH, GREY, LABEL_SIZE, LineStyle, ORANGE, SKY_BLUE, VERMILION};
+use super::style::{BLACK, FINE_WIDTH, GREY, LABEL_SIZE, LineStyle, ORANGE, SKY_BLUE, VERMILION};
 use super::text::Text;
 
 /// Width of a board's outline.
@@ -16,51 +16,47 @@ const ENOUGH_FREE: f64 = 4.0;
 /// Positions that are tried along each of three lines of a board.
 const STEPS: u32 = 200;
 
-/// The boards, the hinges and the route of a plan, head first.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct BoardsInPlan<'a> {
-    pub(super) route: &'a [DVec2],
-    pub(super) boards: &'a [[DVec2; 4]],
-    pub(super) hinges: &'a [DVec2],
-    /// Benches with a colour of their own.
-    pub(super) marked: &'a [usize],
-    /// What they are, for the legend.
-    pub(super) marked_as: &'static str,
-    /// Radius of a hinge on the page.
-    pub(super) hinge_radius: f64,
+/// The dragon in a plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DragonInPlan {
+    /// The route from point to point; what lies far off the dragon is left out.
+    pub route: Vec<DVec2>,
+    /// Corners of every board, the head's first.
+    pub boards: Vec<[DVec2; 4]>,
+    /// Every hinge.
+    pub hinges: Vec<DVec2>,
 }
 
-impl BoardsInPlan<'_> {
-    /// Draws all that lies in the plot: the route, the boards over it from the tail on, the hinges over them.
-    pub(super) fn draw(&self, drawing: &mut Drawing, plot: &Plot) {
-        drawing.push(plot.line(self.route, GREY, FINE_WIDTH));
+impl DragonInPlan {
+    /// Draws all that lies in the plot: the route, the boards over it from the tail on, the hinges over them. Marked benches
+    /// have a colour of their own.
+    pub(super) fn draw(&self, drawing: &mut Drawing, plot: &Plot, marked: &[usize], hinge_radius: f64) {
+        drawing.push(plot.line(&self.route, GREY, FINE_WIDTH));
         for (bench, corners) in self.boards.iter().enumerate().rev() {
-            let board = plot.polygon(corners, self.colour(bench)).outlined(BLACK, OUTLINE_WIDTH);
+            let colour = match bench {
+                0 => VERMILION,
+                _ if marked.contains(&bench) => ORANGE,
+                _ => SKY_BLUE,
+            };
+            let board = plot.polygon(corners, colour).outlined(BLACK, OUTLINE_WIDTH);
             drawing.push(board.labelled(format!("bench {bench}")));
         }
-        for hinge in self.hinges {
-            drawing.push(plot.dot(*hinge, self.hinge_radius, BLACK).clipped(plot.area));
+        for hinge in &self.hinges {
+            drawing.push(plot.dot(*hinge, hinge_radius, BLACK).clipped(plot.area));
         }
     }
 
-    fn colour(&self, bench: usize) -> Colour {
-        match bench {
-            0 => VERMILION,
-            _ if self.marked.contains(&bench) => ORANGE,
-            _ => SKY_BLUE,
-        }
-    }
-
-    pub(super) fn legend(&self) -> Vec<LegendEntry> {
+    /// The legend, with the name of the marked benches.
+    pub(super) fn legend(&self, marked: &[usize], marked_as: &str, hinge_radius: f64) -> Vec<LegendEntry> {
         let line = Swatch::Line { colour: GREY, width: FINE_WIDTH, style: LineStyle::Solid };
         let mut entries = vec![LegendEntry::new(Swatch::Area(VERMILION), "head")];
-        if self.marked.iter().any(|bench| *bench > 0) {
-            entries.push(LegendEntry::new(Swatch::Area(ORANGE), self.marked_as));
+        if marked.iter().any(|bench| *bench > 0) {
+            entries.push(LegendEntry::new(Swatch::Area(ORANGE), marked_as));
         }
         if self.boards.len() > 1 {
             entries.push(LegendEntry::new(Swatch::Area(SKY_BLUE), "bench"));
         }
-        entries.push(LegendEntry::new(Swatch::Dot { colour: BLACK, radius: self.hinge_radius.max(0.3) }, "hinge"));
+        entries.push(LegendEntry::new(Swatch::Dot { colour: BLACK, radius: hinge_radius.max(0.3) }, "hinge"));
         entries.push(LegendEntry::new(line, "route"));
         entries
     }

@@ -5,9 +5,9 @@ use std::ops::RangeInclusive;
 use glam::DVec2;
 use kurbo::{Rect, Size};
 
-use super::drawing::{Drawing, Mark, area, circle, contains};
+use super::drawing::{Drawing, Mark, circle, contains};
 use super::notes::Notes;
-use super::page::{Caption, LegendEntry, Swatch, head_height, page};
+use super::page::{Caption, LegendEntry, Swatch, page};
 use super::plot::{Plot, range_of};
 use super::style::{
     AXIS_WIDTH, BLACK, BLUE, BOTTOM_MARGIN, LEFT_MARGIN, LINE_WIDTH, LineStyle, PLOT_WIDTH, ROW_GAP, VERMILION,
@@ -58,29 +58,22 @@ const PART_MARGIN: f64 = 0.15;
 impl ClearanceOverTime {
     /// Draws it.
     pub fn draw(&self) -> Drawing {
-        let entries = self.legend();
         let [whole_row, part_row] = [WHOLE_HEIGHT + BOTTOM_MARGIN + ROW_GAP, PART_HEIGHT + BOTTOM_MARGIN];
-        let top = head_height(&self.caption, &entries);
-        let mut drawing = page(&self.caption, &entries, whole_row + part_row);
+        let (mut drawing, top) = page(&self.caption, &self.legend(), whole_row + part_row);
+        let area = |top: f64, height: f64| Rect::from_origin_size((LEFT_MARGIN, top), (PLOT_WIDTH, height));
         let times = range_of(self.line().iter().map(|point| point.x), 0.0);
         let highest_m = self.samples.iter().map(|sample| sample.y).fold(0.0, f64::max);
-        let whole = Plot::new(area(LEFT_MARGIN, top, PLOT_WIDTH, WHOLE_HEIGHT), &times, &(0.0..=1.1 * highest_m));
+        let whole = Plot::new(area(top, WHOLE_HEIGHT), &times, &(0.0..=1.1 * highest_m));
         let part_times = self.part_times(&times);
         self.draw_plot(&mut drawing, &whole, 1.0);
         let part_metres = 0.0..=self.part_millimetres(&part_times).end() / 1000.0;
         drawing.push(whole.window(&part_times, &part_metres));
-        whole.label_x(&mut drawing, "show time (s)");
-        whole.label_y(&mut drawing, "clearance (m)");
+        whole.label(&mut drawing, "show time (s)", "clearance (m)");
 
-        let part = Plot::new(
-            area(LEFT_MARGIN, top + whole_row, PLOT_WIDTH, PART_HEIGHT),
-            &part_times,
-            &self.part_millimetres(&part_times),
-        );
+        let part = Plot::new(area(top + whole_row, PART_HEIGHT), &part_times, &self.part_millimetres(&part_times));
         self.draw_plot(&mut drawing, &part, 1000.0);
         self.draw_notes(&mut drawing, &part);
-        part.label_x(&mut drawing, "show time (s)");
-        part.label_y(&mut drawing, "clearance (mm)");
+        part.label(&mut drawing, "show time (s)", "clearance (mm)");
         drawing
     }
 

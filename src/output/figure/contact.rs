@@ -3,9 +3,9 @@
 use glam::DVec2;
 use kurbo::{Point, Rect, Shape as _};
 
-use super::boards::{BoardsInPlan, bounds, width_m, write_names};
-use super::drawing::{Drawing, Mark, area, circle, polyline};
-use super::page::{Caption, head_height, page};
+use super::boards::{DragonInPlan, bounds, width_m, write_names};
+use super::drawing::{Drawing, Mark, circle, polyline};
+use super::page::{Caption, page};
 use super::plot::Plot;
 use super::style::{AXIS_WIDTH, BLACK, BOTTOM_MARGIN, LEFT_MARGIN, LINE_WIDTH, PAGE_WIDTH};
 
@@ -14,12 +14,8 @@ use super::style::{AXIS_WIDTH, BLACK, BOTTOM_MARGIN, LEFT_MARGIN, LINE_WIDTH, PA
 pub struct ContactView {
     /// Stands over it.
     pub caption: Caption,
-    /// The route from point to point.
-    pub route: Vec<DVec2>,
-    /// Corners of every board, the head's first.
-    pub boards: Vec<[DVec2; 4]>,
-    /// Every hinge.
-    pub hinges: Vec<DVec2>,
+    /// The dragon.
+    pub dragon: DragonInPlan,
     /// The two benches that touch.
     pub benches: [usize; 2],
     /// Where they touch.
@@ -30,6 +26,8 @@ pub struct ContactView {
 const GAP: f64 = 10.0;
 /// Side of the part ÷ width of a board.
 const SIDE_PER_WIDTH: f64 = 4.5;
+const HINGE_RADIUS: f64 = 0.15;
+const NEAR_HINGE_RADIUS: f64 = 1.0;
 const POINT_RADIUS: f64 = 2.0;
 
 impl ContactView {
@@ -39,46 +37,37 @@ impl ContactView {
     /// The two benches must have boards.
     pub fn draw(&self) -> Drawing {
         let width = 0.5 * (PAGE_WIDTH - 2.0 * LEFT_MARGIN - GAP);
-        let whole = self.in_plan(0.15);
-        let entries = whole.legend();
-        let top = head_height(&self.caption, &entries);
-        let mut drawing = page(&self.caption, &entries, width + BOTTOM_MARGIN);
-        let [low, high] = bounds(self.boards.iter().flatten().copied(), self.board_width_m());
-        let left = Plot::plan(area(LEFT_MARGIN, top, width, width), low, high);
+        let entries = self.dragon.legend(&self.benches, "in touch", HINGE_RADIUS);
+        let (mut drawing, top) = page(&self.caption, &entries, width + BOTTOM_MARGIN);
+        let area = |left: f64| Rect::from_origin_size((left, top), (width, width));
+        let [low, high] = bounds(self.dragon.boards.iter().flatten().copied(), self.board_width_m());
+        let left = Plot::plan(area(LEFT_MARGIN), low, high);
         let half = DVec2::splat(0.5 * SIDE_PER_WIDTH * self.board_width_m());
         let [near_low, near_high] = [self.point - half, self.point + half];
-        let right = Plot::plan(area(PAGE_WIDTH - LEFT_MARGIN - width, top, width, width), near_low, near_high)
-            .with_y_at_the_right();
+        let right = Plot::plan(area(PAGE_WIDTH - LEFT_MARGIN - width), near_low, near_high).with_y_at_the_right();
 
-        whole.draw(&mut drawing, &left);
+        self.dragon.draw(&mut drawing, &left, &self.benches, HINGE_RADIUS);
         let region = Rect::from_points(left.at(near_low), left.at(near_high));
-        self.in_plan(1.0).draw(&mut drawing, &right);
+        self.dragon.draw(&mut drawing, &right, &self.benches, NEAR_HINGE_RADIUS);
         self.draw_touch(&mut drawing, &right);
         left.draw_frame(&mut drawing);
         right.draw_frame(&mut drawing);
         draw_magnification(&mut drawing, region, right.area);
-        left.label_x(&mut drawing, "x (m)");
-        left.label_y(&mut drawing, "y (m)");
-        right.label_x(&mut drawing, "x (m)");
-        right.label_y(&mut drawing, "y (m)");
+        left.label(&mut drawing, "x (m)", "y (m)");
+        right.label(&mut drawing, "x (m)", "y (m)");
         drawing
     }
 
-    fn in_plan(&self, hinge_radius: f64) -> BoardsInPlan<'_> {
-        let Self { route, boards, hinges, benches, .. } = self;
-        BoardsInPlan { route, boards, hinges, marked: benches, marked_as: "in touch", hinge_radius }
-    }
-
     fn board_width_m(&self) -> f64 {
-        width_m(&self.boards[self.benches[0]])
+        width_m(&self.dragon.boards[self.benches[0]])
     }
 
     /// Marks the point and names the two benches, each on its board.
     fn draw_touch(&self, drawing: &mut Drawing, plot: &Plot) {
         let at = plot.at(self.point);
         drawing.push(Mark::stroked(circle(at, POINT_RADIUS), BLACK, LINE_WIDTH).labelled("contact"));
-        let obstacles: Vec<DVec2> = self.hinges.iter().chain([&self.point]).copied().collect();
-        write_names(drawing, plot, &self.boards, &self.benches, &obstacles);
+        let obstacles: Vec<DVec2> = self.dragon.hinges.iter().chain([&self.point]).copied().collect();
+        write_names(drawing, plot, &self.dragon.boards, &self.benches, &obstacles);
     }
 }
 

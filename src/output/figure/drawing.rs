@@ -14,17 +14,11 @@ use super::{FigureFormat, png, svg};
 pub struct Drawing {
     pub(super) title: String,
     size: Size,
-    pub(super) sheet: Sheet,
-    pub(super) marks: Vec<Mark>,
-}
-
-/// The sheet that a drawing is printed on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Sheet {
-    /// What lies on it, in millimetres of the drawing.
-    pub(super) area: Rect,
+    /// The sheet that the drawing is printed on, in millimetres of the drawing.
+    pub(super) sheet: Rect,
     /// How much larger the drawing is printed.
     pub(super) scale: f64,
+    pub(super) marks: Vec<Mark>,
 }
 
 /// A path that is filled, stroked or both.
@@ -74,7 +68,7 @@ const INCH: f64 = 25.4;
 impl Drawing {
     /// An empty page.
     pub(super) fn new(title: String, size: Size) -> Self {
-        Self { title, size, sheet: Sheet { area: size.to_rect(), scale: 1.0 }, marks: Vec::new() }
+        Self { title, size, sheet: size.to_rect(), scale: 1.0, marks: Vec::new() }
     }
 
     /// The drawing on a sheet of paper, as large as the sheet holds it, upright or across.
@@ -83,13 +77,13 @@ impl Drawing {
         let fit = |sheet: Size| {
             ((sheet.width - 2.0 * EDGE) / self.size.width).min((sheet.height - 2.0 * EDGE) / self.size.height)
         };
-        let [width, height] = paper.size();
+        let (_, [width, height]) = paper.name_and_size();
         let [upright, across] = [Size::new(width, height), Size::new(height, width)];
         let sheet = if fit(across) > fit(upright) { across } else { upright };
         let scale = fit(sheet);
         let free = sheet / scale - self.size;
-        let area = self.size.to_rect().inflate(0.5 * free.width, 0.5 * free.height);
-        Self { sheet: Sheet { area, scale }, ..self }
+        let sheet = self.size.to_rect().inflate(0.5 * free.width, 0.5 * free.height);
+        Self { sheet, scale, ..self }
     }
 
     /// The bytes of a file. Equal drawings give equal bytes.
@@ -158,27 +152,19 @@ impl Paper {
 
     /// What the size is called on the command line.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::A0 => "a0",
-            Self::A1 => "a1",
-            Self::A2 => "a2",
-            Self::A3 => "a3",
-            Self::A4 => "a4",
-            Self::Letter => "letter",
-            Self::Tabloid => "tabloid",
-        }
+        self.name_and_size().0
     }
 
-    /// Width and height of an upright sheet in millimetres.
-    fn size(self) -> [f64; 2] {
+    /// The name, and the width and height of an upright sheet in millimetres.
+    fn name_and_size(self) -> (&'static str, [f64; 2]) {
         match self {
-            Self::A0 => [841.0, 1189.0],
-            Self::A1 => [594.0, 841.0],
-            Self::A2 => [420.0, 594.0],
-            Self::A3 => [297.0, 420.0],
-            Self::A4 => [210.0, 297.0],
-            Self::Letter => [8.5 * INCH, 11.0 * INCH],
-            Self::Tabloid => [11.0 * INCH, 17.0 * INCH],
+            Self::A0 => ("a0", [841.0, 1189.0]),
+            Self::A1 => ("a1", [594.0, 841.0]),
+            Self::A2 => ("a2", [420.0, 594.0]),
+            Self::A3 => ("a3", [297.0, 420.0]),
+            Self::A4 => ("a4", [210.0, 297.0]),
+            Self::Letter => ("letter", [8.5 * INCH, 11.0 * INCH]),
+            Self::Tabloid => ("tabloid", [11.0 * INCH, 17.0 * INCH]),
         }
     }
 }
@@ -205,7 +191,9 @@ pub(super) fn polyline(points: impl IntoIterator<Item = Point>) -> BezPath {
 /// Straight lines round an area.
 pub(super) fn polygon(points: impl IntoIterator<Item = Point>) -> BezPath {
     let mut path = polyline(points);
-    path.close_path();
+    if !path.elements().is_empty() {
+        path.close_path();
+    }
     path
 }
 
@@ -222,11 +210,6 @@ pub(super) fn circle(centre: Point, radius: f64) -> BezPath {
     }
     path.close_path();
     path
-}
-
-/// A rectangle of the page.
-pub(super) fn area(left: f64, top: f64, width: f64, height: f64) -> Rect {
-    Rect::new(left, top, left + width, top + height)
 }
 
 /// Whether a point lies in a rectangle or on its edge.

@@ -31,6 +31,7 @@ mod text;
 
 use std::path::Path;
 
+pub use boards::DragonInPlan;
 pub use clearance::{ClearanceOverTime, ContactMark, NearMissMark};
 pub use contact::ContactView;
 pub use drawing::{Drawing, Paper};

@@ -12,9 +12,13 @@ use super::text::{self, Anchor, Text, has_glyph};
 /// The words over a figure, from the largest to the smallest: its heading, its title and its facts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Caption {
-    heading: Option<String>,
-    title: String,
-    facts: Vec<String>,
+    /// Large words over the title, such as the name of the show. They are drawn smaller where they would be wider than the
+    /// figure. For letters that cannot be drawn see [`missing_letter`].
+    pub heading: Option<String>,
+    /// What the figure shows.
+    pub title: String,
+    /// What the figure is drawn for, under the title in small print.
+    pub facts: Vec<String>,
 }
 
 /// An entry of a legend: a name, and how what it names is drawn.
@@ -50,38 +54,28 @@ const DOT_SWATCH_WIDTH: f64 = 2.0;
 const SWATCH_GAP: f64 = 1.5;
 const ENTRY_GAP: f64 = 5.0;
 
-/// A page with its caption and legend, and a height left below them.
-pub(super) fn page(caption: &Caption, entries: &[LegendEntry], height: f64) -> Drawing {
-    let mut drawing = Drawing::new(caption.name(), Size::new(PAGE_WIDTH, head_height(caption, entries) + height));
-    caption.draw(&mut drawing);
-    draw_legend(&mut drawing, entries, Point::new(LEFT_MARGIN, caption.height()), PLOT_WIDTH);
-    drawing
-}
-
-/// Height that the caption and the legend take above the plots.
-pub(super) fn head_height(caption: &Caption, entries: &[LegendEntry]) -> f64 {
-    caption.height() + legend_height(entries, PLOT_WIDTH) + LEGEND_GAP
+/// A page with its caption and its legend, and the top of an area of this height below them.
+pub(super) fn page(caption: &Caption, entries: &[LegendEntry], height: f64) -> (Drawing, f64) {
+    let rows = legend_rows(entries, PLOT_WIDTH);
+    let top = caption.height() + rows.len() as f64 * ROW_HEIGHT + LEGEND_GAP;
+    let mut drawing = Drawing::new(caption.name(), Size::new(PAGE_WIDTH, top + height));
+    for (text, drop) in caption.lines() {
+        drawing.write(&text, Point::new(LEFT_MARGIN, drop));
+    }
+    for (row, number) in rows.into_iter().zip(0..) {
+        let mut at = Point::new(LEFT_MARGIN, caption.height() + ROW_HEIGHT * (f64::from(number) + 0.5));
+        for entry in row {
+            entry.draw(&mut drawing, at);
+            at.x += entry.width() + ENTRY_GAP;
+        }
+    }
+    (drawing, top)
 }
 
 impl Caption {
     /// A caption that says what the figure shows.
     pub fn new(title: impl Into<String>) -> Self {
         Self { title: title.into(), ..Self::default() }
-    }
-
-    /// The caption with large words over its title, such as the name of the show.
-    ///
-    /// They are drawn smaller where they would be wider than the figure. For letters that cannot be drawn see
-    /// [`missing_letter`].
-    #[must_use]
-    pub fn with_heading(self, heading: Option<String>) -> Self {
-        Self { heading, ..self }
-    }
-
-    /// The caption with facts under its title, in small print: what the figure is drawn for.
-    #[must_use]
-    pub fn with_facts(self, facts: Vec<String>) -> Self {
-        Self { facts, ..self }
     }
 
     /// All that it says in large words, for those who cannot see the figure.
@@ -95,12 +89,6 @@ impl Caption {
     /// Height that it takes of a page.
     fn height(&self) -> f64 {
         self.lines().last().map_or(0.0, |(_, drop)| drop + BOTTOM_GAP)
-    }
-
-    fn draw(&self, drawing: &mut Drawing) {
-        for (text, drop) in self.lines() {
-            drawing.write(&text, Point::new(LEFT_MARGIN, drop));
-        }
     }
 
     /// The lines, and where their middles are below the page's top.
@@ -186,24 +174,8 @@ impl Swatch {
     }
 }
 
-/// Height of the rows that the entries take in a given width.
-fn legend_height(entries: &[LegendEntry], width: f64) -> f64 {
-    rows(entries, width).len() as f64 * ROW_HEIGHT
-}
-
-/// Draws the entries in rows from the upper left corner on.
-fn draw_legend(drawing: &mut Drawing, entries: &[LegendEntry], corner: Point, width: f64) {
-    for (row, number) in rows(entries, width).into_iter().zip(0..) {
-        let mut at = corner + (0.0, ROW_HEIGHT * (f64::from(number) + 0.5));
-        for entry in row {
-            entry.draw(drawing, at);
-            at.x += entry.width() + ENTRY_GAP;
-        }
-    }
-}
-
 /// As many entries to a row as it holds, one at least.
-fn rows(entries: &[LegendEntry], width: f64) -> Vec<Vec<&LegendEntry>> {
+fn legend_rows(entries: &[LegendEntry], width: f64) -> Vec<Vec<&LegendEntry>> {
     let mut rows: Vec<Vec<&LegendEntry>> = Vec::new();
     let mut left = 0.0;
     for entry in entries {
@@ -227,7 +199,7 @@ mod tests {
     #[test]
     fn no_line_is_wider_than_a_plot_however_long_its_words() {
         let facts = (0..20).map(|fact| format!("fact number {fact}")).collect();
-        let caption = Caption::new("W".repeat(100)).with_heading(Some("W".repeat(200))).with_facts(facts);
+        let caption = Caption { heading: Some("W".repeat(200)), title: "W".repeat(100), facts };
         let lines = caption.lines();
         assert!(lines.len() > 3, "{lines:?}");
         for (text, _) in &lines {
@@ -240,7 +212,7 @@ mod tests {
     fn a_caption_without_heading_and_facts_is_its_title() {
         let caption = Caption::new("The dragon at 300 s");
         assert_eq!((caption.lines().len(), caption.name().as_str()), (1, "The dragon at 300 s"));
-        let caption = caption.with_heading(Some("Dragon of 2026".to_owned()));
+        let caption = Caption { heading: Some("Dragon of 2026".to_owned()), ..caption };
         assert_eq!((caption.lines().len(), caption.name().as_str()), (2, "Dragon of 2026: The dragon at 300 s"));
     }
 }

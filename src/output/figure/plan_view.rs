@@ -3,9 +3,9 @@
 use glam::DVec2;
 use kurbo::{Rect, Shape as _};
 
-use super::boards::{BoardsInPlan, bounds, width_m, write_names};
-use super::drawing::{Drawing, Mark, area, circle, polyline};
-use super::page::{Caption, LegendEntry, Swatch, head_height, page};
+use super::boards::{DragonInPlan, bounds, width_m, write_names};
+use super::drawing::{Drawing, Mark, circle, polyline};
+use super::page::{Caption, LegendEntry, Swatch, page};
 use super::plot::Plot;
 use super::style::{
     AXIS_WIDTH, BLACK, BOTTOM_MARGIN, FINE_WIDTH, GREEN, LABEL_SIZE, LEFT_MARGIN, LINE_WIDTH, LineStyle, PLOT_WIDTH,
@@ -18,12 +18,8 @@ use super::text::{Anchor, Text};
 pub struct PlanView {
     /// Stands over it.
     pub caption: Caption,
-    /// The route from point to point; what lies far off the dragon is left out.
-    pub route: Vec<DVec2>,
-    /// Corners of every board, the head's first.
-    pub boards: Vec<[DVec2; 4]>,
-    /// Every hinge.
-    pub hinges: Vec<DVec2>,
+    /// The dragon.
+    pub dragon: DragonInPlan,
     /// A circle around the origin.
     pub circle: Option<Circle>,
     /// What a turnaround has besides.
@@ -95,13 +91,12 @@ impl PlanView {
         let [low, high] = self.bounds();
         let [least, most] = if self.pair.is_some() { HEIGHTS_OVER_PAIR } else { HEIGHTS };
         let height = (PLOT_WIDTH * (high.y - low.y) / (high.x - low.x)).clamp(least, most);
-        let entries = self.legend();
         let row = height + BOTTOM_MARGIN;
         let pair_row = if self.pair.is_some() { PAIR_GAP + PAIR_HEIGHT + BOTTOM_MARGIN } else { 0.0 };
-        let mut drawing = page(&self.caption, &entries, row + pair_row);
-        let top = head_height(&self.caption, &entries);
-        let plot = Plot::plan(area(LEFT_MARGIN, top, PLOT_WIDTH, height), low, high);
-        self.in_plan().draw(&mut drawing, &plot);
+        let (mut drawing, top) = page(&self.caption, &self.legend(), row + pair_row);
+        let area = |top: f64, height: f64| Rect::from_origin_size((LEFT_MARGIN, top), (PLOT_WIDTH, height));
+        let plot = Plot::plan(area(top, height), low, high);
+        self.dragon.draw(&mut drawing, &plot, self.marked(), HINGE_RADIUS);
         if let Some(circle) = &self.circle {
             circle.draw(&mut drawing, &plot);
         }
@@ -109,33 +104,29 @@ impl PlanView {
             turn.draw(&mut drawing, &plot);
         }
         plot.draw_frame(&mut drawing);
-        plot.label_x(&mut drawing, "x (m)");
-        plot.label_y(&mut drawing, "y (m)");
+        plot.label(&mut drawing, "x (m)", "y (m)");
         if let Some(pair) = &self.pair {
-            let area = area(LEFT_MARGIN, top + row + PAIR_GAP, PLOT_WIDTH, PAIR_HEIGHT);
-            pair.draw(&mut drawing, &self.in_plan(), &plot, area);
+            pair.draw(&mut drawing, &self.dragon, &plot, area(top + row + PAIR_GAP, PAIR_HEIGHT));
         }
         drawing
     }
 
-    fn in_plan(&self) -> BoardsInPlan<'_> {
-        let Self { route, boards, hinges, .. } = self;
-        let marked = self.pair.as_ref().map_or(&[][..], |pair| &pair.benches);
-        let marked_as = self.pair.as_ref().map_or("", NearestPair::kind);
-        BoardsInPlan { route, boards, hinges, marked, marked_as, hinge_radius: HINGE_RADIUS }
+    fn marked(&self) -> &[usize] {
+        self.pair.as_ref().map_or(&[], |pair| &pair.benches)
     }
 
     /// What the plan shows: all boards, and the circle.
     fn bounds(&self) -> [DVec2; 2] {
         let radius_m = self.circle.as_ref().map_or(0.0, |circle| circle.radius_m);
         let circle = [DVec2::splat(-radius_m), DVec2::splat(radius_m)];
-        let [low, high] = bounds(self.boards.iter().flatten().copied().chain(circle), 0.0);
+        let [low, high] = bounds(self.dragon.boards.iter().flatten().copied().chain(circle), 0.0);
         let margin_m = MARGIN * (high - low).max_element();
         [low - margin_m, high + margin_m]
     }
 
     fn legend(&self) -> Vec<LegendEntry> {
-        let mut entries = self.in_plan().legend();
+        let marked_as = self.pair.as_ref().map_or("", NearestPair::kind);
+        let mut entries = self.dragon.legend(self.marked(), marked_as, HINGE_RADIUS);
         if let Some(circle) = &self.circle {
             let swatch = Swatch::Line { colour: BLACK, width: FINE_WIDTH, style: LineStyle::Dashed };
             entries.push(LegendEntry::new(swatch, circle.name.as_str()));
@@ -176,7 +167,7 @@ impl TurnMarks {
 
 impl NearestPair {
     /// What the two benches are, for the legend.
-    pub(super) fn kind(&self) -> &'static str {
+    fn kind(&self) -> &'static str {
         if self.touches() { "in touch" } else { "nearest pair" }
     }
 
@@ -195,18 +186,17 @@ impl NearestPair {
     }
 
     /// Draws the pair's surroundings into an area below the plan that shows all, and the frame of it in that plan.
-    pub(super) fn draw(&self, drawing: &mut Drawing, boards: &BoardsInPlan<'_>, plan: &Plot, area: Rect) {
+    fn draw(&self, drawing: &mut Drawing, dragon: &DragonInPlan, plan: &Plot, area: Rect) {
         let centre = 0.5 * (self.points[0] + self.points[1]);
-        let height_m = HEIGHT_PER_WIDTH * width_m(&boards.boards[self.benches[0]]) + 2.0 * self.clearance_m.max(0.0);
+        let height_m = HEIGHT_PER_WIDTH * width_m(&dragon.boards[self.benches[0]]) + 2.0 * self.clearance_m.max(0.0);
         let half = 0.5 * height_m * DVec2::new(area.width() / area.height(), 1.0);
         let plot = Plot::plan(area, centre - half, centre + half);
-        BoardsInPlan { hinge_radius: NEAR_HINGE_RADIUS, ..*boards }.draw(drawing, &plot);
+        dragon.draw(drawing, &plot, &self.benches, NEAR_HINGE_RADIUS);
         self.draw_measure(drawing, &plot);
-        let obstacles: Vec<DVec2> = boards.hinges.iter().chain(&self.points).copied().collect();
-        write_names(drawing, &plot, boards.boards, &self.benches, &obstacles);
+        let obstacles: Vec<DVec2> = dragon.hinges.iter().chain(&self.points).copied().collect();
+        write_names(drawing, &plot, &dragon.boards, &self.benches, &obstacles);
         plot.draw_frame(drawing);
-        plot.label_x(drawing, "x (m)");
-        plot.label_y(drawing, "y (m)");
+        plot.label(drawing, "x (m)", "y (m)");
         let words = Text::new(self.words(), LABEL_SIZE).anchored(Anchor::Left);
         drawing.write(&words, area.origin() - (0.0, WORDS_RISE));
         let shown = Rect::from_points(plan.at(centre - half), plan.at(centre + half));

@@ -1,5 +1,6 @@
 //! A plot: an area of the page with axes round it, and the scales of the axes.
 
+use std::f64::consts::FRAC_PI_2;
 use std::ops::RangeInclusive;
 
 use glam::DVec2;
@@ -119,19 +120,15 @@ impl Plot {
         }
     }
 
-    /// Writes what the x axis shows, with its unit.
-    pub(super) fn label_x(&self, drawing: &mut Drawing, words: &str) {
-        let at = Point::new(self.area.center().x, self.area.y1 + X_LABEL_DROP);
-        drawing.write(&Text::new(words, LABEL_SIZE), at);
-    }
-
-    /// Writes what the y axis shows, with its unit.
-    pub(super) fn label_y(&self, drawing: &mut Drawing, words: &str) {
+    /// Writes what the axes show, with their units.
+    pub(super) fn label(&self, drawing: &mut Drawing, x: &str, y: &str) {
+        let below = Point::new(self.area.center().x, self.area.y1 + X_LABEL_DROP);
+        drawing.write(&Text::new(x, LABEL_SIZE), below);
         let widths = self.y_ticks().into_iter().map(|tick| Text::new(tick.label, TICK_SIZE).width());
         let distance = Y_TICK_GAP + widths.fold(0.0, f64::max) + Y_LABEL_GAP;
         let (edge, outward, _) = self.y_edge();
-        let at = Point::new(edge, self.area.center().y) + distance * outward;
-        drawing.write(&Text::new(words, LABEL_SIZE).upwards(), at);
+        let beside = Point::new(edge, self.area.center().y) + distance * outward;
+        drawing.write(&Text::new(y, LABEL_SIZE).turned(-FRAC_PI_2), beside);
     }
 
     fn y_ticks(&self) -> Vec<Tick> {

@@ -7,7 +7,7 @@ use tiny_skia::{
     Transform,
 };
 
-use super::drawing::{Drawing, Mark, Sheet, Stroke};
+use super::drawing::{Drawing, Mark, Stroke};
 use super::style::Colour;
 
 /// Dots per millimetre of paper: 300 to the inch, what printers ask for.
@@ -18,7 +18,7 @@ const MOST_DOTS: f64 = 36e6;
 
 /// The drawing as a PNG file that knows its size in print.
 pub(super) fn file(drawing: &Drawing) -> Vec<u8> {
-    let Sheet { area, scale } = drawing.sheet;
+    let Drawing { sheet: area, scale, ref marks, .. } = *drawing;
     let paper = area.size() * scale;
     let dots_per_mm = DOTS_PER_MM.min((MOST_DOTS / paper.area()).sqrt());
     let [width, height] = [paper.width, paper.height].map(|length| (length * dots_per_mm).round() as u32);
@@ -29,7 +29,7 @@ pub(super) fn file(drawing: &Drawing) -> Vec<u8> {
         to_dots: Affine::translate(-area.origin().to_vec2()).then_scale(scale * dots_per_mm),
     };
     canvas.pixels.fill(tiny_skia::Color::WHITE);
-    for mark in &drawing.marks {
+    for mark in marks {
         canvas.draw(mark);
     }
     encode(&canvas.pixels, dots_per_mm)
@@ -96,7 +96,7 @@ fn pixel_path(path: &BezPath) -> Option<tiny_skia::Path> {
     builder.finish()
 }
 
-fn paint(Colour { red, green, blue }: Colour) -> Paint<'static> {
+fn paint(Colour([red, green, blue]): Colour) -> Paint<'static> {
     let mut paint = Paint::default();
     paint.set_color_rgba8(red, green, blue, u8::MAX);
     paint

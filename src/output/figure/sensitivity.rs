@@ -3,8 +3,8 @@
 use glam::DVec2;
 use kurbo::Rect;
 
-use super::drawing::{Drawing, area};
-use super::page::{Caption, LegendEntry, Swatch, head_height, page};
+use super::drawing::Drawing;
+use super::page::{Caption, LegendEntry, Swatch, page};
 use super::plot::{Plot, range_of};
 use super::style::{BOTTOM_MARGIN, LEFT_MARGIN, LINE_WIDTH, PAGE_WIDTH, RIGHT_MARGIN, ROW_GAP, line_look};
 
@@ -36,16 +36,15 @@ const DOT_RADIUS: f64 = 0.55;
 impl SensitivityChart {
     /// Draws it.
     pub fn draw(&self) -> Drawing {
-        let entries = self.legend();
-        let top = head_height(&self.caption, &entries);
         let row_height = HEIGHT + BOTTOM_MARGIN + ROW_GAP;
         let rows = self.quantities.len().div_ceil(COLUMNS) as f64;
-        let mut drawing = page(&self.caption, &entries, rows * row_height - ROW_GAP);
+        let (mut drawing, top) = page(&self.caption, &self.legend(), rows * row_height - ROW_GAP);
         let column_width = PAGE_WIDTH / COLUMNS as f64;
         for (index, quantity) in self.quantities.iter().enumerate() {
             let (column, row) = ((index % COLUMNS) as f64, (index / COLUMNS) as f64);
             let width = column_width - LEFT_MARGIN - RIGHT_MARGIN;
-            let area = area(column * column_width + LEFT_MARGIN, top + row * row_height, width, HEIGHT);
+            let area =
+                Rect::from_origin_size((column * column_width + LEFT_MARGIN, top + row * row_height), (width, HEIGHT));
             quantity.draw(&mut drawing, area);
         }
         drawing
@@ -81,7 +80,6 @@ impl ChartQuantity {
             }
         }
         plot.draw_frame(drawing);
-        plot.label_x(drawing, "change (%)");
-        plot.label_y(drawing, &self.name);
+        plot.label(drawing, "change (%)", &self.name);
     }
 }

@@ -3,11 +3,11 @@
 use std::ops::RangeInclusive;
 
 use glam::DVec2;
-use kurbo::Point;
+use kurbo::{Point, Rect};
 
-use super::drawing::{Drawing, Mark, area, circle, contains};
+use super::drawing::{Drawing, Mark, circle, contains};
 use super::notes::Notes;
-use super::page::{Caption, LegendEntry, Swatch, head_height, page};
+use super::page::{Caption, LegendEntry, Swatch, page};
 use super::plot::{Plot, range_of};
 use super::style::{
     AXIS_WIDTH, BLACK, BOTTOM_MARGIN, FINE_WIDTH, LEFT_MARGIN, LINE_WIDTH, LineStyle, PALE_BLUE, PLOT_WIDTH, ROW_GAP,
@@ -84,12 +84,10 @@ fn seen<'a>(samples: &'a [DVec2], plot: &Plot) -> &'a [DVec2] {
 impl SpeedsOverTime {
     /// Draws it.
     pub fn draw(&self) -> Drawing {
-        let entries = self.legend();
-        let top = head_height(&self.caption, &entries);
         let row = HEIGHT + BOTTOM_MARGIN;
         let height = if self.detail_s.is_some() { 2.0 * row + ROW_GAP } else { row };
-        let mut drawing = page(&self.caption, &entries, height);
-        let area = |top: f64| area(LEFT_MARGIN, top, PLOT_WIDTH, HEIGHT);
+        let (mut drawing, top) = page(&self.caption, &self.legend(), height);
+        let area = |top: f64| Rect::from_origin_size((LEFT_MARGIN, top), (PLOT_WIDTH, HEIGHT));
         let times_s = range_of(self.samples().map(|sample| sample.x), 0.0);
         let speeds_mps = self.speeds_mps(&times_s);
         let whole = Plot::new(area(top), &times_s, &speeds_mps);
@@ -127,8 +125,7 @@ impl SpeedsOverTime {
             drawing.push(Mark::stroked(ring, BLACK, AXIS_WIDTH).clipped(plot.area).labelled("largest speed"));
         }
         plot.draw_frame(drawing);
-        plot.label_x(drawing, "show time (s)");
-        plot.label_y(drawing, "speed (m/s)");
+        plot.label(drawing, "show time (s)", "speed (m/s)");
     }
 
     /// The outline of the range of all handles: for each column of the page, from the least to the most that it holds.

@@ -3,39 +3,38 @@
 //! The colours are those of Okabe and Ito, "Color Universal Design" (2008). People with any kind of colour vision can tell
 //! them apart, and they stay apart in grey.
 
-/// A colour, opaque.
+use std::fmt;
+
+/// A colour, opaque: red, green, blue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Colour {
-    pub(super) red: u8,
-    pub(super) green: u8,
-    pub(super) blue: u8,
-}
+pub(super) struct Colour(pub(super) [u8; 3]);
 
-impl Colour {
-    const fn new(rgb: u32) -> Self {
-        let [_, red, green, blue] = rgb.to_be_bytes();
-        Self { red, green, blue }
-    }
-}
+pub(super) const BLACK: Colour = Colour([0x00, 0x00, 0x00]);
+pub(super) const ORANGE: Colour = Colour([0xE6, 0x9F, 0x00]);
+pub(super) const SKY_BLUE: Colour = Colour([0x56, 0xB4, 0xE9]);
+pub(super) const GREEN: Colour = Colour([0x00, 0x9E, 0x73]);
+pub(super) const BLUE: Colour = Colour([0x00, 0x72, 0xB2]);
+pub(super) const VERMILION: Colour = Colour([0xD5, 0x5E, 0x00]);
+pub(super) const PURPLE: Colour = Colour([0xCC, 0x79, 0xA7]);
 
-pub(super) const BLACK: Colour = Colour::new(0x00_0000);
-pub(super) const ORANGE: Colour = Colour::new(0xE6_9F00);
-pub(super) const SKY_BLUE: Colour = Colour::new(0x56_B4E9);
-pub(super) const GREEN: Colour = Colour::new(0x00_9E73);
-pub(super) const BLUE: Colour = Colour::new(0x00_72B2);
-pub(super) const VERMILION: Colour = Colour::new(0xD5_5E00);
-pub(super) const PURPLE: Colour = Colour::new(0xCC_79A7);
-
-pub(super) const WHITE: Colour = Colour::new(0xFF_FFFF);
+pub(super) const WHITE: Colour = Colour([0xFF, 0xFF, 0xFF]);
 /// For an area behind lines: the palette's blue, a fifth of it.
-pub(super) const PALE_BLUE: Colour = Colour::new(0xCC_E3F0);
+pub(super) const PALE_BLUE: Colour = Colour([0xCC, 0xE3, 0xF0]);
 /// For lines that only guide the eye.
-pub(super) const LIGHT_GREY: Colour = Colour::new(0xDD_DDDD);
+pub(super) const LIGHT_GREY: Colour = Colour([0xDD, 0xDD, 0xDD]);
 /// For lines behind the data.
-pub(super) const GREY: Colour = Colour::new(0x99_9999);
+pub(super) const GREY: Colour = Colour([0x99, 0x99, 0x99]);
 
 /// For lines in one plot, in this order. The palette's yellow is left out: it is too faint for a line on white.
 pub(super) const LINES: [Colour; 7] = [BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY_BLUE, BLACK];
+
+/// As in SVG: `#rrggbb`.
+impl fmt::Display for Colour {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self([red, green, blue]) = self;
+        write!(formatter, "#{red:02x}{green:02x}{blue:02x}")
+    }
+}
 
 /// Dashes tell lines apart where colours cannot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -4,27 +4,27 @@ use std::fmt::Write as _;
 
 use kurbo::{BezPath, PathEl, Point, Rect, Shape as _};
 
-use super::drawing::{Drawing, Mark, Sheet, Stroke};
-use super::style::{Colour, WHITE};
+use super::drawing::{Drawing, Mark, Stroke};
+use super::style::WHITE;
 
 /// The drawing as an SVG document, which refers to nothing outside it, no font either.
 pub(super) fn document(drawing: &Drawing) -> String {
-    let Sheet { area, scale } = drawing.sheet;
+    let Drawing { title, sheet: area, scale, marks, .. } = drawing;
     let [width, height] = [area.width() * scale, area.height() * scale].map(Number);
     let [left, top, box_width, box_height] = [area.x0, area.y0, area.width(), area.height()].map(Number);
-    let title = escaped(&drawing.title);
+    let title = escaped(title);
     let mut text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}mm\" height=\"{height}mm\" \
          viewBox=\"{left} {top} {box_width} {box_height}\" role=\"img\">\n<title>{title}</title>\n"
     );
     let page = Mark::filled(area.to_path(0.0), WHITE);
-    let clips = clips(drawing);
+    let clips = clips(marks);
     // Writing into a String cannot fail.
     for (index, clip) in clips.iter().enumerate() {
         let _ =
             writeln!(text, "<clipPath id=\"clip{index}\"><path d=\"{}\"/></clipPath>", path_data(&clip.to_path(0.0)));
     }
-    for mark in std::iter::once(&page).chain(&drawing.marks) {
+    for mark in std::iter::once(&page).chain(marks) {
         let clip = mark.clip.and_then(|clip| clips.iter().position(|known| *known == clip));
         let _ = writeln!(text, "<path{} d=\"{}\"/>", attributes(mark, clip), path_data(&mark.path));
     }
@@ -33,9 +33,9 @@ pub(super) fn document(drawing: &Drawing) -> String {
 }
 
 /// The areas that marks are clipped to, each once.
-fn clips(drawing: &Drawing) -> Vec<Rect> {
+fn clips(marks: &[Mark]) -> Vec<Rect> {
     let mut clips = Vec::new();
-    for clip in drawing.marks.iter().filter_map(|mark| mark.clip) {
+    for clip in marks.iter().filter_map(|mark| mark.clip) {
         if !clips.contains(&clip) {
             clips.push(clip);
         }
@@ -48,11 +48,11 @@ fn attributes(mark: &Mark, clip: Option<usize>) -> String {
         Some(label) => format!(" role=\"img\" aria-label=\"{}\"", escaped(label)),
         None => String::new(),
     };
-    let fill = mark.fill.map_or("none".to_owned(), hex);
+    let fill = mark.fill.map_or("none".to_owned(), |colour| colour.to_string());
     // Writing into a String cannot fail.
     let _ = write!(text, " fill=\"{fill}\"");
     if let Some(Stroke { colour, width, style }) = mark.stroke {
-        let (colour, width) = (hex(colour), Number(width));
+        let width = Number(width);
         let _ = write!(text, " stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"");
         let lengths: Vec<String> = style.lengths().iter().map(f32::to_string).collect();
         if !lengths.is_empty() {
@@ -75,10 +75,6 @@ fn path_data(path: &BezPath) -> String {
         PathEl::ClosePath => "Z".to_owned(),
     };
     path.elements().iter().map(step).collect()
-}
-
-fn hex(Colour { red, green, blue }: Colour) -> String {
-    format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
 /// Words as XML has them, in text and in attributes.

@@ -5,7 +5,6 @@
 //! the size of the font, y up from the baseline.
 
 use std::collections::HashMap;
-use std::f64::consts::FRAC_PI_2;
 use std::sync::LazyLock;
 
 use kurbo::{Affine, BezPath, Point, Vec2};
@@ -50,11 +49,6 @@ impl Text {
 
     pub(super) fn anchored(self, anchor: Anchor) -> Self {
         Self { anchor, ..self }
-    }
-
-    /// The text read upwards.
-    pub(super) fn upwards(self) -> Self {
-        self.turned(-FRAC_PI_2)
     }
 
     pub(super) fn turned(self, turn: f64) -> Self {
