@@ -1,7 +1,7 @@
 //! Boards, hinges and the route in a plan, and names of benches on their boards.
 
 use glam::DVec2;
-use kurbo::{Line, ParamCurveNearest as _, Point};
+use kurbo::Point;
 
 use super::drawing::{Drawing, contains};
 use super::page::{LegendEntry, Swatch};
@@ -83,29 +83,29 @@ pub(super) fn write_names(
     benches: &[usize],
     obstacles: &[DVec2],
 ) {
-    let obstacles: Vec<Point> = obstacles.iter().map(|point| plot.at(*point)).collect();
+    let on_page = |point: DVec2| DVec2::from(<(f64, f64)>::from(plot.at(point)));
+    let obstacles: Vec<DVec2> = obstacles.iter().map(|point| on_page(*point)).collect();
     for &bench in benches {
         let words = if bench == 0 { "bench 0, head".to_owned() } else { format!("bench {bench}") };
         let text = Text::new(words, LABEL_SIZE);
-        let corners = boards[bench].map(|corner| plot.at(corner));
+        let corners = boards[bench].map(on_page);
         if let Some((middle, turn)) = place_on_board(corners, &text, plot, &obstacles) {
-            drawing.write(&text.turned(turn), middle);
+            drawing.write(&text.turned(turn), point(middle));
         }
     }
 }
 
 /// Where a text fits onto a board, along it and within the plot, free of obstacles on the page, and the angle at which
 /// it reads from left to right.
-fn place_on_board(corners: [Point; 4], text: &Text, plot: &Plot, obstacles: &[Point]) -> Option<(Point, f64)> {
+fn place_on_board(corners: [DVec2; 4], text: &Text, plot: &Plot, obstacles: &[DVec2]) -> Option<(DVec2, f64)> {
     let [front_left, rear_left, rear_right, front_right] = corners;
     let half = 0.5 * text.width() * (front_left - rear_left).normalize();
-    let free_mm = |middle: &Point| {
-        let line = Line::new(*middle - half, *middle + half);
-        let distances = obstacles.iter().map(|point| line.nearest(*point, 0.0).distance_sq.sqrt());
+    let free_mm = |middle: &DVec2| {
+        let distances = obstacles.iter().map(|point| distance_to_stretch(*point, *middle - half, *middle + half));
         distances.fold(ENOUGH_FREE, f64::min)
     };
     let area = plot.area.inflate(-2.0, -2.0);
-    let is_inside = |middle: &Point| [half, -half].iter().all(|end| contains(area, *middle + *end));
+    let is_inside = |middle: &DVec2| [half, -half].iter().all(|end| contains(area, point(*middle + *end)));
     let middles = [0.5, 0.25, 0.75].into_iter().flat_map(|share| {
         let (front, rear) = (front_left.lerp(front_right, share) - half, rear_left.lerp(rear_right, share) + half);
         (0..=STEPS).map(move |step| rear.lerp(front, f64::from(step) / f64::from(STEPS)))
@@ -113,5 +113,15 @@ fn place_on_board(corners: [Point; 4], text: &Text, plot: &Plot, obstacles: &[Po
     // Of equally free ones the first, so the middle line of the board before its sides.
     let best = middles.filter(is_inside).min_by(|a, b| free_mm(b).total_cmp(&free_mm(a)))?;
     let reading = if half.x < 0.0 { -half } else { half };
-    Some((best, reading.angle()))
+    Some((best, reading.to_angle()))
+}
+
+fn distance_to_stretch(point: DVec2, from: DVec2, to: DVec2) -> f64 {
+    let stretch = to - from;
+    let share = ((point - from).dot(stretch) / stretch.length_squared()).clamp(0.0, 1.0);
+    point.distance(from + share * stretch)
+}
+
+fn point(position: DVec2) -> Point {
+    Point::new(position.x, position.y)
 }
