@@ -116,7 +116,7 @@ fn begin_repairs(folder: &Path) -> Option<BackgroundRepair> {
     let repairs = BackgroundRepair::start(report_repair);
     let repairs =
         repairs.inspect_err(|error| tracing::warn!("cannot finish what killed recorders left: {error}")).ok()?;
-    repairs.repair_folder(folder.into());
+    repairs.repair(folder.into());
     Some(repairs)
 }
 

@@ -35,21 +35,15 @@ const MOST_LOOKS: u32 = 100;
 ///
 /// let (results, repaired) = mpsc::channel();
 /// let repairs = BackgroundRepair::start(move |result| drop(results.send(result)))?;
-/// assert!(repairs.repair_file("none.mcap".into()));
+/// assert!(repairs.repair("none.mcap".into()));
 /// assert!(repairs.finish(Duration::from_secs(10)));
 /// assert!(repaired.recv()?.is_err());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
 pub struct BackgroundRepair {
-    waiting: Sender<Request>,
+    waiting: Sender<PathBuf>,
     ended: Receiver<()>,
-}
-
-#[derive(Debug)]
-enum Request {
-    File(PathBuf),
-    Folder(PathBuf),
 }
 
 impl BackgroundRepair {
@@ -59,7 +53,7 @@ impl BackgroundRepair {
     /// # Errors
     /// Where the system starts no thread.
     pub fn start(mut report: impl FnMut(Result<Repair, RepairError>) + Send + 'static) -> io::Result<Self> {
-        let (waiting, requests) = bounded::<Request>(MOST_WAITING);
+        let (waiting, requests) = bounded::<PathBuf>(MOST_WAITING);
         let (end, ended) = bounded(0);
         thread::Builder::new().name("record-repair".to_owned()).spawn(move || {
             // Dropped when the thread ends, in whatever way.
@@ -67,27 +61,21 @@ impl BackgroundRepair {
             // With the process's own urgency it does the same work.
             let _ = setpriority_process(None, NICE);
             for request in requests {
-                match request {
-                    Request::File(path) => report(repair_when_free(&path)),
+                if request.is_dir() {
                     // A folder that cannot be listed shows nothing that could be finished.
-                    Request::Folder(folder) => {
-                        repair_folder(&folder).unwrap_or_default().into_iter().for_each(&mut report);
-                    }
+                    repair_folder(&request).unwrap_or_default().into_iter().for_each(&mut report);
+                } else {
+                    report(repair_when_free(&request));
                 }
             }
         })?;
         Ok(Self { waiting, ended })
     }
 
-    /// Has a file repaired. Never waits; `false` where too many are waiting already.
-    pub fn repair_file(&self, path: PathBuf) -> bool {
-        self.ask(Request::File(path))
-    }
-
-    /// Has all unfinished recordings of a folder repaired, as [`repair_folder`] does. Never waits; `false` where too many are
-    /// waiting already.
-    pub fn repair_folder(&self, folder: PathBuf) -> bool {
-        self.ask(Request::Folder(folder))
+    /// Has a file repaired, or all unfinished recordings of a folder, as [`repair_folder`] does. Never waits; `false` where too
+    /// many are waiting already.
+    pub fn repair(&self, path: PathBuf) -> bool {
+        self.waiting.try_send(path).is_ok()
     }
 
     /// Waits until everything that was asked for is done, but no longer than `patience`; whether it is. Otherwise the thread
@@ -95,10 +83,6 @@ impl BackgroundRepair {
     pub fn finish(self, patience: Duration) -> bool {
         drop(self.waiting);
         self.ended.recv_timeout(patience) == Err(RecvTimeoutError::Disconnected)
-    }
-
-    fn ask(&self, request: Request) -> bool {
-        self.waiting.try_send(request).is_ok()
     }
 }
 
@@ -126,7 +110,7 @@ pub fn repair_folder(folder: &Path) -> Result<Vec<Result<Repair, RepairError>>, 
 /// The files of a folder that a killed recorder may have left.
 fn unfinished_in(folder: &Path) -> Result<Vec<PathBuf>, RepairError> {
     let entries = fs::read_dir(folder).and_then(Iterator::collect::<io::Result<Vec<_>>>);
-    let entries = entries.map_err(|source| RepairError::Read { path: folder.into(), source })?;
+    let entries = entries.map_err(|source| RepairError::Read(folder.into(), source))?;
     let is_candidate = |path: &PathBuf| {
         path.is_file() && path.extension().is_none_or(|end| end != COPY_EXTENSION && end != DAMAGED_EXTENSION)
     };

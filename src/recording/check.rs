@@ -45,7 +45,7 @@ const BUFFER_BYTES: usize = 1 << 20;
 pub fn repair_checked(path: &Path, mut progress: impl FnMut(u64)) -> Result<Repair, RepairError> {
     let file = Locked::take(open_ours(path)?, path)?;
     let sound = sound_frames(&file.0, &mut progress);
-    let sound = sound.map_err(|error| RepairError::Read { path: path.into(), source: io_error(error) })?;
+    let sound = sound.map_err(|error| RepairError::Read(path.into(), io_error(error)))?;
     drop(file);
     if let Some(frames) = sound {
         match repair(path) {
@@ -56,7 +56,7 @@ pub fn repair_checked(path: &Path, mut progress: impl FnMut(u64)) -> Result<Repa
     }
     let file = Locked::take(open_ours(path)?, path)?;
     // A link stays one: the file that it leads to is replaced.
-    let target = path.canonicalize().map_err(|source| RepairError::Read { path: path.into(), source })?;
+    let target = path.canonicalize().map_err(|source| RepairError::Read(path.into(), source))?;
     let copied = replace_by_finished_copy(&file.0, &target, progress)?;
     Ok(Repair { path: path.into(), ..copied })
 }
@@ -65,7 +65,7 @@ pub fn repair_checked(path: &Path, mut progress: impl FnMut(u64)) -> Result<Repa
 fn sound_frames(file: &File, progress: impl FnMut(u64)) -> McapResult<Option<u64>> {
     let mut frame_channels = BTreeSet::new();
     let mut frames = 0;
-    let flaws = visit(file, progress, |record| {
+    let damage = visit(file, progress, |record| {
         match record {
             Record::Channel(channel) if channel.topic == schema::FRAMES => drop(frame_channels.insert(channel.id)),
             Record::Message { header, .. } => frames += u64::from(frame_channels.contains(&header.channel_id)),
@@ -73,23 +73,16 @@ fn sound_frames(file: &File, progress: impl FnMut(u64)) -> McapResult<Option<u64
         }
         Ok(())
     })?;
-    Ok((flaws == Damage::default()).then_some(frames))
+    Ok((damage == (0, false)).then_some(frames))
 }
 
-/// Damage that was found.
-#[derive(Default, PartialEq, Eq)]
-struct Damage {
-    skipped_bytes: u64,
-    /// Whether the records could be followed to the end of the data.
-    breaks_off: bool,
-}
-
-/// Reads all records of a file's data.
+/// Reads all records of a file's data. Returns how many bytes were passed over, and whether the records break off before the
+/// end of the data.
 fn visit(
     mut file: &File,
     mut progress: impl FnMut(u64),
     mut take: impl FnMut(Record<'_>) -> McapResult<()>,
-) -> McapResult<Damage> {
+) -> McapResult<(u64, bool)> {
     file.rewind()?;
     let mut records = Records::new(BufReader::with_capacity(BUFFER_BYTES, file));
     let mut done_to = 0;
@@ -100,8 +93,7 @@ fn visit(
             progress(done_to);
         }
     }
-    let breaks_off = records.ending() == Some(Ending::Damaged);
-    Ok(Damage { skipped_bytes: records.skipped_bytes(), breaks_off })
+    Ok((records.skipped_bytes(), records.ending() == Some(Ending::Damaged)))
 }
 
 fn replace_by_finished_copy(file: &File, path: &Path, progress: impl FnMut(u64)) -> Result<Repair, RepairError> {
@@ -116,7 +108,7 @@ fn replace_by_finished_copy(file: &File, path: &Path, progress: impl FnMut(u64))
     replaced.map_err(|error| {
         // The error that is on its way explains more than this one would; the next check overwrites the copy.
         let _ = fs::remove_file(&copy);
-        RepairError::Write { path: copy, source: io_error(error) }
+        RepairError::Write(copy, io_error(error))
     })
 }
 
@@ -146,7 +138,7 @@ fn write_finished_copy(old: &File, copy: &Path, progress: impl FnMut(u64)) -> Mc
     for declared in Contents::of_finished(old)?.unwrap_or_default().into_declarations() {
         copier.take(declared)?;
     }
-    let Damage { skipped_bytes, .. } = visit(old, progress, |record| copier.take(record))?;
+    let (skipped_bytes, _) = visit(old, progress, |record| copier.take(record))?;
     let summary = copier.writer.finish()?;
     file.sync_all()?;
     Ok((frames_in(&summary), skipped_bytes))

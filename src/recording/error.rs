@@ -21,13 +21,8 @@ pub enum RecordError {
     #[error("{} exists already and is not overwritten: record into another file or move it away", .0.display())]
     Exists(PathBuf),
     /// The file could not be made.
-    #[error("cannot make {}", path.display())]
-    Create {
-        /// The file.
-        path: PathBuf,
-        /// Why not.
-        source: io::Error,
-    },
+    #[error("cannot make {}", .0.display())]
+    Create(PathBuf, #[source] io::Error),
     /// The disk has no room for more.
     #[error("the disk is full ({} free): {} ends here, {}", Size(*free_bytes), path.display(), kept.text())]
     DiskFull {
@@ -51,13 +46,8 @@ pub enum RecordError {
         source: mcap::McapError,
     },
     /// The oldest file of a bounded recording could not be removed.
-    #[error("cannot remove {}, the oldest file of this recording", path.display())]
-    Remove {
-        /// The file.
-        path: PathBuf,
-        /// Why not.
-        source: io::Error,
-    },
+    #[error("cannot remove {}, the oldest file of this recording", .0.display())]
+    Remove(PathBuf, #[source] io::Error),
     /// The recording has ended by an error that was returned before.
     #[error("the recording has ended already")]
     Ended,
@@ -68,7 +58,7 @@ impl RecordError {
     pub fn is_disk_full(&self) -> bool {
         match self {
             Self::DiskFull { .. } => true,
-            Self::Create { source, .. } => is_disk_full(source),
+            Self::Create(_, source) => is_disk_full(source),
             _ => false,
         }
     }

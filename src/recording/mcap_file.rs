@@ -123,8 +123,8 @@ impl McapFile {
         };
         created.map_err(|error| match error {
             McapError::Io(source) if source.kind() == io::ErrorKind::AlreadyExists => RecordError::Exists(path.into()),
-            McapError::Io(source) => RecordError::Create { path: path.into(), source },
-            other => RecordError::Create { path: path.into(), source: io::Error::other(other) },
+            McapError::Io(source) => RecordError::Create(path.into(), source),
+            other => RecordError::Create(path.into(), io::Error::other(other)),
         })
     }
 

@@ -44,6 +44,7 @@ mod summary;
 mod survey;
 mod writer;
 
+pub(crate) use self::recorder::frames_in_flight;
 pub use self::{
     background_repair::{BackgroundRepair, repair_folder},
     check::repair_checked,

@@ -56,8 +56,8 @@ pub struct RecordingSummary {
 #[derive(Debug)]
 pub(super) struct SharedProgress {
     names: FileNames,
-    totals: AtomicCell<Totals>,
-    forecast: AtomicCell<Option<SpaceForecast>>,
+    pub(super) totals: AtomicCell<Totals>,
+    pub(super) forecast: AtomicCell<Option<SpaceForecast>>,
 }
 
 /// What several files came to.
@@ -72,14 +72,6 @@ impl SharedProgress {
     pub(super) fn new(names: FileNames) -> Self {
         let totals = Totals { files: 1, ..Totals::default() };
         Self { names, totals: AtomicCell::new(totals), forecast: AtomicCell::new(None) }
-    }
-
-    pub(super) fn store(&self, totals: Totals) {
-        self.totals.store(totals);
-    }
-
-    pub(super) fn store_forecast(&self, forecast: Option<SpaceForecast>) {
-        self.forecast.store(forecast);
     }
 
     pub(super) fn load(&self) -> RecorderProgress {

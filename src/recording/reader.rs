@@ -117,13 +117,8 @@ pub struct Configuration {
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// The system could not read the file.
-    #[error("cannot read {}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// Why not.
-        source: io::Error,
-    },
+    #[error("cannot read {}", .0.display())]
+    Io(PathBuf, #[source] io::Error),
     /// The file is no MCAP file.
     #[error("{} is not an MCAP recording", .0.display())]
     NotMcap(PathBuf),
@@ -138,7 +133,7 @@ impl FrameReader {
     /// # Errors
     /// [`ReadError::Io`], and [`ReadError::NotMcap`] where the file does not begin like an MCAP file.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
-        let failed = |source| ReadError::Io { path: path.into(), source };
+        let failed = |source| ReadError::Io(path.into(), source);
         // Opening a pipe would wait for somebody who writes into it.
         if !fs::metadata(path).map_err(failed)?.is_file() {
             return Err(ReadError::NotMcap(path.into()));
@@ -172,7 +167,7 @@ impl FrameReader {
             file.seek(SeekFrom::Start(*position))?;
             Ok(file)
         };
-        let file = open().map_err(|source| ReadError::Io { path: path.into(), source })?;
+        let file = open().map_err(|source| ReadError::Io(path.into(), source))?;
         let records = Records::at(BufReader::with_capacity(READ_BUFFER_BYTES, file), *position);
         Ok(Self { path: path.into(), records, context: context.clone(), last_position, has_looked_at_summary: false })
     }
@@ -273,7 +268,7 @@ impl FrameReader {
         }
         self.has_looked_at_summary = true;
         let contents = File::open(&self.path).and_then(|file| Contents::of_finished(&file));
-        let contents = contents.map_err(|source| ReadError::Io { path: self.path.clone(), source })?;
+        let contents = contents.map_err(|source| ReadError::Io(self.path.clone(), source))?;
         for channel in contents.unwrap_or_default().channels.values() {
             self.context.learn(channel);
         }
@@ -281,7 +276,7 @@ impl FrameReader {
     }
 
     fn next_record(&mut self) -> Result<Option<Record<'static>>, ReadError> {
-        self.records.next().map_err(|source| ReadError::Io { path: self.path.clone(), source })
+        self.records.next().map_err(|source| ReadError::Io(self.path.clone(), source))
     }
 }
 

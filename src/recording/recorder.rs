@@ -19,7 +19,7 @@ use super::{
     writer::RecordingWriter,
 };
 
-/// What frames on their way to the file take of memory at most: six seconds of the paper's dragon at 1 kHz, so that a disk
+/// What frames on their way to the file, or from it to a replay, take of memory at most: six seconds of the paper's dragon at 1 kHz, so that a disk
 /// may stall for longer than a bus can keep frames. A few frames are on their way however large they are.
 pub const BYTES_IN_FLIGHT: usize = 64 << 20;
 /// As many of small frames at most.
@@ -85,7 +85,7 @@ impl Recorder {
         let handle = thread::Builder::new()
             .name("record-write".to_owned())
             .spawn(move || writer.run(&jobs_received, &emptied))
-            .map_err(|source| RecordError::Create { path, source })?;
+            .map_err(|source| RecordError::Create(path, source))?;
         Ok(Self { thread: Some(WriterThread { jobs, empty, buffers: 0, handle }), progress })
     }
 
@@ -158,7 +158,7 @@ impl WriterThread {
     /// A buffer to be filled: an empty one, a new one, or where there may be no more of this size, the next that becomes
     /// empty. `None` where the writing thread has ended.
     fn buffer(&mut self, frame_bytes: usize) -> Option<FrameBuffer> {
-        let allowed = (BYTES_IN_FLIGHT / frame_bytes.max(1)).clamp(LEAST_FRAMES_IN_FLIGHT, MOST_FRAMES_IN_FLIGHT);
+        let allowed = frames_in_flight(frame_bytes);
         loop {
             let buffer = match self.empty.try_recv() {
                 Ok(buffer) => buffer,
@@ -210,6 +210,11 @@ pub(super) enum WriterJob {
     Describe(Configuration),
 }
 
+/// Frames of a size that may be in flight.
+pub(crate) fn frames_in_flight(frame_bytes: usize) -> usize {
+    (BYTES_IN_FLIGHT / frame_bytes.max(1)).clamp(LEAST_FRAMES_IN_FLIGHT, MOST_FRAMES_IN_FLIGHT)
+}
+
 fn refuse_taken_names(settings: &RecorderSettings, names: &FileNames) -> Result<(), RecordError> {
     if settings.rotate_bytes.or(settings.max_total_bytes).is_none() {
         return Ok(());
@@ -217,7 +222,7 @@ fn refuse_taken_names(settings: &RecorderSettings, names: &FileNames) -> Result<
     match names.taken() {
         Ok(None) => Ok(()),
         Ok(Some(path)) => Err(RecordError::Exists(path)),
-        Err(source) => Err(RecordError::Create { path: settings.file.clone(), source }),
+        Err(source) => Err(RecordError::Create(settings.file.clone(), source)),
     }
 }
 

@@ -57,13 +57,8 @@ pub struct Repair {
 #[derive(Debug, thiserror::Error)]
 pub enum RepairError {
     /// The file or folder could not be read.
-    #[error("cannot read {}", path.display())]
-    Read {
-        /// The file or folder.
-        path: PathBuf,
-        /// Why not.
-        source: io::Error,
-    },
+    #[error("cannot read {}", .0.display())]
+    Read(PathBuf, #[source] io::Error),
     /// The file is not a recording of a bench dragon.
     #[error("{} is not a recording of a bench dragon", .0.display())]
     Foreign(PathBuf),
@@ -92,14 +87,10 @@ pub enum RepairError {
         /// Bytes that an unprivileged process could still write.
         free_bytes: u64,
     },
-    /// The file could not be written. In place, its whole records are still there, and the next repair finishes it.
-    #[error("cannot write {}", path.display())]
-    Write {
-        /// The file; the new one, which is removed again, where the old one is copied.
-        path: PathBuf,
-        /// Why not.
-        source: io::Error,
-    },
+    /// The file could not be written, or the copy that was to take its place. In place, its whole records are still there,
+    /// and the next repair finishes it.
+    #[error("cannot write {}", .0.display())]
+    Write(PathBuf, #[source] io::Error),
 }
 
 /// Finishes a recording in place: an index for all whole chunks, so that any reader opens it.
@@ -118,13 +109,13 @@ pub fn repair(path: &Path) -> Result<Repair, RepairError> {
     }
     drop(file);
     let file = File::options().read(true).write(true).open(path);
-    let file = Locked::take(file.map_err(|source| RepairError::Write { path: path.into(), source })?, path)?;
+    let file = Locked::take(file.map_err(|source| RepairError::Write(path.into(), source))?, path)?;
     // Another repair may have been at work until now.
     if let Some(frames) = frames_of_finished(&file.0, path)? {
         return Ok(finished(frames, false));
     }
     let survey = survey(&file.0).map_err(|error| match error {
-        SurveyError::Io(source) => RepairError::Read { path: path.into(), source },
+        SurveyError::Io(source) => RepairError::Read(path.into(), source),
         SurveyError::Damaged(at_byte) => RepairError::Damaged { path: path.into(), at_byte },
     })?;
     let frames = survey.contents.frames().unwrap_or(0);
@@ -134,7 +125,7 @@ pub fn repair(path: &Path) -> Result<Repair, RepairError> {
 
 /// Opens a recording of ours to read it.
 pub(super) fn open_ours(path: &Path) -> Result<File, RepairError> {
-    let failed = |source| RepairError::Read { path: path.into(), source };
+    let failed = |source| RepairError::Read(path.into(), source);
     let foreign = || RepairError::Foreign(path.into());
     // Opening a pipe would wait for somebody who writes into it.
     if !fs::metadata(path).map_err(failed)?.is_file() {
@@ -149,7 +140,7 @@ pub(super) fn open_ours(path: &Path) -> Result<File, RepairError> {
 
 /// The frames of a finished recording; `None` where it is unfinished.
 fn frames_of_finished(file: &File, path: &Path) -> Result<Option<u64>, RepairError> {
-    let contents = Contents::of_finished(file).map_err(|source| RepairError::Read { path: path.into(), source })?;
+    let contents = Contents::of_finished(file).map_err(|source| RepairError::Read(path.into(), source))?;
     Ok(contents.and_then(|contents| contents.frames()))
 }
 
@@ -161,7 +152,7 @@ impl Locked {
         match file.try_lock() {
             Ok(()) => Ok(Self(file)),
             Err(fs::TryLockError::WouldBlock) => Err(RepairError::InUse(path.into())),
-            Err(fs::TryLockError::Error(source)) => Err(RepairError::Read { path: path.into(), source }),
+            Err(fs::TryLockError::Error(source)) => Err(RepairError::Read(path.into(), source)),
         }
     }
 }
@@ -183,7 +174,7 @@ fn finish_in_place(
         Ok(DiskSpace { free_bytes, .. }) if is_disk_full(&source) => {
             RepairError::DiskFull { path: path.into(), needed_bytes: ending.len() as u64, free_bytes }
         }
-        _ => RepairError::Write { path: path.into(), source },
+        _ => RepairError::Write(path.into(), source),
     };
     let there = bytes_there(file, end, &ending).map_err(failed)?;
     match fallocate(file, FallocateFlags::KEEP_SIZE, end, ending.len() as u64) {

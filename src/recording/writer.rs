@@ -66,7 +66,7 @@ impl RecordingWriter {
         let limits = settings.limits()?;
         let path = names.path(1);
         let file = McapFile::create(&path, settings.compression_level, limits.chunk)?;
-        let disk = DiskSync::start().map_err(|source| RecordError::Create { path, source })?;
+        let disk = DiskSync::start().map_err(|source| RecordError::Create(path, source))?;
         let mut writer = Self {
             timeline: Timeline { unix_minus_monotonic_ns: settings.unix_minus_monotonic_ns },
             limits,
@@ -96,7 +96,7 @@ impl RecordingWriter {
     ) -> Result<RecordingSummary, RecordError> {
         match self.record_all(jobs, empty).and_then(|()| self.finish_file()) {
             Ok(()) => {
-                self.progress.store(self.totals());
+                self.progress.totals.store(self.totals());
                 self.into_summary()
             }
             Err(WriterFault::File(error)) => Err(self.file.give_up(error)),
@@ -218,7 +218,7 @@ impl RecordingWriter {
         if let Some(configuration) = &self.configuration {
             self.file.describe(configuration)?;
         }
-        self.progress.store(self.totals());
+        self.progress.totals.store(self.totals());
         Ok(())
     }
 
@@ -226,7 +226,7 @@ impl RecordingWriter {
         let Some(limit_bytes) = self.limits.total else { return Ok(()) };
         let current_bytes = self.file.bytes_after_chunk_with(&self.message);
         while let Some(path) = self.finished.take_oldest_over(limit_bytes, current_bytes) {
-            fs::remove_file(&path).map_err(|source| WriterFault::Other(RecordError::Remove { path, source }))?;
+            fs::remove_file(&path).map_err(|source| WriterFault::Other(RecordError::Remove(path, source)))?;
         }
         Ok(())
     }
@@ -239,13 +239,13 @@ impl RecordingWriter {
 
     fn publish_progress(&mut self) {
         let totals = self.totals();
-        self.progress.store(totals);
+        self.progress.totals.store(totals);
         // A disk that does not tell its size is only not forecast.
         let Ok(space) = self.file.space() else { return };
         let kept_bytes = self.finished.bytes + self.file.written_bytes;
         let growth_left_bytes = self.limits.total.map(|total| total.saturating_sub(kept_bytes));
         let forecast = self.growth.observe(self.started.elapsed(), totals.bytes, space, growth_left_bytes);
-        self.progress.store_forecast(forecast);
+        self.progress.forecast.store(forecast);
     }
 
     fn into_summary(mut self) -> Result<RecordingSummary, RecordError> {

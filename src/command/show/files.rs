@@ -173,7 +173,7 @@ impl Repairs {
     /// Has a file of the show's finished.
     pub(super) fn finish_own(&mut self, recording: PathBuf) {
         self.own.push(recording.clone());
-        self.ask(|background| background.repair_file(recording));
+        self.ask(|background| background.repair(recording));
     }
 
     /// Has all unfinished recordings in the folders of earlier shows finished.
@@ -184,7 +184,7 @@ impl Repairs {
     /// What has been done since the last call. Never waits.
     pub(super) fn poll(&mut self) -> Vec<Repaired> {
         while let Some(folder) = self.earlier.pop_front() {
-            if !self.ask(|background| background.repair_folder(folder.clone())) {
+            if !self.ask(|background| background.repair(folder.clone())) {
                 self.earlier.push_front(folder);
                 break;
             }
@@ -199,7 +199,7 @@ impl Repairs {
         let mut repaired = self.poll();
         // Of another process that was at work on a file there may be an end by now.
         for recording in self.own.clone() {
-            self.ask(|background| background.repair_file(recording));
+            self.ask(|background| background.repair(recording));
         }
         let is_done = self.background.take().is_none_or(|background| background.finish(PATIENCE));
         repaired.extend(self.poll());

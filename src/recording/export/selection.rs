@@ -28,12 +28,16 @@ impl Selection {
         })
     }
 
-    /// The next frame, alert or event of a command that is to be written.
-    /// Fails at the end where frames were asked for and there was
-    /// none.
+    /// The next frame, alert or event of a command that is to be written. Fails at the end where frames were asked for and
+    /// there was none.
     pub(crate) fn next_recorded(&mut self) -> Result<Option<Recorded>, ExportError> {
         loop {
-            let Some(recorded) = self.read()? else { return self.end().map(|()| None) };
+            let Some(recorded) = self.read()? else {
+                if self.counts.frames == 0 && self.settings.subject.has_frames() {
+                    return Err(self.search.nothing_found(&self.settings.file, self.reader.flaws()).into());
+                }
+                return Ok(None);
+            };
             let ExportSettings { interval, subject, with_events, .. } = self.settings;
             let is_of =
                 |events: ExportSubject, time_ns| (with_events || subject == events) && interval.contains(time_ns);
@@ -75,13 +79,6 @@ impl Selection {
         if self.last_run_id.replace(header.run_id) != Some(header.run_id) {
             self.counts.runs += 1;
         }
-    }
-
-    fn end(&self) -> Result<(), ExportError> {
-        if self.counts.frames > 0 || !self.settings.subject.has_frames() {
-            return Ok(());
-        }
-        Err(self.search.nothing_found(&self.settings.file, self.reader.flaws()).into())
     }
 }
 

@@ -14,14 +14,7 @@ use bench_dragon_ipc::FrameHeader;
 use crossbeam::channel::{self, Receiver, RecvTimeoutError, Sender};
 
 use super::{ReplayError, ReplaySettings};
-use crate::recording::{Bookmark, Configuration, Flaws, FrameReader, IntervalSearch, RecordedFrame};
-
-/// What frames that wait to be played take of memory at most: six seconds of the paper's dragon at 1 kHz.
-const BYTES_AHEAD: usize = 64 << 20;
-/// As many of small frames at most.
-const MOST_FRAMES_AHEAD: usize = 8192;
-/// As many of large frames at least.
-const LEAST_FRAMES_AHEAD: usize = 4;
+use crate::recording::{Bookmark, Configuration, Flaws, FrameReader, IntervalSearch, RecordedFrame, frames_in_flight};
 
 /// A recorded run: its configuration, then its frames as they are read.
 #[derive(Debug)]
@@ -98,21 +91,14 @@ struct Excerpt {
     lap: u64,
     reader: FrameReader,
     trail: Trail,
-    /// Where the first and the last frame of the interval lie, as far as the first lap has come.
-    bounds: Option<Bounds>,
+    /// Where the first frame of the interval lies, and where the chunk of the last one begins, as far as the first lap has come.
+    bounds: Option<(Bookmark, u64)>,
     /// How the first lap ended.
     flaws: Flaws,
     /// The frame by which the next run was recognised.
     first_of_run: Option<PlannedFrame>,
     /// That nobody wants any more frames.
     abandoned: Arc<AtomicBool>,
-}
-
-#[derive(Debug)]
-struct Bounds {
-    first: Bookmark,
-    /// Where the chunk of the last frame begins.
-    last: u64,
 }
 
 /// The frames of a lap so far, by their headers.
@@ -157,7 +143,7 @@ impl Excerpt {
             return Err(self.search.nothing_found(&self.path, self.flaws).into());
         }
         while let Some(first) = self.first_of_run.take() {
-            let (frames, frames_read) = channel::bounded(frames_ahead(&first.frame));
+            let (frames, frames_read) = channel::bounded(frames_in_flight(size_of_val(first.frame.handles.as_slice())));
             let (played, done) = channel::unbounded();
             let FrameHeader { run_id, bench_count, .. } = first.frame.header;
             let run = RecordedRun {
@@ -210,7 +196,7 @@ impl Excerpt {
                 return Ok(Some(frame));
             }
             self.note_flaws();
-            let Some(Bounds { first, last }) = &self.bounds else { return Ok(None) };
+            let Some((first, last)) = &self.bounds else { return Ok(None) };
             self.lap += 1;
             if self.laps.is_some_and(|laps| self.lap >= laps) {
                 return Ok(None);
@@ -234,7 +220,7 @@ impl Excerpt {
         let Some(frame) = frame else { return Ok(None) };
         if self.lap == 0 {
             let (reader, position) = (&self.reader, self.reader.position());
-            self.bounds.get_or_insert_with(|| Bounds { first: reader.bookmark(), last: position }).last = position;
+            self.bounds.get_or_insert_with(|| (reader.bookmark(), position)).1 = position;
         }
         let (due_ns, missing) = self.trail.play(&frame.header);
         Ok(Some(PlannedFrame { frame, due_ns, missing, lap: self.lap }))
@@ -267,12 +253,6 @@ impl Trail {
 /// What two frames of one pass have in common.
 fn run_of(PlannedFrame { frame: RecordedFrame { header, .. }, lap, .. }: &PlannedFrame) -> (u64, u64, u32) {
     (*lap, header.run_id, header.bench_count)
-}
-
-/// Frames of a run that may wait to be played: all are as large as its first one.
-fn frames_ahead(first: &RecordedFrame) -> usize {
-    let frame_bytes = size_of_val(first.handles.as_slice()).max(1);
-    (BYTES_AHEAD / frame_bytes).clamp(LEAST_FRAMES_AHEAD, MOST_FRAMES_AHEAD)
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::fmt;
 use bench_dragon_ipc::{CommandEvent, FrameHeader, HandleState, ShowState};
 use serde::{Deserialize, Serialize};
 
-use super::run_check::CheckError;
+use super::RunVerdict;
 use crate::recording::RecordedFrame;
 use crate::source::server::schedule::Schedule;
 
@@ -40,11 +40,14 @@ pub enum Value {
 }
 
 impl Difference {
-    /// A difference that is not in a number of the frame.
-    pub(super) fn in_words(header: &FrameHeader, field: &str, recorded: String, simulated: String) -> Self {
-        let [recorded, simulated] = [recorded, simulated].map(Value::Text);
+    /// The verdict on a difference that is not in a number of the frame.
+    pub(super) fn in_words(header: &FrameHeader, field: &str, recorded: String, simulated: String) -> RunVerdict {
+        RunVerdict::Differs { difference: Self::of(header, field, None, [recorded, simulated].map(Value::Text)) }
+    }
+
+    fn of(header: &FrameHeader, field: &str, handle: Option<u64>, [recorded, simulated]: [Value; 2]) -> Self {
         let (tick, time_s) = (header.tick, header.sim_time_s());
-        Self { tick, time_s, field: field.to_owned(), handle: None, recorded, simulated }
+        Self { tick, time_s, field: field.to_owned(), handle, recorded, simulated }
     }
 
     /// Whether it may be one of rounding alone: that of another processor's instructions or another C library.
@@ -103,14 +106,6 @@ pub(super) fn difference(
     header: &FrameHeader,
     handles: &[HandleState],
 ) -> Option<Difference> {
-    let of = |field: &str, handle, recorded_value: Value, simulated: Value| Difference {
-        tick: recorded.header.tick,
-        time_s: recorded.header.sim_time_s(),
-        field: field.to_owned(),
-        handle,
-        recorded: recorded_value,
-        simulated,
-    };
     let was = &recorded.header;
     let text = |value: &dyn fmt::Display| Value::Text(value.to_string());
     let fields = [
@@ -123,7 +118,7 @@ pub(super) fn difference(
         ("time_scale", was.time_scale.into(), header.time_scale.into()),
     ];
     if let Some((field, was, is)) = fields.into_iter().find(|(_, was, is)| !was.has_bits_of(is)) {
-        return Some(of(field, None, was, is));
+        return Some(Difference::of(&recorded.header, field, None, [was, is]));
     }
     for (index, (was, is)) in recorded.handles.iter().zip(handles).enumerate() {
         let fields =
@@ -131,7 +126,8 @@ pub(super) fn difference(
         for (field, was, is) in fields {
             if let Some(axis) = (0..3).find(|&axis| was[axis].to_bits() != is[axis].to_bits()) {
                 let field = format!("{field}[{axis}]");
-                return Some(of(&field, Some(index as u64), was[axis].into(), is[axis].into()));
+                let values = [was[axis].into(), is[axis].into()];
+                return Some(Difference::of(&recorded.header, &field, Some(index as u64), values));
             }
         }
     }
@@ -175,10 +171,10 @@ impl Releases {
     }
 
     /// Takes a frame behind so many missing ones. Returns how many releases were missed before it.
-    pub(super) fn take(&mut self, header: &FrameHeader, missing: u64) -> Result<u64, CheckError> {
+    pub(super) fn take(&mut self, header: &FrameHeader, missing: u64) -> Result<u64, RunVerdict> {
         let wrong = |simulated: String| {
             let recorded = header.scheduled_ns.to_string();
-            CheckError::Differs(Difference::in_words(header, "scheduled_ns", recorded, simulated))
+            Difference::in_words(header, "scheduled_ns", recorded, simulated)
         };
         let Some(last) = self.last else {
             // The first frame's release counts as the one of its tick: missed ones before it are added.
@@ -205,7 +201,7 @@ impl Releases {
     }
 
     /// Checks that an event counts as many missed releases as the frames show.
-    pub(super) fn agree_with(&mut self, event: &CommandEvent, header: Option<&FrameHeader>) -> Result<(), CheckError> {
+    pub(super) fn agree_with(&mut self, event: &CommandEvent, header: Option<&FrameHeader>) -> Result<(), RunVerdict> {
         let before = self.missed_before.or_else(|| event.overruns.checked_sub(self.missed));
         if before.is_some_and(|before| before + self.missed == event.overruns) {
             // An event before the first frame that counts none proves nothing of those after it.
@@ -217,6 +213,6 @@ impl Releases {
         let shown = self.overruns();
         let field = format!("overruns of command event {}", event.number);
         let (recorded, simulated) = (event.overruns.to_string(), format!("{shown} by the frames"));
-        Err(CheckError::Differs(Difference::in_words(header.unwrap_or(&of_event), &field, recorded, simulated)))
+        Err(Difference::in_words(header.unwrap_or(&of_event), &field, recorded, simulated))
     }
 }

@@ -14,46 +14,32 @@ pub const MOST_EVENTS: usize = 1 << 20;
 /// Frames that are passed over before it is looked whether to go on.
 const STRIDE: u64 = 256;
 
-/// The events of all runs of a recording.
-pub(super) struct EventsOfRuns {
-    runs: BTreeMap<u64, Vec<CommandEvent>>,
-    bytes_read: u64,
-}
-
-impl EventsOfRuns {
-    /// Reads the events, and passes over the frames.
-    pub(super) fn read(files: &[PathBuf], stop: &AtomicBool, mut look: impl FnMut(u64)) -> Result<Self, VerifyError> {
-        let mut recordings = Recordings::new(files);
-        let mut runs: BTreeMap<u64, Vec<CommandEvent>> = BTreeMap::new();
-        let (mut count, mut passed) = (0, 0_u64);
-        let mut is_to_look = |_: &_| {
-            passed += 1;
-            passed.is_multiple_of(STRIDE)
-        };
-        while !stop.load(Ordering::Relaxed)
-            && let Some(recorded) = recordings.next(&mut is_to_look)?
-        {
-            if let Recorded::Command(event) = recorded {
-                count += 1;
-                if count > MOST_EVENTS {
-                    return Err(VerifyError::TooManyEvents);
-                }
-                runs.entry(event.run_id).or_default().push(event);
+/// Reads the events of all runs, and passes over the frames. Returns them by run, and how many bytes were read.
+pub(super) fn events_of_runs(
+    files: &[PathBuf],
+    stop: &AtomicBool,
+    mut look: impl FnMut(u64),
+) -> Result<(BTreeMap<u64, Vec<CommandEvent>>, u64), VerifyError> {
+    let mut recordings = Recordings::new(files);
+    let mut runs: BTreeMap<u64, Vec<CommandEvent>> = BTreeMap::new();
+    let (mut count, mut passed) = (0, 0_u64);
+    let mut is_to_look = |_: &_| {
+        passed += 1;
+        passed.is_multiple_of(STRIDE)
+    };
+    while !stop.load(Ordering::Relaxed)
+        && let Some(recorded) = recordings.next(&mut is_to_look)?
+    {
+        if let Recorded::Command(event) = recorded {
+            count += 1;
+            if count > MOST_EVENTS {
+                return Err(VerifyError::TooManyEvents);
             }
-            look(recordings.bytes_read());
+            runs.entry(event.run_id).or_default().push(event);
         }
-        Ok(Self { runs, bytes_read: recordings.bytes_read() })
+        look(recordings.bytes_read());
     }
-
-    /// Bytes read.
-    pub(super) fn bytes_read(&self) -> u64 {
-        self.bytes_read
-    }
-
-    /// The events of a run.
-    pub(super) fn take(&mut self, run_id: u64) -> Vec<CommandEvent> {
-        self.runs.remove(&run_id).unwrap_or_default()
-    }
+    Ok((runs, recordings.bytes_read()))
 }
 
 /// The events of a run as far as none is missing, from its start on.

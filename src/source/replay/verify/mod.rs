@@ -25,10 +25,11 @@ mod comparison;
 mod events;
 mod run_check;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use bench_dragon_ipc::CommandEvent;
 use serde::{Deserialize, Serialize};
 
 use crate::recording::{Configuration, Flaws, ReadError, Recorded, RecordedFrame};
@@ -36,8 +37,8 @@ use crate::recording::{Configuration, Flaws, ReadError, Recorded, RecordedFrame}
 pub use comparison::{Difference, Value};
 pub use events::MOST_EVENTS;
 
-use events::{EventsOfRuns, Recordings};
-use run_check::{CheckError, RunCheck};
+use events::{Recordings, events_of_runs};
+use run_check::RunCheck;
 
 /// What a verification found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -129,7 +130,7 @@ pub enum VerifyError {
 /// # Errors
 /// [`VerifyError`].
 pub fn verify(files: &[PathBuf], stop: &AtomicBool, mut look: impl FnMut(u64)) -> Result<Verification, VerifyError> {
-    let mut events = EventsOfRuns::read(files, stop, &mut look)?;
+    let (mut events, bytes_before) = events_of_runs(files, stop, &mut look)?;
     let mut recordings = Recordings::new(files);
     let mut runs = Runs::default();
     while !stop.load(Ordering::Relaxed)
@@ -137,7 +138,7 @@ pub fn verify(files: &[PathBuf], stop: &AtomicBool, mut look: impl FnMut(u64)) -
     {
         if let Recorded::Frame(frame) = recorded {
             runs.take(&frame, recordings.configuration(), &mut events, stop);
-            look(events.bytes_read() + recordings.bytes_read());
+            look(bytes_before + recordings.bytes_read());
         }
     }
     let is_interrupted = stop.load(Ordering::Relaxed);
@@ -161,26 +162,8 @@ struct RunInProgress {
     found: RunVerification,
     /// `None` from where it cannot go on.
     check: Option<RunCheck>,
-    /// Where its record of commands has no end.
-    open_end: Option<OpenEnd>,
-}
-
-/// The end of a record of commands that is not said to be one.
-#[derive(Clone, Copy, Debug)]
-struct OpenEnd {
-    /// Tick of the last event.
-    last_tick: u64,
-    rate_hz: u32,
-}
-
-impl OpenEnd {
-    /// A server publishes its events ten times a second; on a busy machine later. In parts of a second.
-    const LAST_MOMENTS: u64 = 2;
-
-    /// Whether a tick lies in the last moments of the run, behind the last event.
-    fn contains(self, tick: u64, last_tick: u64) -> bool {
-        tick >= self.last_tick && last_tick.saturating_sub(tick) <= u64::from(self.rate_hz) / Self::LAST_MOMENTS
-    }
+    /// Where its record of commands has no end: as [`RunCheck::open_end`].
+    open_end: Option<(u64, u64)>,
 }
 
 impl Runs {
@@ -188,7 +171,7 @@ impl Runs {
         &mut self,
         frame: &RecordedFrame,
         configuration: Option<&Configuration>,
-        events: &mut EventsOfRuns,
+        events: &mut BTreeMap<u64, Vec<CommandEvent>>,
         stop: &AtomicBool,
     ) {
         let run_id = frame.header.run_id;
@@ -196,7 +179,7 @@ impl Runs {
             self.done.extend(self.current.take().map(RunInProgress::finish));
             let check = if self.known.insert(run_id) {
                 let configuration = configuration.filter(|configuration| configuration.run_id == run_id);
-                RunCheck::begin(run_id, configuration, events.take(run_id))
+                RunCheck::begin(run_id, configuration, events.remove(&run_id).unwrap_or_default())
             } else {
                 Err("its frames are not in the recorded order: name the files oldest first".to_owned())
             };
@@ -232,25 +215,21 @@ impl RunInProgress {
         let Some(check) = &mut self.check else { return };
         let checked = check.take(frame, &mut self.found, stop);
         self.found.overruns = check.releases.overruns();
-        match checked {
-            Ok(()) => {
-                self.found.verified += 1;
-                return;
-            }
-            Err(CheckError::Differs(difference)) => self.found.verdict = RunVerdict::Differs { difference },
-            Err(CheckError::Unverifiable { from_tick, reason }) => {
-                self.found.verdict = RunVerdict::Unverifiable { from_tick, reason };
-            }
-        }
+        let Err(verdict) = checked else {
+            self.found.verified += 1;
+            return;
+        };
+        self.found.verdict = verdict;
         self.check = None;
     }
 
     /// A server or a recorder that is killed leaves the commands of its last moments unrecorded. Where a frame differs only
     /// there, nothing is known of why.
     fn finish(mut self) -> RunVerification {
-        let Some(open_end) = self.open_end else { return self.found };
         if let RunVerdict::Differs { difference } = &self.found.verdict
-            && open_end.contains(difference.tick, self.found.last_tick)
+            && let Some((last_event, last_moments)) = self.open_end
+            && difference.tick >= last_event
+            && self.found.last_tick.saturating_sub(difference.tick) <= last_moments
         {
             let reason = format!(
                 "the record of commands has no end, as after a crash: some of its last moments may be missing; as recorded, \

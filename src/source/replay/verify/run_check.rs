@@ -6,7 +6,7 @@ use bench_dragon_ipc::{CommandEvent, EventKind, FrameHeader, HandleState, Refusa
 
 use super::comparison::{Difference, Releases, difference};
 use super::events::RunEvents;
-use super::{OpenEnd, RunVerification};
+use super::{RunVerdict, RunVerification};
 use crate::config::Config;
 use crate::recording::{Configuration, RecordedFrame};
 use crate::source::server::motion::MotionPlan;
@@ -18,17 +18,12 @@ const MOST_MISSING: u64 = 86_400_000;
 /// Ticks without a frame that are simulated before it is looked whether to go on.
 const STRIDE: u64 = 1024;
 
-/// Why a verification cannot go on.
-#[derive(Debug)]
-pub(super) enum CheckError {
-    Differs(Difference),
-    Unverifiable { from_tick: u64, reason: String },
-}
+/// A server publishes its events ten times a second; on a busy machine later. In parts of a second.
+const LAST_MOMENTS: u64 = 2;
 
-impl CheckError {
-    fn unverifiable(from_tick: u64, reason: impl Into<String>) -> Self {
-        Self::Unverifiable { from_tick, reason: reason.into() }
-    }
+/// That frames from a tick on cannot be verified.
+fn unverifiable(from_tick: u64, reason: impl Into<String>) -> RunVerdict {
+    RunVerdict::Unverifiable { from_tick, reason: reason.into() }
 }
 
 /// The run, simulated as far as its frames have been read.
@@ -84,10 +79,10 @@ impl RunCheck {
         })
     }
 
-    /// The end of the record of commands, where no event says that the run has ended there.
-    pub(super) fn open_end(&self) -> Option<OpenEnd> {
-        let last_tick = self.events.open_end_tick?;
-        Some(OpenEnd { last_tick, rate_hz: self.config.rate_hz() })
+    /// Where no event says that the run has ended: the tick of the last event, and how many ticks before the run's end are its
+    /// last moments.
+    pub(super) fn open_end(&self) -> Option<(u64, u64)> {
+        Some((self.events.open_end_tick?, u64::from(self.config.rate_hz()) / LAST_MOMENTS))
     }
 
     /// Simulates up to a frame and compares it. Counts in `found` what was simulated.
@@ -96,13 +91,10 @@ impl RunCheck {
         frame: &RecordedFrame,
         found: &mut RunVerification,
         stop: &AtomicBool,
-    ) -> Result<(), CheckError> {
+    ) -> Result<(), RunVerdict> {
         let header = &frame.header;
         let missing = header.tick.checked_sub(self.next_tick).ok_or_else(|| {
-            CheckError::unverifiable(
-                header.tick,
-                "its frames are not in the recorded order: name the files oldest first",
-            )
+            unverifiable(header.tick, "its frames are not in the recorded order: name the files oldest first")
         })?;
         let begins_late = self.releases.is_empty() && missing > 0;
         let missed = self.releases.take(header, missing)?;
@@ -118,9 +110,9 @@ impl RunCheck {
                     "the recording begins at tick {}, and its first frame is not as simulated without a missed release: {}",
                     header.tick, difference
                 );
-                Err(CheckError::unverifiable(header.tick, reason))
+                Err(unverifiable(header.tick, reason))
             }
-            Some(difference) => Err(CheckError::Differs(difference)),
+            Some(difference) => Err(RunVerdict::Differs { difference }),
         }
     }
 
@@ -131,24 +123,24 @@ impl RunCheck {
         missed: u64,
         found: &mut RunVerification,
         stop: &AtomicBool,
-    ) -> Result<(), CheckError> {
+    ) -> Result<(), RunVerdict> {
         let (first, missing) = (self.next_tick, tick - self.next_tick);
         if missing == 0 {
             return Ok(());
         }
-        let unverifiable =
-            |what: &str| Err(CheckError::unverifiable(first, format!("{missing} frames are missing there, {what}")));
+        let stop_at_first =
+            |what: &str| Err(unverifiable(first, format!("{missing} frames are missing there, {what}")));
         if missed > 0 {
-            return unverifiable(&format!(
+            return stop_at_first(&format!(
                 "and the server missed {missed} releases meanwhile: between which is not known"
             ));
         }
         if missing > MOST_MISSING {
-            return unverifiable(&format!("at most {MOST_MISSING} in a row are simulated"));
+            return stop_at_first(&format!("at most {MOST_MISSING} in a row are simulated"));
         }
         for tick in first..tick {
             if tick % STRIDE == 0 && stop.load(Ordering::Relaxed) {
-                return Err(CheckError::unverifiable(tick, "it was broken off"));
+                return Err(unverifiable(tick, "it was broken off"));
             }
             self.simulate(tick, 0, None, found)?;
             // The stepper's rounding depends on each step.
@@ -165,10 +157,10 @@ impl RunCheck {
         missed: u64,
         header: Option<&FrameHeader>,
         found: &mut RunVerification,
-    ) -> Result<f64, CheckError> {
+    ) -> Result<f64, RunVerdict> {
         if let Some(gap) = self.events.gap.filter(|gap| tick >= gap.from_tick) {
             let reason = format!("{} events of its commands are missing there", gap.missing);
-            return Err(CheckError::unverifiable(tick, reason));
+            return Err(unverifiable(tick, reason));
         }
         let is_led = self.timecode.is_some_and(|timecode| timecode.leads);
         let mut steering = Ok(None);
@@ -185,7 +177,7 @@ impl RunCheck {
         let time_scale = steering?.map(|(_, time_scale)| time_scale);
         match time_scale {
             None if start.follows_timecode => {
-                Err(CheckError::unverifiable(tick, "what the timecode had the show do is not recorded"))
+                Err(unverifiable(tick, "what the timecode had the show do is not recorded"))
             }
             time_scale => Ok(time_scale.unwrap_or(config.time_scale())),
         }
@@ -203,7 +195,7 @@ struct TickEvents<'a> {
 }
 
 impl TickEvents<'_> {
-    fn take_all(&mut self, events: &mut RunEvents, tick: u64, header: Option<&FrameHeader>) -> Result<(), CheckError> {
+    fn take_all(&mut self, events: &mut RunEvents, tick: u64, header: Option<&FrameHeader>) -> Result<(), RunVerdict> {
         while let Some(event) = events.events.next_if(|event| event.tick <= tick) {
             self.releases.agree_with(&event, header)?;
             match (event.event_kind(), event.request()) {
@@ -215,9 +207,9 @@ impl TickEvents<'_> {
         Ok(())
     }
 
-    fn take_timecode(&mut self, event: &CommandEvent) -> Result<(), CheckError> {
+    fn take_timecode(&mut self, event: &CommandEvent) -> Result<(), RunVerdict> {
         let [leads, time_scale, ..] = event.values;
-        require_time_scale(time_scale).map_err(|reason| CheckError::unverifiable(event.tick, reason))?;
+        require_time_scale(time_scale).map_err(|reason| unverifiable(event.tick, reason))?;
         let stands = event.event_kind() == Some(EventKind::Stand);
         *self.timecode = Some(Timecode { stands, leads: leads != 0.0, time_scale });
         self.has_changed = true;
@@ -231,7 +223,7 @@ impl TickEvents<'_> {
         request: Request,
         event: &CommandEvent,
         header: Option<&FrameHeader>,
-    ) -> Result<(), CheckError> {
+    ) -> Result<(), RunVerdict> {
         let recorded = event.outcome();
         // Refused by the server and not by the simulation; and of a grant for another run that run is not recorded.
         if let Err(Refusal::Followed | Refusal::OtherRun | Refusal::Unknown) = recorded {
@@ -245,8 +237,7 @@ impl TickEvents<'_> {
                 Err(refusal) => format!("refused ({refusal})"),
             });
             let field = format!("command event {}", event.number);
-            let difference = Difference::in_words(header.unwrap_or(&of_event), &field, recorded, simulated);
-            return Err(CheckError::Differs(difference));
+            return Err(Difference::in_words(header.unwrap_or(&of_event), &field, recorded, simulated));
         }
         let is_grant = matches!(request, Request::Grant { .. });
         self.found.grants += u64::from(simulated.is_ok() && is_grant);
@@ -255,7 +246,7 @@ impl TickEvents<'_> {
     }
 
     /// Whether the timecode has the show stand, and the time scale, from this tick on; `None` without timecode.
-    fn steering(&self, tick: u64, header: Option<&FrameHeader>) -> Result<Option<(bool, f64)>, CheckError> {
+    fn steering(&self, tick: u64, header: Option<&FrameHeader>) -> Result<Option<(bool, f64)>, RunVerdict> {
         let Some(timecode) = *self.timecode else { return Ok(None) };
         if !timecode.leads || self.has_changed {
             return Ok(Some((timecode.stands, timecode.time_scale)));
@@ -263,11 +254,10 @@ impl TickEvents<'_> {
         // While the timecode leads, nothing is made up for, so that a frame has the very time scale.
         let Some(header) = header else {
             let reason = "its frame is missing, and with it the time scale by which the show followed the timecode";
-            return Err(CheckError::unverifiable(tick, reason));
+            return Err(unverifiable(tick, reason));
         };
-        require_time_scale(header.time_scale).map_err(|range| {
-            CheckError::Differs(Difference::in_words(header, "time_scale", header.time_scale.to_string(), range))
-        })?;
+        require_time_scale(header.time_scale)
+            .map_err(|range| Difference::in_words(header, "time_scale", header.time_scale.to_string(), range))?;
         Ok(Some((timecode.stands, header.time_scale)))
     }
 }
