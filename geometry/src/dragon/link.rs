@@ -145,17 +145,18 @@ impl Link<'_> {
                 break;
             }
             let newton = sight.parameter - gap_m / (sight.growth * sight.point.speed_m_per_unit);
-            if newton == sight.parameter {
-                break;
-            }
             if gap_m > 0.0 {
                 near_parameter = sight.parameter;
             } else {
                 far_parameter = sight.parameter;
             }
             let within = newton >= far_parameter && newton <= near_parameter;
+            let next = if within { newton } else { 0.5 * (near_parameter + far_parameter) };
+            if next == sight.parameter {
+                break;
+            }
             last_is_taken = within && gap_m * gap_m <= last_step_m2 * sight.growth * sight.growth;
-            sight = self.look(if within { newton } else { 0.5 * (near_parameter + far_parameter) });
+            sight = self.look(next);
             looks += 1;
         }
         self.rear_end(&sight, looks)

@@ -105,8 +105,7 @@ impl CircularArc {
         Kernel::Polar(PolarKernel {
             begin,
             centre: self.centre,
-            axis: self.begin,
-            angle: turn * offset,
+            angle: self.begin.to_angle() + turn * offset,
             turn,
             radius_m: self.radius_m,
             radius_per_radian_m: 0.0,

@@ -51,15 +51,13 @@ impl LineKernel {
 
 /// An arc or a spiral: the radius is linear in the polar angle about a fixed centre.
 ///
-/// With φ = `angle` + `turn`·parameter, the point lies at `radius_m` + `radius_per_radian_m`·φ from the centre, in the
-/// direction of `axis` turned counter-clockwise by φ. An arc has `radius_per_radian_m` 0, a spiral `radius_m`.
+/// With φ = `angle` + `turn`·parameter, the point lies at `radius_m` + `radius_per_radian_m`·φ from the centre, in the direction φ.
+/// An arc has `radius_per_radian_m` 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PolarKernel {
     pub(super) begin: f64,
     /// Metres.
     pub(super) centre: DVec2,
-    /// Unit vector.
-    pub(super) axis: DVec2,
     /// Radians at parameter 0.
     pub(super) angle: f64,
     /// 1 where φ grows with the parameter, −1 where it falls.
@@ -77,14 +75,7 @@ impl PolarKernel {
         multiply_add::<FUSED>(self.turn, parameter, self.angle)
     }
 
-    /// Sine and cosine of the direction from the centre, from those of φ.
-    #[inline(always)]
-    pub(crate) fn from_axis<const FUSED: bool>(&self, (sine, cosine): (f64, f64)) -> (f64, f64) {
-        let axis = self.axis;
-        (multiply_add::<FUSED>(axis.x, sine, axis.y * cosine), multiply_add::<FUSED>(axis.x, cosine, -(axis.y * sine)))
-    }
-
-    /// The point at φ, with sine and cosine of its direction from the centre.
+    /// The point at φ, with its sine and cosine.
     #[inline(always)]
     pub(crate) fn point<const FUSED: bool>(&self, polar: f64, sine: f64, cosine: f64) -> [f64; 4] {
         let Self { centre, turn, radius_m, radius_per_radian_m: slope_m, .. } = *self;
@@ -113,7 +104,7 @@ mod tests {
             Kernel::Line(line) => line.point::<false>(parameter),
             Kernel::Polar(polar) => {
                 let angle = polar.polar::<false>(parameter);
-                let (sine, cosine) = polar.from_axis::<false>(sine_and_cosine::<false>(angle));
+                let (sine, cosine) = sine_and_cosine::<false>(angle);
                 polar.point::<false>(angle, sine, cosine)
             }
         }
@@ -152,7 +143,7 @@ mod tests {
             pitch_m in 0.2..3.0_f64, centre in (-50.0..50.0_f64, -50.0..50.0_f64), axis in -3.0..3.0_f64, left in any::<bool>(),
         ) {
             let winding = if left { Turn::Clockwise } else { Turn::CounterClockwise };
-            let spiral = Spiral::inward(pitch_m, 10.0).about(centre.into(), DVec2::from_angle(axis), winding);
+            let spiral = Spiral::inward(pitch_m, 10.0).about(centre.into(), axis, winding);
             let spiral = Segment::Spiral(spiral);
             let end = spiral.point(-10.0);
             let line = Segment::Line(Line::from_begin(end.position, end.tangent, 5.0));

@@ -27,6 +27,11 @@ impl Line {
         Self { origin: position, direction, begin: f64::NEG_INFINITY, end: 0.0 }
     }
 
+    /// Where its parameter is 0.
+    pub(super) fn origin(&self) -> DVec2 {
+        self.origin
+    }
+
     pub(super) fn span(&self) -> (f64, f64) {
         (self.begin, self.end)
     }

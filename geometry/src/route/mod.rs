@@ -213,6 +213,7 @@ impl Route {
     }
 
     /// Position, walking direction and speed at a parameter.
+    #[inline]
     pub fn point(&self, parameter: f64) -> RoutePoint {
         let piece = self.piece_at(parameter);
         piece.segment.point(piece.local(parameter))
@@ -259,10 +260,10 @@ impl Route {
 
     /// How far rounding may move the point at a parameter along the curve, where its speed is `speed_m_per_unit`.
     ///
-    /// Both the parameter and the segment's own one are rounded: where the one is near 0, the other may be large.
+    /// The parameter and the segment's own one are rounded: where the one is near 0, the other may be large. So are the angle that
+    /// follows from it, and the distance from the origin.
     pub fn rounding_m(&self, parameter: f64, speed_m_per_unit: f64) -> f64 {
-        let local = self.piece_at(parameter).local(parameter);
-        f64::EPSILON * parameter.abs().max(local.abs()) * speed_m_per_unit
+        self.piece_at(parameter).rounding_m(parameter, speed_m_per_unit)
     }
 
     /// The segments as the stepper computes them, in walking order.
@@ -273,13 +274,13 @@ impl Route {
     /// The number of the segment that a parameter lies on; a seam lies on the one before it.
     #[inline]
     fn number_at(&self, parameter: f64) -> usize {
-        self.seams.partition_point(|&seam| seam < parameter)
+        count_while(&self.seams, |&seam| seam < parameter)
     }
 
     /// The same, a seam lying on the one behind it.
     #[inline]
     fn number_of_begin(&self, parameter: f64) -> usize {
-        self.seams.partition_point(|&seam| seam <= parameter)
+        count_while(&self.seams, |&seam| seam <= parameter)
     }
 
     #[inline]
@@ -288,7 +289,23 @@ impl Route {
     }
 
     fn piece_of_travel(&self, travel_m: f64) -> &Piece {
-        let number = self.pieces[1..].partition_point(|piece| piece.begin_travel_m < travel_m);
+        let number = count_while(&self.pieces[1..], |piece| piece.begin_travel_m < travel_m);
         &self.pieces[number]
     }
+}
+
+/// How many of the first items meet a condition that those behind them do not.
+///
+/// Among a few, comparing one by one is quicker: neighbouring handles lie on the same segment, so the processor foresees it.
+#[inline]
+fn count_while<T>(items: &[T], condition: impl Fn(&T) -> bool) -> usize {
+    const FEW: usize = 8;
+    if items.len() > FEW {
+        return items.partition_point(condition);
+    }
+    let mut count = items.len();
+    while count > 0 && !condition(&items[count - 1]) {
+        count -= 1;
+    }
+    count
 }

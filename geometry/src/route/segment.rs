@@ -72,6 +72,15 @@ impl Segment {
         }
     }
 
+    /// Distance from the origin to the point that positions are counted from.
+    fn from_origin_m(&self) -> f64 {
+        match self {
+            Self::Line(line) => line.origin().length(),
+            Self::Arc(arc) => arc.centre().length(),
+            Self::Spiral(spiral) => spiral.centre().length(),
+        }
+    }
+
     /// Signed curvature in 1/m, above 0 where it turns left.
     pub(super) fn curvature(&self, at: f64) -> f64 {
         match self {
@@ -100,10 +109,31 @@ pub(super) struct Piece {
     pub(super) begin: f64,
     /// Travel there.
     pub(super) begin_travel_m: f64,
-    /// A parameter of the route, and the segment's own one at the same point.
-    anchor: (f64, f64),
+    /// What its own parameter is more than the route's.
+    offset: f64,
     /// A travel, and the segment's own arc length at the same point.
     anchor_m: (f64, f64),
+    rounding: Rounding,
+}
+
+/// What is rounded on the way from a parameter to a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Rounding {
+    /// How often the size of the parameter is.
+    parameters: f64,
+    /// What is added to that, in units of the parameter.
+    units: f64,
+    /// Distance from the origin, in metres.
+    from_origin_m: f64,
+}
+
+impl Rounding {
+    fn of(segment: &Segment) -> Self {
+        // The direction from a spiral's centre is rounded once more than θ, unless it is θ.
+        let axis = if let Segment::Spiral(spiral) = segment { spiral.axis().abs() } else { 0.0 };
+        let parameters = if axis == 0.0 { 1.0 } else { 2.0 };
+        Self { parameters, units: axis, from_origin_m: segment.from_origin_m() }
+    }
 }
 
 impl Piece {
@@ -114,8 +144,9 @@ impl Piece {
             segment,
             begin: f64::NEG_INFINITY,
             begin_travel_m: f64::NEG_INFINITY,
-            anchor: (0.0, 0.0),
+            offset: 0.0,
             anchor_m: (end_travel_m, end_arc_m),
+            rounding: Rounding::of(&segment),
         }
     }
 
@@ -123,19 +154,34 @@ impl Piece {
     pub(super) fn behind(before: &Self, segment: Segment) -> Self {
         let (begin, begin_travel_m) = (before.end(), before.travel(before.end()));
         let own = segment.span().0;
-        Self { segment, begin, begin_travel_m, anchor: (begin, own), anchor_m: (begin_travel_m, segment.arc_m(own)) }
+        Self {
+            begin,
+            begin_travel_m,
+            offset: own - begin,
+            anchor_m: (begin_travel_m, segment.arc_m(own)),
+            rounding: Rounding::of(&segment),
+            segment,
+        }
+    }
+
+    /// How far rounding may move the point at a parameter of the route.
+    #[inline]
+    pub(super) fn rounding_m(&self, parameter: f64, speed_m_per_unit: f64) -> f64 {
+        let Rounding { parameters, units, from_origin_m } = self.rounding;
+        let units = parameters * parameter.abs().max(self.local(parameter).abs()) + units;
+        f64::EPSILON * (units * speed_m_per_unit + from_origin_m)
     }
 
     /// The route's parameter at its end.
     #[inline]
     pub(super) fn end(&self) -> f64 {
-        self.anchor.0 + (self.segment.span().1 - self.anchor.1)
+        self.segment.span().1 - self.offset
     }
 
     /// The segment's own parameter.
     #[inline]
     pub(super) fn local(&self, parameter: f64) -> f64 {
-        self.anchor.1 + (parameter - self.anchor.0)
+        parameter + self.offset
     }
 
     #[inline]
@@ -147,7 +193,7 @@ impl Piece {
     #[inline]
     pub(super) fn parameter(&self, travel_m: f64) -> f64 {
         let local = self.segment.at_arc(self.anchor_m.1 + (travel_m - self.anchor_m.0));
-        self.anchor.0 + (local - self.anchor.1)
+        local - self.offset
     }
 
     /// The same, quicker where `guess` is near.
@@ -155,7 +201,7 @@ impl Piece {
     pub(super) fn parameter_near(&self, travel_m: f64, guess: f64) -> f64 {
         let arc_m = self.anchor_m.1 + (travel_m - self.anchor_m.0);
         let local = self.segment.at_arc_near(arc_m, self.local(guess));
-        self.anchor.0 + (local - self.anchor.1)
+        local - self.offset
     }
 
     /// The greatest |curvature| between two parameters of the route, of which parts may lie on other segments.
@@ -175,11 +221,10 @@ impl Piece {
 
     /// The segment as the stepper computes it.
     pub(super) fn kernel(&self) -> Kernel {
-        let offset = self.anchor.1 - self.anchor.0;
         match &self.segment {
-            Segment::Line(line) => line.kernel(self.begin, offset),
-            Segment::Arc(arc) => arc.kernel(self.begin, offset),
-            Segment::Spiral(spiral) => spiral.kernel(self.begin, offset),
+            Segment::Line(line) => line.kernel(self.begin, self.offset),
+            Segment::Arc(arc) => arc.kernel(self.begin, self.offset),
+            Segment::Spiral(spiral) => spiral.kernel(self.begin, self.offset),
         }
     }
 }

@@ -1,10 +1,13 @@
 //! A part of an Archimedean spiral r = b·θ, anywhere in the plane.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use glam::DVec2;
 
 use super::{Kernel, PolarKernel, RoutePoint, Turn};
+
+/// What half a turn may be off by, in radians, but for rounding.
+const HALF_TURN_TOLERANCE: f64 = 1e-12;
 
 /// Which way a spiral is walked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,8 +22,8 @@ pub enum Heading {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spiral {
     centre: DVec2,
-    /// Unit vectors from the centre to where θ is 0 and a quarter of a turn.
-    axes: [DVec2; 2],
+    /// The direction from the centre in which θ is 0, in radians.
+    axis: f64,
     /// Which way it turns as θ grows.
     winding: Turn,
     heading: Heading,
@@ -40,7 +43,7 @@ impl Spiral {
     pub fn inward(pitch_m: f64, end_angle: f64) -> Self {
         Self {
             centre: DVec2::ZERO,
-            axes: [DVec2::X, DVec2::Y],
+            axis: 0.0,
             winding: Turn::CounterClockwise,
             heading: Heading::Inward,
             sense: -1.0,
@@ -55,15 +58,14 @@ impl Spiral {
     /// `end_angle`.
     #[must_use]
     pub fn half_turned_out(self, end_angle: f64) -> Self {
-        let [axis, quarter] = self.axes;
-        let (begin, sense) = (self.angle(self.end), 1.0);
-        Self { axes: [-axis, -quarter], heading: Heading::Outward, sense, begin, end: end_angle, ..self }
+        let (axis, begin) = (self.axis + PI, self.angle(self.end));
+        Self { axis, heading: Heading::Outward, sense: 1.0, begin, end: end_angle, ..self }
     }
 
-    /// The same spiral about another centre, turned about it so that its axis is this unit vector, and wound this way as θ grows.
+    /// The same spiral about another centre, turned about it so that θ = 0 lies in this direction, and wound this way as θ grows.
     #[must_use]
-    pub fn about(self, centre: DVec2, axis: DVec2, winding: Turn) -> Self {
-        Self { centre, axes: [axis, winding.sign() * axis.perp()], winding, ..self }
+    pub fn about(self, centre: DVec2, axis: f64, winding: Turn) -> Self {
+        Self { centre, axis, winding, ..self }
     }
 
     /// Its centre.
@@ -92,10 +94,15 @@ impl Spiral {
         self.sense * at
     }
 
+    /// The direction from the centre in which θ is 0, in radians.
+    pub(super) fn axis(&self) -> f64 {
+        self.axis
+    }
+
     /// Whether this is the other spiral turned by half a turn.
     pub(super) fn is_half_turned(&self, other: &Self) -> bool {
         let (centre, pitch) = (self.centre == other.centre, self.radius_per_radian_m == other.radius_per_radian_m);
-        centre && pitch && self.axes == other.axes.map(|axis| -axis)
+        centre && pitch && self.winding == other.winding && (self.axis - other.axis - PI).abs() <= HALF_TURN_TOLERANCE
     }
 
     /// Metres of arc per radian.
@@ -110,13 +117,11 @@ impl Spiral {
 
     #[inline]
     pub(super) fn point(&self, at: f64) -> RoutePoint {
-        let angle = self.angle(at);
+        let (angle, winding) = (self.angle(at), self.winding.sign());
         let unit_speed = unit_speed(angle);
-        let (sin, cos) = angle.sin_cos();
-        let [axis, quarter] = self.axes;
-        let (spoke, turned) = (cos * axis + sin * quarter, cos * quarter - sin * axis);
+        let spoke = DVec2::from_angle(self.axis + winding * angle);
         // d/dθ of θ·spoke.
-        let outward = spoke + angle * turned;
+        let outward = spoke + winding * angle * spoke.perp();
         RoutePoint {
             position: self.centre + self.radius_per_radian_m * angle * spoke,
             tangent: self.sense / unit_speed * outward,
@@ -180,15 +185,14 @@ impl Spiral {
     }
 
     pub(super) fn kernel(&self, begin: f64, offset: f64) -> Kernel {
-        let (winding, heading) = (self.winding.sign(), self.sense);
+        let (turn, slope_m) = (self.winding.sign() * self.sense, self.winding.sign() * self.radius_per_radian_m);
         Kernel::Polar(PolarKernel {
             begin,
             centre: self.centre,
-            axis: self.axes[0],
-            angle: winding * heading * offset,
-            turn: winding * heading,
-            radius_m: 0.0,
-            radius_per_radian_m: winding * self.radius_per_radian_m,
+            angle: self.axis + turn * offset,
+            turn,
+            radius_m: -slope_m * self.axis,
+            radius_per_radian_m: slope_m,
         })
     }
 }

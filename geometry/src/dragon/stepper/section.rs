@@ -186,7 +186,7 @@ impl Section {
             }
             Kernel::Polar(polar) => self.stand_where_from(scratch, kernel.begin(), |parameter| {
                 let angle = polar.polar::<FUSED>(parameter);
-                let (sine, cosine) = polar.from_axis::<FUSED>(sine_and_cosine::<FUSED>(angle));
+                let (sine, cosine) = sine_and_cosine::<FUSED>(angle);
                 polar.point::<FUSED>(angle, sine, cosine)
             }),
         }
@@ -219,8 +219,8 @@ impl Section {
         self.anchored_on = Some(number);
         self.anchors = self.parameters;
         for k in 0..HANDLES {
-            let sine_and_cosine = sine_and_cosine::<FUSED>(polar.polar::<FUSED>(self.anchors[k]));
-            (self.anchor_sines[k], self.anchor_cosines[k]) = polar.from_axis::<FUSED>(sine_and_cosine);
+            let angle = polar.polar::<FUSED>(self.anchors[k]);
+            (self.anchor_sines[k], self.anchor_cosines[k]) = sine_and_cosine::<FUSED>(angle);
         }
     }
 
