@@ -9,7 +9,7 @@ use super::flags::{BusArgs, FormatArgs, finite, within};
 pub(crate) struct CtlArgs {
     /// The command, or `status`.
     #[command(subcommand)]
-    pub(crate) order: Order,
+    pub(crate) command: CtlCommand,
     #[command(flatten)]
     pub(crate) bus: BusArgs,
     #[command(flatten)]
@@ -18,7 +18,7 @@ pub(crate) struct CtlArgs {
 
 /// Commands to the server.
 #[derive(Clone, Copy, Debug, Subcommand)]
-pub(crate) enum Order {
+pub(crate) enum CtlCommand {
     /// Stop walking until `resume`.
     #[command(after_help = "Example:
   bench-dragon ctl pause

@@ -16,7 +16,7 @@ use clap_complete::Shell;
 
 pub(crate) use bridge::*;
 pub(crate) use bus_readers::*;
-pub(crate) use ctl::{CtlArgs, Order};
+pub(crate) use ctl::{CtlArgs, CtlCommand};
 pub(crate) use epilogue::Epilogue;
 pub(crate) use flags::{BadInput, BusArgs, ChildArgs, ConfigArgs, Format, FormatArgs};
 pub(crate) use recording::*;

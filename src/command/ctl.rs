@@ -7,7 +7,7 @@ use bench_dragon_ipc::{Domain, GuardLock, Refusal, Request, Sender};
 use jiff::Zoned;
 use serde::Serialize;
 
-use crate::cli::{CtlArgs, Format, Order};
+use crate::cli::{CtlArgs, CtlCommand, Format};
 use crate::command::print::{complain, print_json, print_line};
 use crate::command_queue;
 use crate::display::observe::{Observer, Snapshot, SourcePresence};
@@ -26,7 +26,7 @@ struct ReplyLine {
 
 pub(crate) fn run(args: &CtlArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::new(args.bus.instance.clone())?;
-    let Some(request) = request(args.order) else { return status(domain, args.format.format) };
+    let Some(request) = request(args.command) else { return status(domain, args.format.format) };
     let stop = StopFlag::on_signals()?;
     let reply = command_queue::call(&domain, "ctl", Sender::Ctl, request, || stop.is_set())?;
     let outcome = reply.outcome();
@@ -47,17 +47,17 @@ pub(crate) fn run(args: &CtlArgs) -> anyhow::Result<ExitCode> {
     Ok(if outcome.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// The command behind an order; none for the status.
-fn request(order: Order) -> Option<Request> {
-    Some(match order {
-        Order::Status => return None,
-        Order::Pause => Request::Pause,
-        Order::Resume => Request::Resume,
-        Order::Speed { speed_mps } => Request::Speed { speed_mps },
-        Order::Seek { sim_time_s } => Request::Seek { sim_time_s },
-        Order::Hold => Request::Hold,
-        Order::Release => Request::Release,
-        Order::Stop => Request::Stop,
+/// The request of a command; none for the status.
+fn request(command: CtlCommand) -> Option<Request> {
+    Some(match command {
+        CtlCommand::Status => return None,
+        CtlCommand::Pause => Request::Pause,
+        CtlCommand::Resume => Request::Resume,
+        CtlCommand::Speed { speed_mps } => Request::Speed { speed_mps },
+        CtlCommand::Seek { sim_time_s } => Request::Seek { sim_time_s },
+        CtlCommand::Hold => Request::Hold,
+        CtlCommand::Release => Request::Release,
+        CtlCommand::Stop => Request::Stop,
     })
 }
 

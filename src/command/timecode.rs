@@ -1,4 +1,4 @@
-//! What `serve` does about timecode beside its loop: the socket, and news_thread what happens.
+//! What `serve` does about timecode beside its loop: the socket, and the thread that reports what happens.
 
 use std::io;
 use std::net::SocketAddr;

@@ -4,13 +4,13 @@ use bench_dragon_ipc::{
     BusError, Domain, FrameHeader, FrameSubscriber, ReaderReports, ShowState, Status, StatusReader, Stops,
 };
 
-pub(super) struct Bus {
+pub(super) struct ShowPorts {
     pub(super) frames: FrameSubscriber,
     pub(super) status: StatusReader,
     readers: ReaderReports,
 }
 
-impl Bus {
+impl ShowPorts {
     /// Opens the ports. They outlive a server: what the next one publishes comes through them, too.
     pub(super) fn open(domain: &Domain) -> Result<Self, BusError> {
         let status = StatusReader::open(domain, "show-status")?;

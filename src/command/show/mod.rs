@@ -34,7 +34,7 @@ mod summary;
 mod supervise;
 
 use also::AlsoCommand;
-use bus::{Bus, LastSeen};
+use bus::{LastSeen, ShowPorts};
 use children::{ChildNews, Children, Role};
 use files::{Folder, Repairs};
 use process::PATIENCE;
@@ -81,7 +81,7 @@ struct Show<'a> {
     /// The configured commands.
     also: Vec<AlsoCommand>,
     /// The bus, once there is a server.
-    bus: Option<Bus>,
+    bus: Option<ShowPorts>,
     seen: LastSeen,
     reports: ChildReports,
     repairs: Repairs,

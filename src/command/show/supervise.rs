@@ -7,7 +7,7 @@ use anyhow::bail;
 use super::children::{End, Role};
 use super::files::Repaired;
 use super::liveness::{MAX_RESTARTS, WINDOW};
-use super::{Bus, Show};
+use super::{Show, ShowPorts};
 use crate::command::exit_status::DISK_FULL;
 use crate::command::print::complain;
 use crate::recording::Size;
@@ -109,7 +109,7 @@ impl Show<'_> {
 
     /// Joins the bus of the first server, for which its readers are started.
     fn join_bus(&mut self) -> anyhow::Result<()> {
-        match Bus::open(&self.domain) {
+        match ShowPorts::open(&self.domain) {
             // It was killed as soon as it was there: its end comes next.
             Err(error) if error.is_absent() => Ok(()),
             Err(error) => Err(error.into()),

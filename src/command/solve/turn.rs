@@ -265,7 +265,9 @@ impl TurnAnswer {
             line("speed", format!("{ratio:.6} times as fast as the head, the fastest handle"));
         }
         for (limit, unit) in [(self.clearance_m, "m between boards"), (self.max_ratio, "times the head's speed")] {
-            limit.into_iter().for_each(|limit| line("held to", format!("{limit} {unit}")));
+            if let Some(limit) = limit {
+                line("held to", format!("{limit} {unit}"));
+            }
         }
         if let Some(Shortest { entry_radius_m, radius_ratio, saving_m, limits }) = &self.shortest {
             line("begins", format!("on the radius {entry_radius_m:.6} m, ratio {radius_ratio:.6}"));
