@@ -20,9 +20,8 @@ fn benches() -> impl Strategy<Value = Dimensions> {
 
 /// Routes short enough to walk through in small steps, on which boards come near to each other.
 fn routes() -> impl Strategy<Value = Arc<Route>> {
-    let spirals = (0.15..0.8_f64, 2.0..8.0_f64).prop_filter_map("not valid", |(pitch_m, turns)| {
-        Route::spiral(pitch_m, turns).ok().map(|spiral| Arc::new(spiral))
-    });
+    let spirals = (0.15..0.8_f64, 2.0..8.0_f64)
+        .prop_filter_map("not valid", |(pitch_m, turns)| Route::spiral(pitch_m, turns).ok().map(Arc::new));
     let turnarounds = (0.6..2.0_f64, 4.0..9.0_f64, 0.5..2.0_f64, 15.0..40.0_f64).prop_filter_map(
         "not valid",
         |(pitch_m, diameter_m, ratio, end_m)| {

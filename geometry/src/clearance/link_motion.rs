@@ -1,4 +1,4 @@
-//! How a link moves on the way from one bench_pose to a later one.
+//! How a link moves on the way from one pose to a later one.
 //!
 //! The only facts used are that both handles walk forward along the route, that their distance d is fixed, and that the
 //! route's curvature there is at most some K. With s the arc walked by the front handle, p and r the handles, u the
@@ -31,7 +31,7 @@ pub(super) struct LinkMotion {
 }
 
 impl LinkMotion {
-    /// The motion of a bench's link from one bench_pose to a later one.
+    /// The motion of a bench's link from one pose to a later one.
     pub(super) fn new(dragon: &Dragon, bench: usize, earlier: &BenchPose, later: &BenchPose) -> Self {
         let length_m = dragon.dimensions().link_m(bench);
         let curvature = dragon.route().curvature_bound(earlier.rear.parameter, later.front.parameter);

@@ -32,7 +32,7 @@ pub(super) struct Passage {
 }
 
 impl Passage {
-    /// The way of a bench from one bench_pose to a later one.
+    /// The way of a bench from one pose to a later one.
     pub(super) fn new(dragon: &Dragon, bench: usize, earlier: &BenchPose, later: &BenchPose) -> Self {
         let walk_m = later.front_travel_m - earlier.front_travel_m;
         let motion = LinkMotion::new(dragon, bench, earlier, later);
@@ -75,7 +75,7 @@ impl Passage {
     }
 }
 
-/// How far a point of a bench's board may get from where it is at either bench_pose, on the way between them.
+/// How far a point of a bench's board may get from where it is at either pose, on the way between them.
 ///
 /// The handles get no further than the arcs that they walk. A corner is a handle plus a vector of length ρ fixed to the
 /// board, and the heading changes by at most the two arcs over d. Of all points of a rigid board a corner moves

@@ -29,12 +29,12 @@ pub struct PitchFamily {
 }
 
 /// What the route is one of.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 enum Shape {
     /// Spirals about the origin; held is the number of turns at the start.
     Spiral,
     /// Held are the turning circle, the ratio of the radii, and t = 0 at the entry into the circle.
-    Turnaround(Turnaround),
+    Turnaround(Box<Turnaround>),
 }
 
 impl PitchFamily {
@@ -44,7 +44,7 @@ impl PitchFamily {
     }
 
     pub(crate) fn of_turnaround(turnaround: Turnaround) -> Self {
-        Self { route: Arc::new(turnaround.route()), shape: Shape::Turnaround(turnaround) }
+        Self { route: Arc::new(turnaround.route()), shape: Shape::Turnaround(Box::new(turnaround)) }
     }
 
     /// The route.

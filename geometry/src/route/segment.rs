@@ -73,7 +73,7 @@ impl Segment {
     }
 
     /// Distance from the origin to the point that positions are counted from.
-    fn from_origin_m(&self) -> f64 {
+    fn reference_distance_m(&self) -> f64 {
         match self {
             Self::Line(line) => line.origin().length(),
             Self::Arc(arc) => arc.centre().length(),
@@ -132,7 +132,7 @@ impl Rounding {
         // The direction from a spiral's centre is rounded once more than θ, unless it is θ.
         let axis = if let Segment::Spiral(spiral) = segment { spiral.axis().abs() } else { 0.0 };
         let parameters = if axis == 0.0 { 1.0 } else { 2.0 };
-        Self { parameters, units: axis, from_origin_m: segment.from_origin_m() }
+        Self { parameters, units: axis, from_origin_m: segment.reference_distance_m() }
     }
 }
 

@@ -45,7 +45,7 @@ impl Selection {
                 Recorded::Frame(frame) => self.count_frame(&frame.header),
                 Recorded::Alert(alert) if is_of(ExportSubject::Alerts, alert.sim_time_ns) => self.counts.alerts += 1,
                 Recorded::Command(event) if is_of(ExportSubject::Commands, event.sim_time_ns) => {
-                    self.counts.commands += 1
+                    self.counts.commands += 1;
                 }
                 Recorded::Alert(_) | Recorded::Command(_) => continue,
             }
