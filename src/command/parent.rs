@@ -11,7 +11,7 @@
 
 use std::os::unix::process::CommandExt as _;
 use std::process::Command;
-use std::sync::mpsc::{self, Sender};
+use std::sync::mpsc::{self, SyncSender};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -38,7 +38,7 @@ const STACK_BYTES: usize = 64 << 10;
 pub(crate) fn follow_parent(args: ChildArgs) -> anyhow::Result<()> {
     let Some(parent) = args.parent else { return Ok(()) };
     let cannot_follow = "cannot follow the parent process";
-    let (sender, is_prepared) = mpsc::channel();
+    let (sender, is_prepared) = mpsc::sync_channel(1);
     let thread = thread::Builder::new().name("parent".to_owned()).stack_size(STACK_BYTES);
     thread.spawn(move || outlive_no_parent(parent, &sender)).context(cannot_follow)?;
     is_prepared.recv().context(cannot_follow)?.context(cannot_follow)?;
@@ -55,13 +55,13 @@ fn is_child_of(parent: u32) -> bool {
 
 /// Keeps this process from being stopped for long, and kills it where its end after the parent's takes too long. Reports once
 /// that it is prepared, or why it cannot be.
-fn outlive_no_parent(parent: u32, prepared: &Sender<nix::Result<()>>) {
+fn outlive_no_parent(parent: u32, prepared: &SyncSender<nix::Result<()>>) {
     let event = SigEvent::new(SigevNotify::SigevSignal { signal: TimerSignal::SIGCONT, si_value: 0 });
     let mut timer = match Timer::new(ClockId::CLOCK_MONOTONIC, event) {
         Ok(timer) => timer,
         Err(error) => {
             // The main thread waits for it.
-            let _ = prepared.send(Err(error));
+            let _ = prepared.try_send(Err(error));
             return;
         }
     };
@@ -69,7 +69,7 @@ fn outlive_no_parent(parent: u32, prepared: &Sender<nix::Result<()>>) {
     loop {
         let is_set = timer.set(Expiration::OneShot(LONGEST_STOP.into()), TimerSetTimeFlags::empty());
         // The main thread takes the first report alone.
-        let _ = prepared.send(is_set);
+        let _ = prepared.try_send(is_set);
         if !is_child_of(parent) && orphaned.get_or_insert_with(Instant::now).elapsed() > GRACE {
             // A process may always kill itself.
             let _ = kill_process(getpid(), Signal::KILL);

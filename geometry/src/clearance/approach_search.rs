@@ -1,18 +1,18 @@
 //! Where benches come near to each other without touching.
 //!
 //! A pair is followed from one travel to the next by its poses at both ends and by what its boards may cover in between
-//! (see `passage`), which bounds its clearance from below. Ways on which the bound stays over a limit are done; others
+//! (see `coverage`), which bounds its clearance from below. Ways on which the bound stays over a limit are done; others
 //! are halved down to pieces so short that the clearance is taken to have one valley at most on each. So no approach
 //! under the limit is passed over, however short; only two of the same pair within one piece would be taken for one.
 
 use glam::DVec2;
 
-use super::passage::{Passage, drift_m};
+use super::coverage::{BoardCoverage, drift_m};
 use super::pose::{BenchPose, Pose};
 use super::search::{ClearanceSearch, PairClearance};
-use crate::dragon::Dragon;
 use crate::dragon::board::Approach;
 use crate::dragon::meter::{Meter, Spent};
+use crate::dragon::{Dimensions, Dragon};
 
 /// Longest way looked at as one, in lengths of the shorter link: on longer ones the bounds tell little.
 const STRIDE_LINKS: f64 = 0.25;
@@ -115,7 +115,7 @@ impl<'a> ApproachSearch<'a> {
         }
         self.meter().add(self.earlier.boards.len() as u64);
         let boards = &self.earlier.boards;
-        let pairs = (0..2).flat_map(|first| (first + 2..boards.len()).map(move |second| [first, second]));
+        let pairs = Dimensions::leading_pairs(boards.len());
         pairs.fold(None, |nearest: Option<PairClearance>, [first, second]| {
             if nearest.is_some_and(|nearest| boards[first].is_beyond(&boards[second], nearest.clearance_m)) {
                 return nearest;
@@ -200,7 +200,7 @@ impl<'a> ApproachSearch<'a> {
         }
         self.meter().add(self.earlier.boards.len() as u64);
         let boards = &self.earlier.boards;
-        let pairs = (0..2).flat_map(|first| (first + 2..boards.len()).map(move |second| [first, second]));
+        let pairs = Dimensions::leading_pairs(boards.len());
         let within = |&[first, second]: &[usize; 2]| {
             let reach_m = limit_m + drifts_m[first] + drifts_m[second];
             !boards[first].is_beyond(&boards[second], reach_m)
@@ -296,7 +296,7 @@ impl Pair<'_> {
     /// A bound that the clearance does not fall under on the way.
     fn least_m(&self, earlier: &Moment, later: &Moment) -> f64 {
         let [first, second] =
-            [0, 1].map(|i| Passage::new(self.dragon, self.benches[i], &earlier.poses[i], &later.poses[i]));
+            [0, 1].map(|i| BoardCoverage::new(self.dragon, self.benches[i], &earlier.poses[i], &later.poses[i]));
         let gap_m = |direction: DVec2| first.gap_m(&second, direction);
         let gaps_m = [earlier, later].map(|moment| gap_m(moment.approach.direction));
         let least_m = first.least_between_m(&second, [earlier, later].map(|moment| moment.approach.clearance_m));

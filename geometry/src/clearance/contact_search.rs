@@ -7,13 +7,13 @@ use glam::DVec2;
 
 use super::coil_reach::CoilReach;
 use super::contact::{Contact, PairEvent};
+use super::coverage::drift_of_walks_m;
 use super::follower::Follower;
-use super::passage::drift_of_walks_m;
 use super::pose::Pose;
 use super::search::ClearanceSearch;
-use crate::dragon::Dragon;
 use crate::dragon::board::Board;
 use crate::dragon::meter::Spent;
+use crate::dragon::{Dimensions, Dragon};
 
 /// Longest way looked at as one, in lengths of the shorter link: longer ones would be halved anyway.
 const STRIDE_LINKS: f64 = 0.25;
@@ -276,11 +276,11 @@ impl ContactSearch {
     /// The same for pairs with the head or the bench behind it.
     fn collect_leading_pairs(&mut self) {
         self.pairs.clear();
-        self.extend_within_reach(2);
-        for first in 0..2.min(self.later.boards.len()) {
+        self.extend_within_reach(Dimensions::LEADING);
+        for first in 0..Dimensions::LEADING.min(self.later.boards.len()) {
             let drift_m = self.drift_m(first);
             self.dragon.meter().add(self.later.boards.len() as u64);
-            for second in first + 2..self.later.boards.len() {
+            for second in Dimensions::partners(first, self.later.boards.len()) {
                 let boards = &self.earlier.boards;
                 let (ours, theirs) = (&boards[first], &boards[second]);
                 let gap_m = ours.centre.distance(theirs.centre) - ours.radius_m() - theirs.radius_m();

@@ -14,8 +14,8 @@ use std::ops::ControlFlow;
 use glam::DVec2;
 
 use super::contact::{Contact, PairEvent};
+use super::coverage::BoardCoverage;
 use super::pair_motion::{GRAZE_M, PairMotion};
-use super::passage::Passage;
 use super::pose::{BenchPose, Pose};
 use crate::dragon::Dragon;
 use crate::dragon::board::{Approach, Board};
@@ -167,7 +167,7 @@ impl<'a> Follower<'a> {
     /// The same from what either board may cover, whenever the other one is where.
     fn settled_separately(&self, earlier: &Moment, later: &Moment) -> bool {
         let [first, second] =
-            [0, 1].map(|i| Passage::new(self.dragon, self.benches[i], &earlier.poses[i], &later.poses[i]));
+            [0, 1].map(|i| BoardCoverage::new(self.dragon, self.benches[i], &earlier.poses[i], &later.poses[i]));
         if earlier.touching() {
             return first.stays_touching(&second, -earlier.gap_m.min(later.gap_m));
         }

@@ -1,6 +1,6 @@
 //! How many benches a dragon has and how big they are.
 
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 
 use thiserror::Error;
 
@@ -174,6 +174,21 @@ impl Dimensions {
     /// Number of handles, N + 1.
     pub fn handles(&self) -> usize {
         self.benches + 1
+    }
+
+    /// How many benches at the head each have a link of their own or follow one: behind them, all benches are alike, so that a
+    /// bench stands where the one before it has stood, with as much behind it.
+    pub(crate) const LEADING: usize = 2;
+
+    /// The benches that make a pair with the one of this index and lie behind it: its neighbour on the hinge does not.
+    pub(crate) fn partners(bench: usize, benches: usize) -> Range<usize> {
+        bench + 2..benches
+    }
+
+    /// The pairs of which one is a leading bench, among so many benches.
+    pub(crate) fn leading_pairs(benches: usize) -> impl Iterator<Item = [usize; 2]> {
+        let partners = move |first| Self::partners(first, benches).map(move |second| [first, second]);
+        (0..Self::LEADING).flat_map(partners)
     }
 
     /// Length of the head's board.

@@ -48,7 +48,7 @@ pub(crate) struct Link<'a> {
 
 /// A point of the walk back, seen from the front handle.
 #[derive(Clone, Copy)]
-struct Sight {
+struct WalkPoint {
     parameter: f64,
     point: RoutePoint,
     distance_m: f64,
@@ -82,11 +82,11 @@ impl Link<'_> {
         None
     }
 
-    fn look(&self, parameter: f64) -> Sight {
+    fn look(&self, parameter: f64) -> WalkPoint {
         let point = self.route.point(parameter);
         let chord = self.front.position - point.position;
         let distance_m = chord.length();
-        Sight { parameter, point, distance_m, growth: chord.dot(point.tangent) / distance_m }
+        WalkPoint { parameter, point, distance_m, growth: chord.dot(point.tangent) / distance_m }
     }
 
     /// Arc that can be walked back with the distance staying under the link's length.
@@ -94,7 +94,7 @@ impl Link<'_> {
     /// The distance D changes by at most the arc walked (sphere tracing: Hart 1996, The Visual Computer 12). Its second
     /// derivative is at most |κ| + 1/D, which over the next D/2 of arc is at most |κ| + 2/D, so D also stays under D +
     /// D'σ + (|κ|/2 + 1/D)σ². The second bound walks briskly past a parameter where the distance almost reaches the length.
-    fn safe_step(&self, sight: &Sight) -> f64 {
+    fn safe_step(&self, sight: &WalkPoint) -> f64 {
         let gap_m = self.length_m - sight.distance_m;
         let limit_m = 0.5 * sight.distance_m;
         let curvature =
@@ -110,7 +110,7 @@ impl Link<'_> {
     ///
     /// The second derivative of the distance D is at least −|κ|. So D still grows after 6·gap/D' of arc if D'² ≥
     /// 6·|κ|·gap, and has grown by the gap after a third of that, which the step back covers.
-    fn far_bracket(&self, sight: &Sight) -> Option<Bracket> {
+    fn far_bracket(&self, sight: &WalkPoint) -> Option<Bracket> {
         let gap_m = self.length_m - sight.distance_m;
         if gap_m <= 0.0 {
             return Some(Bracket { far_parameter: sight.parameter, curvature: 0.0 });
@@ -131,7 +131,7 @@ impl Link<'_> {
     /// the links of a chain all too short, and their errors would add up. So a last step follows once the distance is so
     /// near that this step ends at the crossing but for rounding, which falls to either side: a step of σ metres of arc
     /// leaves ½·|D″|·σ², where |D″| is at most |κ| + 1/D, and at most |κ| more where the route's pace changes.
-    fn refine(&self, near: Sight, bracket: &Bracket, mut looks: u32) -> RearEnd {
+    fn refine(&self, near: WalkPoint, bracket: &Bracket, mut looks: u32) -> RearEnd {
         let rounding_m =
             self.route.rounding_m(near.parameter, near.point.speed_m_per_unit) + f64::EPSILON * self.length_m;
         let bend = bracket.curvature + 0.5 / self.length_m;
@@ -162,7 +162,7 @@ impl Link<'_> {
         self.rear_end(&sight, looks)
     }
 
-    fn rear_end(&self, sight: &Sight, looks: u32) -> RearEnd {
+    fn rear_end(&self, sight: &WalkPoint, looks: u32) -> RearEnd {
         let chord = self.front.position - sight.point.position;
         RearEnd {
             parameter: sight.parameter,

@@ -2,10 +2,10 @@
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
-use std::num::NonZero;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::thread::{self, Builder};
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::dragon::Meter;
 
@@ -38,7 +38,7 @@ pub(super) fn on_all_cores<Answer: Send>(
             done.push((item, own.done(), answer));
         }
     };
-    let mut done = if WORKS.get() { take() } else { on_threads(count, &take) };
+    let mut done = if WORKS.get() { take() } else { on_threads(&take) };
     done.sort_unstable_by_key(|&(item, ..)| item);
     let mut answers = Vec::with_capacity(done.len());
     for (_, steps, answer) in done {
@@ -62,22 +62,14 @@ pub fn on_one_core<Answer>(work: impl FnOnce() -> Answer) -> Answer {
     answer
 }
 
-/// What `take` returns on this thread and on one more for each further core.
-fn on_threads<Done: Send>(count: usize, take: &(impl Fn() -> Vec<Done> + Sync)) -> Vec<Done> {
-    let helpers = thread::available_parallelism().map_or(1, NonZero::get).min(count).saturating_sub(1);
-    let work = || {
-        WORKS.set(true);
-        let done = take();
-        WORKS.set(false);
-        done
-    };
-    thread::scope(|scope| {
-        let spawn = |_| Builder::new().name("planner".to_owned()).spawn_scoped(scope, work).ok();
-        let helpers: Vec<_> = (0..helpers).map_while(spawn).collect();
-        let mut done = work();
-        done.extend(helpers.into_iter().flat_map(|helper| helper.join().expect("the work does not panic")));
-        done
-    })
+/// What `take` returns on each thread of the pool; on the calling thread alone where the system starts no more threads.
+fn on_threads<Done: Send>(take: &(impl Fn() -> Vec<Done> + Sync)) -> Vec<Done> {
+    /// As many threads as there are cores, started with the first question. They end with the process.
+    static POOL: LazyLock<Option<ThreadPool>> =
+        LazyLock::new(|| ThreadPoolBuilder::new().thread_name(|_| "planner".to_owned()).build().ok());
+    let Some(pool) = &*POOL else { return on_one_core(take) };
+    let done = pool.broadcast(|_| on_one_core(take));
+    done.into_iter().flatten().collect()
 }
 
 /// How much work is left to the items.
@@ -126,6 +118,8 @@ impl Share {
 
 #[cfg(test)]
 mod tests {
+    use std::thread;
+
     use super::*;
 
     #[test]

@@ -12,10 +12,10 @@
 use std::cell::Cell;
 
 use super::cores::on_all_cores;
-use super::peak::peak;
 use super::strides::Strides;
 use crate::clearance::{ApproachSearch, PairClearance, Pairs};
 use crate::dragon::{Dragon, Spent};
+use crate::numerics::peak;
 
 /// Travel to which a least clearance is refined, in metres; the clearance is then right to rounding.
 const TOLERANCE_M: f64 = 1e-11;

@@ -9,7 +9,6 @@ mod least_clearance;
 mod local;
 mod parameter;
 mod passage;
-mod peak;
 mod pitch;
 mod profile;
 mod sensitivity;

@@ -27,9 +27,8 @@
 use std::collections::VecDeque;
 
 use super::passage::{ARC_PER_CHORD, Infeasible};
-use super::peak::peak;
 use crate::dragon::{Chain, Dragon, RunEnd, Station};
-use crate::numerics::{Slope, rising_root};
+use crate::numerics::{Slope, peak, rising_root};
 
 /// Orbits that the survey takes, evenly over the last link's length that handle 1 walks.
 const SURVEYED_PER_LINK: usize = 16;

@@ -42,6 +42,9 @@ pub(super) enum GuardNews {
     GaveUp(Option<BusError>),
 }
 
+/// News that wait for the owner, which takes them with every frame.
+const MOST_NEWS: usize = 8;
+
 impl GuardThread {
     /// Starts to guard a run.
     pub(super) fn start(domain: &Domain, config: Config, run_id: u64) -> io::Result<Self> {
@@ -49,7 +52,7 @@ impl GuardThread {
         let newest = Arc::new(ArrayQueue::new(1));
         let has_fault = Arc::new(AtomicBool::new(false));
         let (wake, woken) = channel::bounded(1);
-        let (sender, news) = channel::unbounded();
+        let (sender, news) = channel::bounded(MOST_NEWS);
         let (domain, frames, stop) = (domain.clone(), Arc::clone(&newest), Arc::clone(&has_fault));
         let guard = move || {
             let dragon = config.dragon().metered(&Meter::of(STEPS_AT_A_TIME));
@@ -94,6 +97,8 @@ impl GuardThread {
 impl Drop for GuardThread {
     fn drop(&mut self) {
         self.wake = None;
+        // The thread does not wait for news to be taken any more.
+        self.news = channel::never();
         // Its ports are taken off the bus by then. It does not panic, and here nobody could be told.
         let _ = self.thread.take().map(JoinHandle::join);
     }

@@ -5,7 +5,7 @@ use std::fs::{self, File, TryLockError};
 use std::io::{ErrorKind, Write as _};
 use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{self, Receiver, Sender};
+use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::time::Duration;
 
 use anyhow::Context as _;
@@ -143,12 +143,15 @@ fn used_before(folder: &Path, file: &str) -> BadInput {
 /// How long the end of a show waits for its files to be finished.
 const PATIENCE: Duration = Duration::from_secs(30);
 
+/// Results that wait to be taken.
+const MOST_RESULTS: usize = 64;
+
 /// The files that are being finished, by a thread that is started with the first of them.
 pub(super) struct Repairs {
-    background: Option<BackgroundRepair>,
-    sender: Sender<Result<Repair, RepairError>>,
-    /// One result a file.
+    /// One result a file. Dropped before the thread, which then waits for nobody.
     results: Receiver<Result<Repair, RepairError>>,
+    sender: SyncSender<Result<Repair, RepairError>>,
+    background: Option<BackgroundRepair>,
     /// The show's own files that are not finished yet.
     own: Vec<PathBuf>,
     /// Folders of earlier shows that have not been asked for yet.
@@ -166,7 +169,7 @@ pub(super) struct Repaired {
 impl Repairs {
     /// Nothing is to be done yet.
     pub(super) fn new() -> Self {
-        let (sender, results) = mpsc::channel();
+        let (sender, results) = mpsc::sync_channel(MOST_RESULTS);
         Self { background: None, sender, results, own: Vec::new(), earlier: VecDeque::new() }
     }
 

@@ -143,8 +143,10 @@ impl Excerpt {
             return Err(self.search.nothing_found(&self.path, self.flaws).into());
         }
         while let Some(first) = self.first_of_run.take() {
-            let (frames, frames_read) = channel::bounded(frames_in_flight(size_of_val(first.frame.handles.as_slice())));
-            let (played, done) = channel::unbounded();
+            let in_flight = frames_in_flight(size_of_val(first.frame.handles.as_slice()));
+            let (frames, frames_read) = channel::bounded(in_flight);
+            // Room for all frames that there are: those on their way, one being read and one being played.
+            let (played, done) = channel::bounded(in_flight + 2);
             let FrameHeader { run_id, bench_count, .. } = first.frame.header;
             let run = RecordedRun {
                 configuration: self.configuration(run_id)?,

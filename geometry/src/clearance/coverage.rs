@@ -19,7 +19,7 @@ use crate::dragon::board::Board;
 
 /// The way of one board.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Passage {
+pub(super) struct BoardCoverage {
     ends: [Board; 2],
     /// The corners at the first end, then those at the second.
     corners: [DVec2; 8],
@@ -31,7 +31,7 @@ pub(super) struct Passage {
     drift_m: f64,
 }
 
-impl Passage {
+impl BoardCoverage {
     /// The way of a bench from one pose to a later one.
     pub(super) fn new(dragon: &Dragon, bench: usize, earlier: &BenchPose, later: &BenchPose) -> Self {
         let walk_m = later.front_travel_m - earlier.front_travel_m;

@@ -8,9 +8,9 @@ const MAX_EVALUATIONS: usize = 100;
 
 /// A largest value and where it is taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Peak {
-    pub(super) at: f64,
-    pub(super) value: f64,
+pub(crate) struct Peak {
+    pub(crate) at: f64,
+    pub(crate) value: f64,
 }
 
 /// The peak of a function that has one on an interval, its ends included.
@@ -19,7 +19,7 @@ pub(super) struct Peak {
 /// three points, golden section where they do not help. The parameter is right to `tolerance`, or to the square root of
 /// rounding where the peak is smooth, which leaves the value right to rounding. On a function with several peaks it
 /// finds one of them, never less than either end.
-pub(super) fn peak(low: f64, high: f64, tolerance: f64, mut function: impl FnMut(f64) -> f64) -> Peak {
+pub(crate) fn peak(low: f64, high: f64, tolerance: f64, mut function: impl FnMut(f64) -> f64) -> Peak {
     let mut evaluate = |at| Peak { at, value: function(at) };
     let ends = [evaluate(low), evaluate(high)];
     let inner = within(low, high, tolerance, &mut evaluate);
@@ -27,7 +27,7 @@ pub(super) fn peak(low: f64, high: f64, tolerance: f64, mut function: impl FnMut
 }
 
 /// The higher of two, the first where they are equal.
-pub(super) fn higher(first: Peak, second: Peak) -> Peak {
+pub(crate) fn higher(first: Peak, second: Peak) -> Peak {
     if second.value > first.value { second } else { first }
 }
 
