@@ -60,6 +60,8 @@ struct QueuedCommand {
     request: Request,
     number: u64,
     holds_before: u64,
+    /// Whether it waited for no other command when it was submitted: then closing the queue does not give it up.
+    is_under_way: bool,
     answer: Callback,
 }
 
@@ -120,8 +122,8 @@ impl CommandQueue {
     ) {
         let is_hold = request == Request::Hold;
         let holds_before = self.lanes.holds.fetch_add(u64::from(is_hold), Ordering::SeqCst);
-        let number = self.lanes.begin(request);
-        let command = QueuedCommand { request, number, holds_before, answer: Box::new(answer) };
+        let (number, is_under_way) = self.lanes.begin(request);
+        let command = QueuedCommand { request, number, holds_before, is_under_way, answer: Box::new(answer) };
         let lane = if is_hold { &self.holds } else { &self.others };
         let commands = lane.commands.as_ref().expect("a lane is open for as long as the queue lasts");
         if let Err(TrySendError::Full(command) | TrySendError::Disconnected(command)) = commands.try_send(command) {
@@ -177,16 +179,19 @@ impl std::fmt::Debug for QueuedCommand {
 
 impl LaneState {
     /// Why a command is not to be sent any more: a hold was given after it, or nobody waits for it.
-    fn gives_up(&self, holds_before: u64) -> Option<CommandQueueError> {
+    fn gives_up(&self, holds_before: u64, is_under_way: bool) -> Option<CommandQueueError> {
         let is_overtaken = self.holds.load(Ordering::SeqCst) > holds_before;
-        let is_closed = self.is_closed.load(Ordering::SeqCst);
+        let is_closed = self.is_closed.load(Ordering::SeqCst) && !is_under_way;
         is_overtaken.then_some(CommandQueueError::Overtaken).or(is_closed.then_some(CommandQueueError::Closed))
     }
 
-    fn begin(&self, request: Request) -> u64 {
+    /// Notes a command as unanswered. Returns its number, and whether it waits for no other one: then it is under way.
+    fn begin(&self, request: Request) -> (u64, bool) {
         let number = self.given.fetch_add(1, Ordering::Relaxed);
-        lock(&self.unanswered).push(Unanswered { request, number, is_sent: false });
-        number
+        let mut unanswered = lock(&self.unanswered);
+        let is_under_way = unanswered.iter().all(|one| one.request == Request::Hold);
+        unanswered.push(Unanswered { request, number, is_sent: is_under_way });
+        (number, is_under_way)
     }
 
     fn note_sent(&self, number: u64) {
@@ -200,13 +205,13 @@ impl LaneState {
 }
 
 fn send_others(commands: &Receiver<QueuedCommand>, send: &SendCommand, lanes: &LaneState) {
-    for QueuedCommand { request, number, holds_before, answer } in commands {
+    for QueuedCommand { request, number, holds_before, is_under_way, answer } in commands {
         let on_its_way = lock(&lanes.on_its_way);
-        let outcome = if let Some(error) = lanes.gives_up(holds_before) {
+        let outcome = if let Some(error) = lanes.gives_up(holds_before, is_under_way) {
             Err(error)
         } else {
             lanes.note_sent(number);
-            send(request, &|| lanes.gives_up(holds_before).is_some()).map_err(CommandQueueError::Bus)
+            send(request, &|| lanes.gives_up(holds_before, false).is_some()).map_err(CommandQueueError::Bus)
         };
         drop(on_its_way);
         answer(outcome);

@@ -116,7 +116,10 @@ fn begin_repairs(folder: &Path) -> Option<BackgroundRepair> {
     let repairs = BackgroundRepair::start(report_repair);
     let repairs =
         repairs.inspect_err(|error| tracing::warn!("cannot finish what killed recorders left: {error}")).ok()?;
-    repairs.repair(folder.into());
+    // A folder that is not there is reported by the recording itself.
+    if folder.is_dir() {
+        repairs.repair(folder.into());
+    }
     Some(repairs)
 }
 
