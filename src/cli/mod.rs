@@ -1,5 +1,7 @@
 //! The command line's types. What the commands do is in [`crate::command`].
 
+#![allow(rustdoc::broken_intra_doc_links, reason = "doc comments here are help: brackets mean what may be left out")]
+
 mod bridge;
 mod bus_readers;
 mod ctl;

@@ -79,7 +79,7 @@ fn outlive_no_parent(parent: u32, prepared: &SyncSender<nix::Result<()>>) {
 }
 
 /// Has the kernel kill the child, also a stopped one, where the thread that starts it ends before the child has called
-/// [`follow_parent`](crate::command::parent::follow_parent), which asks for a gentler signal.
+/// [`follow_parent`], which asks for a gentler signal.
 #[expect(unsafe_code, reason = "the child itself cannot ask before it is a program")]
 pub(super) fn kill_with_parent(command: &mut Command) -> &mut Command {
     let ask = || Ok(set_parent_process_death_signal(Some(Signal::KILL))?);

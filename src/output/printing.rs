@@ -91,7 +91,7 @@ pub(crate) fn release_terminal() {
     }
 }
 
-/// Writes to stdout in whole lines or pieces, as [`print`] does, and to stderr in whole lines.
+/// Writes to stdout in whole lines or pieces, as [`print()`] does, and to stderr in whole lines.
 impl Write for Stream {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match self {

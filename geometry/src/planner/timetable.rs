@@ -2,7 +2,7 @@
 //!
 //! The head starts from rest, speeds up evenly to the planned speed, walks at it, and brakes evenly so that it rests exactly
 //! at the run's end. Where the run is too short for the planned speed it brakes as soon as it no longer speeds up. Without a
-//! greatest acceleration it walks at the planned speed all along. This is the walk of the server (`server::motion`), which
+//! greatest acceleration it walks at the planned speed all along. This is the walk of the server (its `motion`), which
 //! plans it phase by phase because commands may change it; a test there holds the two against each other.
 
 /// When the head is where. Times are show times in seconds.

@@ -34,7 +34,7 @@ pub(crate) fn run(args: &BridgeArgs) -> anyhow::Result<ExitCode> {
         #[cfg(feature = "zenoh")]
         Bridge::Zenoh(zenoh) => zenoh::run(args, zenoh),
         #[cfg(not(feature = "zenoh"))]
-        Bridge::Zenoh(_) => Err(crate::cli::BadInput(WITHOUT_ZENOH.to_owned()).into()),
+        Bridge::Zenoh(_) => Err(BadInput(WITHOUT_ZENOH.to_owned()).into()),
     }
 }
 

@@ -39,7 +39,7 @@ pub(super) struct Section {
 }
 
 impl Section {
-    /// A section without handles: it has to be [`placed`](Self::parameter).
+    /// A section without handles: it has to be [`placed`](Self::place).
     pub(super) fn new() -> Self {
         let none = [f64::NAN; HANDLES];
         Self {
