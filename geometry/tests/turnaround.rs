@@ -96,6 +96,26 @@ fn impossible_turnarounds_are_refused_with_the_reason() {
     assert_eq!(error, RouteError::Span { start_travel_m: 5.0, end_travel_m: 5.0 });
 }
 
+/// Numbers from the smallest that there is up to `most`, each power of ten as likely as another.
+fn up_to(most: f64) -> impl Strategy<Value = f64> {
+    (-323.0..=most.log10()).prop_map(move |power| 10_f64.powf(power).min(most))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 2048, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn every_turnaround_that_is_accepted_has_a_route(
+        pitch_m in up_to(1000.0), pitches in up_to(20_000.0), ratio in 0.01..=100.0_f64,
+    ) {
+        for (pitch_m, diameter_m) in [(pitch_m, pitches * pitch_m), (pitch_m, f64::from_bits(1)), (f64::from_bits(1), pitches)] {
+            if let Ok(turnaround) = Turnaround::new(pitch_m, diameter_m, ratio) {
+                prop_assert_eq!(turnaround.route().seams().len(), 3);
+            }
+        }
+    }
+}
+
 proptest! {
     #[test]
     fn position_and_tangent_are_continuous_at_every_joint(turnaround in turnarounds()) {

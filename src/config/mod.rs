@@ -429,6 +429,10 @@ mod tests {
                 "[route]\nkind = \"turnaround\"\nturn_diameter_m = -9",
                 "[route] turn_diameter_m is -9, must be above 0 and at most 34000",
             ),
+            (
+                "[route]\nkind = \"turnaround\"\nturn_diameter_m = 5e-324",
+                "[route] turn_diameter_m is 5e-324, must be above 0 and at most 34000",
+            ),
             ("[route]\nkind = \"turnaround\"\nstart_s = 5\nend_s = 5", "[route] end_s is 5, must be above start_s 5"),
             (
                 "[route]\nkind = \"turnaround\"\nend_s = 1e9",

@@ -59,6 +59,10 @@ impl Turnaround {
         let way_in = Spiral::inward(pitch_m, circle_angle);
         let entry = way_in.point(-circle_angle);
         let (turn_angle, radii_sum_m) = (2.0 * circle_angle.atan(), 0.5 * turn_diameter_m / circle_angle.atan().sin());
+        // A diameter or a pitch at the end of what numbers can hold gives no arcs.
+        if !(circle_angle.is_normal() && radii_sum_m.is_normal()) {
+            return Err(RouteError::TurnDiameter { turn_diameter_m, pitch_m });
+        }
         let exit_radius_m = radii_sum_m / (1.0 + radius_ratio);
         let entry_radius_m = radii_sum_m - exit_radius_m;
         Ok(Self {
