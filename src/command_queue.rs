@@ -55,21 +55,17 @@ struct Lane {
     thread: Option<JoinHandle<()>>,
 }
 
-/// A command, its number, and how many holds were given before it.
-struct QueuedCommand {
-    request: Request,
-    number: u64,
-    holds_before: u64,
-    /// Whether it waited for no other command when it was submitted: then closing the queue does not give it up.
-    is_under_way: bool,
-    answer: Callback,
-}
+type QueuedCommand = (Unanswered, Callback);
 
 /// A command that has not been answered.
 #[derive(Clone, Copy, Debug)]
 struct Unanswered {
     request: Request,
     number: u64,
+    /// How many holds were given before it.
+    holds_before: u64,
+    /// Whether it waited for no other command when it was submitted: then closing the queue does not cancel it.
+    is_first: bool,
     is_sent: bool,
 }
 
@@ -82,8 +78,8 @@ struct LaneState {
     is_closed: AtomicBool,
     /// Whether nobody waits for any reply any more.
     is_over: AtomicBool,
-    /// Locked while a command is on its way.
-    on_its_way: Mutex<()>,
+    /// Locked while a command is in flight.
+    in_flight: Mutex<()>,
     /// Commands given so far.
     given: AtomicU64,
     unanswered: Mutex<Vec<Unanswered>>,
@@ -99,9 +95,8 @@ impl CommandQueue {
         let lanes = Arc::new(LaneState::default());
         let state = Arc::clone(&lanes);
         let is_over = move || state.is_over.load(Ordering::SeqCst);
-        let send = move |request, is_given_up: &dyn Fn() -> bool| {
-            call_unless(&domain, name, sender, request, is_given_up, &is_over)
-        };
+        let send =
+            move |request, is_given_up: &dyn Fn() -> bool| call(&domain, name, sender, request, is_given_up, &is_over);
         Self::sending(lanes, Arc::new(send))
     }
 
@@ -122,13 +117,13 @@ impl CommandQueue {
     ) {
         let is_hold = request == Request::Hold;
         let holds_before = self.lanes.holds.fetch_add(u64::from(is_hold), Ordering::SeqCst);
-        let (number, is_under_way) = self.lanes.begin(request);
-        let command = QueuedCommand { request, number, holds_before, is_under_way, answer: Box::new(answer) };
+        let command = self.lanes.begin(request, holds_before);
         let lane = if is_hold { &self.holds } else { &self.others };
         let commands = lane.commands.as_ref().expect("a lane is open for as long as the queue lasts");
-        if let Err(TrySendError::Full(command) | TrySendError::Disconnected(command)) = commands.try_send(command) {
-            (command.answer)(Err(CommandQueueError::Crowded));
-            self.lanes.end(number);
+        let sent = commands.try_send((command, Box::new(answer)));
+        if let Err(TrySendError::Full((_, answer)) | TrySendError::Disconnected((_, answer))) = sent {
+            answer(Err(CommandQueueError::Crowded));
+            self.lanes.end(command);
         }
     }
 
@@ -171,70 +166,67 @@ impl Drop for Lane {
     }
 }
 
-impl std::fmt::Debug for QueuedCommand {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.debug_struct("QueuedCommand").field("request", &self.request).finish_non_exhaustive()
-    }
-}
-
 impl LaneState {
     /// Why a command is not to be sent any more: a hold was given after it, or nobody waits for it.
-    fn gives_up(&self, holds_before: u64, is_under_way: bool) -> Option<CommandQueueError> {
-        let is_overtaken = self.holds.load(Ordering::SeqCst) > holds_before;
-        let is_closed = self.is_closed.load(Ordering::SeqCst) && !is_under_way;
+    fn cancels(&self, command: Unanswered) -> Option<CommandQueueError> {
+        let is_overtaken = self.holds.load(Ordering::SeqCst) > command.holds_before;
+        let is_closed = self.is_closed.load(Ordering::SeqCst) && !command.is_first;
         is_overtaken.then_some(CommandQueueError::Overtaken).or(is_closed.then_some(CommandQueueError::Closed))
     }
 
-    /// Notes a command as unanswered. Returns its number, and whether it waits for no other one: then it is under way.
-    fn begin(&self, request: Request) -> (u64, bool) {
+    /// Notes a command as unanswered. One that waits for no other is under way.
+    fn begin(&self, request: Request, holds_before: u64) -> Unanswered {
         let number = self.given.fetch_add(1, Ordering::Relaxed);
         let mut unanswered = lock(&self.unanswered);
-        let is_under_way = unanswered.iter().all(|one| one.request == Request::Hold);
-        unanswered.push(Unanswered { request, number, is_sent: is_under_way });
-        (number, is_under_way)
+        let is_first = unanswered.iter().all(|one| one.request == Request::Hold);
+        let command = Unanswered { request, number, holds_before, is_first, is_sent: is_first };
+        unanswered.push(command);
+        command
     }
 
-    fn note_sent(&self, number: u64) {
-        lock(&self.unanswered).iter_mut().filter(|one| one.number == number).for_each(|one| one.is_sent = true);
+    fn note_sent(&self, command: Unanswered) {
+        let mut unanswered = lock(&self.unanswered);
+        unanswered.iter_mut().filter(|one| one.number == command.number).for_each(|one| one.is_sent = true);
     }
 
-    fn end(&self, number: u64) {
-        lock(&self.unanswered).retain(|one| one.number != number);
+    fn end(&self, command: Unanswered) {
+        lock(&self.unanswered).retain(|one| one.number != command.number);
         self.answered.notify_all();
     }
 }
 
 fn send_others(commands: &Receiver<QueuedCommand>, send: &SendCommand, lanes: &LaneState) {
-    for QueuedCommand { request, number, holds_before, is_under_way, answer } in commands {
-        let on_its_way = lock(&lanes.on_its_way);
-        let outcome = if let Some(error) = lanes.gives_up(holds_before, is_under_way) {
+    for (command, answer) in commands {
+        let in_flight = lock(&lanes.in_flight);
+        let outcome = if let Some(error) = lanes.cancels(command) {
             Err(error)
         } else {
-            lanes.note_sent(number);
-            send(request, &|| lanes.gives_up(holds_before, false).is_some()).map_err(CommandQueueError::Bus)
+            lanes.note_sent(command);
+            let is_cancelled = || lanes.cancels(Unanswered { is_first: false, ..command }).is_some();
+            send(command.request, &is_cancelled).map_err(CommandQueueError::Bus)
         };
-        drop(on_its_way);
+        drop(in_flight);
         answer(outcome);
-        lanes.end(number);
+        lanes.end(command);
     }
 }
 
 fn send_holds(commands: &Receiver<QueuedCommand>, send: &SendCommand, lanes: &LaneState) {
-    for QueuedCommand { request, number, answer, .. } in commands {
-        lanes.note_sent(number);
-        let outcome = match lanes.on_its_way.try_lock() {
-            Ok(_alone) => send(request, &|| false),
-            Err(TryLockError::Poisoned(_)) => send(request, &|| false),
+    for (command, answer) in commands {
+        lanes.note_sent(command);
+        let send = || send(command.request, &|| false);
+        let outcome = match lanes.in_flight.try_lock() {
+            Ok(_) | Err(TryLockError::Poisoned(_)) => send(),
             Err(TryLockError::WouldBlock) => {
-                // At once; and again when what is on its way can no longer come after it.
-                let first = send(request, &|| false);
-                let _alone = lock(&lanes.on_its_way);
+                // At once; and again when the command in flight can no longer come after it.
+                let first = send();
+                let _alone = lock(&lanes.in_flight);
                 // A server that is gone meanwhile has stopped too.
-                send(request, &|| false).or(first)
+                send().or(first)
             }
         };
         answer(outcome.map_err(CommandQueueError::Bus));
-        lanes.end(number);
+        lanes.end(command);
     }
 }
 
@@ -258,17 +250,6 @@ const PROOF_PERIOD: Duration = Duration::from_millis(20);
 /// # Errors
 /// As [`CommandClient::open`] and [`CommandClient::call`].
 pub fn call(
-    domain: &Domain,
-    name: &str,
-    sender: Sender,
-    request: Request,
-    is_given_up: impl Fn() -> bool,
-) -> Result<CommandReply, BusError> {
-    call_unless(domain, name, sender, request, &is_given_up, &|| false)
-}
-
-/// The same, where nobody may wait for the reply any more.
-fn call_unless(
     domain: &Domain,
     name: &str,
     sender: Sender,
@@ -337,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hold_is_sent_at_once_and_once_more_after_what_was_on_its_way_and_what_waited_is_given_up() {
+    fn a_hold_is_sent_at_once_and_again_after_the_command_in_flight_and_cancels_what_waits() {
         let FakeServer { queue, sent, go_on } = fake_server();
         let release = give(&queue, Request::Release);
         assert_eq!(sent.recv(), Ok(Request::Release));
@@ -365,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn more_commands_than_there_is_room_for_are_told_so_and_a_hold_has_room_of_its_own() {
+    fn more_commands_than_there_is_room_for_are_refused_and_a_hold_has_room_of_its_own() {
         let FakeServer { queue, sent, go_on } = fake_server();
         let first = give(&queue, Request::Pause);
         assert_eq!(sent.recv(), Ok(Request::Pause));
@@ -378,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn a_desk_that_closes_waits_for_its_holds_and_gives_up_the_rest() {
+    fn a_queue_that_closes_waits_for_its_holds_and_gives_up_the_rest() {
         let FakeServer { queue, sent, go_on } = fake_server();
         let pause = give(&queue, Request::Pause);
         assert_eq!(sent.recv(), Ok(Request::Pause));

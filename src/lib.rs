@@ -8,15 +8,14 @@
 //! | [`bridge`] | frames for lighting desks, media servers and other machines |
 //! | [`display`] | what people look at: browser page, terminal view, metrics |
 //! | [`command_queue`] | commands to a server, one at a time and in their order, and holds past all others |
-//! | [`output`] | tables, figures, reports, histograms, and how they are printed |
+//! | [`output`] | tables, figures, histograms, the log, and how they are printed |
 //! | [`config`] | the validated TOML document |
-//! | [`system`] | clocks, processors, signals, limits, and checks of the machine |
-//! | `cli`, `command` | the arguments; a file for each command, and the program's `main` above them |
+//! | [`system`] | clocks, processors, signals, limits, whole files |
+//! | `command` | a file for each command, with its arguments, and the program's `main` |
 //!
-//! The mathematics is the crate `bench_dragon_geometry`, the bus `bench_dragon_ipc`.
+//! A room uses only rooms below it; `tests/rooms.rs` has the order. The mathematics is the crate `bench_dragon_geometry`, the bus `bench_dragon_ipc`.
 
 pub mod bridge;
-mod cli;
 mod command;
 pub mod command_queue;
 pub mod config;
@@ -27,4 +26,4 @@ pub mod safety;
 pub mod source;
 pub mod system;
 
-pub use command::main;
+pub use command::{RecordLine, RecordSummary, ServeLine, main};

@@ -9,17 +9,14 @@ use std::thread;
 
 use allocation_counter::AllocationInfo;
 use bench_dragon::config::Config;
-use bench_dragon::source::server::{Following, Server, ServerSettings};
+use bench_dragon::source::server::{Server, ServerSettings, TimecodeFollowing};
 use bench_dragon::source::timecode::{FollowerSettings, FrameRate, TimecodeReceiver};
 use bench_dragon_ipc::{Domain, FrameSubscriber, Instance, ShowState, StatusReader, TimecodeKind};
+use test_support::eventually::eventually;
 
-#[path = "processes/eventually.rs"]
-#[allow(dead_code, reason = "these tests use a part of it")]
-mod eventually;
 #[path = "processes/steady_desk.rs"]
 mod steady_desk;
 
-use eventually::eventually;
 use steady_desk::send_timecode;
 
 /// Ticks of the shorter run: its reader has fallen behind by then, and loses a frame with each tick.
@@ -124,9 +121,9 @@ fn run_after_timecode(ticks: u64) -> (AllocationInfo, u64) {
     let source = "osc:0".parse().expect("a source");
     let (receiver, inbox) = TimecodeReceiver::start(source, FrameRate::default(), 1_000_000_000).expect("a port");
     let settings = FollowerSettings { offset_s: 0.0, timeout_ns: 1_000_000_000, first_s: 0.0, last_s: 100.0 };
-    server.follow(Following::new(settings, TimecodeKind::Osc, inbox).0);
+    server.follow(TimecodeFollowing::new(settings, TimecodeKind::Osc, inbox).0);
     let (begun, over) = mpsc::channel::<()>();
-    let listen = receiver.listen();
+    let listen = receiver.listen;
     let measured = thread::scope(|scope| {
         scope.spawn(move || send_timecode(listen, &over));
         // Given up here, also where the test fails.
@@ -151,16 +148,8 @@ fn create(ticks: u64, spin_us: u32) -> (Domain, Server) {
     let name = format!("allocations-{}-{}", std::process::id(), thread_number());
     let domain = Domain::new(Instance::new(&name).expect("allowed characters")).expect("a short path");
     let text = format!("[serve]\nrate_hz = {RATE_HZ}\nspin_us = {spin_us}\n");
-    let settings = ServerSettings {
-        config: Config::from_toml(&text).expect("the paper's dragon"),
-        start_s: 0.0,
-        start_travel_m: None,
-        start_speed_mps: None,
-        until_s: Some(ticks as f64 / RATE_HZ as f64),
-        held: false,
-        paused: false,
-        readers: 0,
-    };
+    let mut settings = ServerSettings::planned(Config::from_toml(&text).expect("the paper's dragon"), 0.0);
+    settings.start.until_s = Some(ticks as f64 / RATE_HZ as f64);
     let server = Server::create(&domain, settings).expect("the instance is this test's own");
     (domain, server)
 }

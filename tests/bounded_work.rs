@@ -17,7 +17,6 @@ use bench_dragon_geometry::planner::{
     Parameter, Sensitivity, Setting, Staging, clearance_profile, largest_speed_ratio, least_clearance, near_misses,
     passage_through, shortest_turn, smallest_pitch, walk_through,
 };
-use bench_dragon_geometry::route::RouteSpec;
 use bench_dragon_ipc::{FrameHeader, HandleState};
 use proptest::prelude::*;
 use proptest::test_runner::{Config as Cases, RngAlgorithm, TestRng, TestRunner};
@@ -104,7 +103,7 @@ fn is_bounded(text: &str) -> bool {
         clearance_profile(&dragon.metered(meter), &travels_m, || ());
     });
     ask("the near misses", &|meter| {
-        near_misses(&dragon.metered(meter), start_m, end_m, config.near_m(), |_| ());
+        near_misses(&dragon.metered(meter), start_m, end_m, config.tables().monitor.near_m, |_| ());
     });
     ask("the least clearance", &|meter| {
         let _ = black_box(least_clearance(&dragon.metered(meter), start_m, end_m, |_| ()));
@@ -118,8 +117,8 @@ fn is_bounded(text: &str) -> bool {
     ask("the smallest pitch with a clearance", &|meter| {
         let _ = black_box(smallest_pitch(dragon.dimensions(), 16.0, 9.0, 0.05, meter));
     });
-    if let RouteSpec::Turnaround(plan) = config.route() {
-        let turnaround = plan.turnaround(config.head_speed_mps()).expect("a valid configuration has a route");
+    if let Some(plan) = config.route().as_turnaround() {
+        let turnaround = plan.turnaround(config.tables().head.speed_mps).expect("a valid configuration has a route");
         let dimensions = *dragon.dimensions();
         ask("the passage", &|meter| {
             let _ = black_box(passage_through(turnaround, dimensions, meter));
@@ -141,8 +140,8 @@ fn is_bounded(text: &str) -> bool {
     let setting = Setting {
         dimensions: *dragon.dimensions(),
         route: config.route(),
-        speed_mps: config.head_speed_mps(),
-        accel_mps2: config.head_accel_mps2(),
+        speed_mps: config.tables().head.speed_mps,
+        accel_mps2: config.tables().head.accel_mps2,
     };
     let parameters = vec![Parameter::Pitch, Parameter::Width];
     let study = Sensitivity { setting, turn_diameter_m: 9.0, range: 0.05, steps: 1, parameters };
@@ -170,7 +169,7 @@ fn watch(config: &Config, text: &str) {
         assert!(alerts <= ALERT_BURST as usize, "{alerts} alerts of one frame:\n{text}");
         let bytes = allocations.bytes_max;
         assert!(bytes <= MOST_BYTES, "a frame takes {bytes} bytes:\n{text}");
-        travel_m = (travel_m + gap_s * config.head_speed_mps()).min(dragon.end_travel_m());
+        travel_m = (travel_m + gap_s * config.tables().head.speed_mps).min(dragon.end_travel_m());
     }
 }
 
@@ -181,8 +180,8 @@ fn next_header(last: &FrameHeader, config: &Config, travel_m: f64, gap_s: f64) -
         sim_time_ns: last.sim_time_ns + (ticks * config.tick_s() * 1e9) as i64,
         scheduled_ns: last.scheduled_ns + (gap_s * 1e9) as u64,
         head_travel_m: travel_m,
-        head_speed_mps: config.head_speed_mps(),
-        time_scale: config.time_scale(),
+        head_speed_mps: config.tables().head.speed_mps,
+        time_scale: config.tables().serve.time_scale,
         ..*last
     }
 }

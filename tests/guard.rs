@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use bench_dragon::config::Config;
-use bench_dragon::safety::guard::{ClearanceCheck, Guard, GuardSettings};
+use bench_dragon::safety::guard::{ClearanceCheck, Guard};
 use bench_dragon::source::server::motion::{HeadState, Motion, MotionPlan, MotionSettings};
 use bench_dragon_geometry::dragon::Dragon;
 use bench_dragon_geometry::planner::least_clearance;
@@ -38,10 +38,10 @@ impl<'a> Rehearsal<'a> {
     fn new(config: &'a Config, start_travel_m: f64, lag_ticks: usize) -> Self {
         let dragon: &Dragon = config.dragon();
         let plan = MotionSettings {
-            speed_mps: config.head_speed_mps(),
-            start_speed_mps: config.head_speed_mps(),
-            accel_mps2: config.head_accel_mps2(),
-            start_s: start_travel_m / config.head_speed_mps(),
+            speed_mps: config.tables().head.speed_mps,
+            start_speed_mps: config.tables().head.speed_mps,
+            accel_mps2: config.tables().head.accel_mps2,
+            start_s: start_travel_m / config.tables().head.speed_mps,
             first_s: config.start_s(),
             last_s: config.end_s(),
             guarded_run: Some(RUN_ID),
@@ -57,7 +57,7 @@ impl<'a> Rehearsal<'a> {
             tick: 0,
             lag_ticks,
             late: VecDeque::new(),
-            margin_m: config.margin_m(),
+            margin_m: config.tables().monitor.margin_m,
             leg_m: [start_travel_m; 2],
         }
     }
@@ -78,7 +78,7 @@ impl<'a> Rehearsal<'a> {
         self.motion.miss(missed);
         self.motion.advance();
         let head = self.motion.head();
-        let time_scale = self.config.time_scale() * self.motion.catch_up().pace();
+        let time_scale = self.config.tables().serve.time_scale * self.motion.catch_up().pace();
         let header = head.header(RUN_ID, self.tick, 0, time_scale, 0);
         self.tick += 1;
         self.leg_m[1] = head.travel_m;
@@ -118,7 +118,7 @@ impl<'a> Rehearsal<'a> {
             }
             self.play();
         }
-        let target_m = self.config.head_speed_mps() * sim_time_s;
+        let target_m = self.config.tables().head.speed_mps * sim_time_s;
         assert!(!self.is_apart_at(target_m), "a seek to {target_m} m is refused for no reason");
     }
 
@@ -140,7 +140,7 @@ impl<'a> Rehearsal<'a> {
     fn play_to_rest(&mut self) -> HeadState {
         loop {
             let head = self.play();
-            let header = head.header(RUN_ID, self.tick, 0, self.config.time_scale(), 0);
+            let header = head.header(RUN_ID, self.tick, 0, self.config.tables().serve.time_scale, 0);
             if head.state == ShowState::Finished || self.late.len() >= self.lag_ticks && self.guard.is_final(&header) {
                 return head;
             }
@@ -149,7 +149,7 @@ impl<'a> Rehearsal<'a> {
 }
 
 fn guard(config: &Config) -> Guard<'_> {
-    Guard::new(config.dragon(), config, GuardSettings::of(config), RUN_ID)
+    Guard::new(config.dragon(), config, RUN_ID)
 }
 
 /// Configurations on both routes, most of which have a contact somewhere.
@@ -228,7 +228,7 @@ proptest! {
                 rehearsal.play();
             }
             match event {
-                Event::Seek(share) => rehearsal.seek(at(share) / config.head_speed_mps()),
+                Event::Seek(share) => rehearsal.seek(at(share) / config.tables().head.speed_mps),
                 Event::GuardRestart => rehearsal.restart_guard(),
                 Event::Speed(speed_mps) => rehearsal.motion.request(Request::Speed { speed_mps }).expect("it is in range"),
                 Event::Hold => rehearsal.motion.request(Request::Hold).expect("hold is always accepted"),

@@ -1,6 +1,6 @@
 //! The monitor on frames that a simulation makes, without a bus: what it tells must not depend on how the frames come.
 
-use bench_dragon::config::{Config, Overrides};
+use bench_dragon::config::Config;
 use bench_dragon::safety::forecast::Forecast;
 use bench_dragon::safety::monitor::Monitor;
 use bench_dragon::source::server::Simulation;
@@ -20,8 +20,8 @@ struct Rehearsal {
 
 impl Rehearsal {
     fn new(time_scale: f64, start_s: f64) -> Self {
-        let overrides = Overrides { time_scale: Some(time_scale), ..Overrides::default() };
-        let config = Config::load(None, overrides).expect("the paper's dragon is valid");
+        let config =
+            Config::load(None, |tables| tables.serve.time_scale = time_scale).expect("the paper's dragon is valid");
         let plan = MotionSettings {
             start_s,
             start_travel_m: start_s,

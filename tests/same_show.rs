@@ -4,7 +4,7 @@ use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::Arc;
 
 use bench_dragon::source::server::Simulation;
-use bench_dragon::source::server::motion::MotionPlan;
+use bench_dragon::source::server::motion::{MotionPlan, MotionSettings};
 use bench_dragon_geometry::dragon::{Dimensions, Dragon};
 use bench_dragon_geometry::route::{Route, Turnaround};
 use bench_dragon_ipc::{HandleState, Request};
@@ -26,7 +26,7 @@ fn paper_turnaround() -> Dragon {
 /// Plays a show with commands in between, and hashes every frame.
 fn play(dragon: Dragon) -> u64 {
     let (first_s, last_s) = (dragon.start_travel_m(), dragon.end_travel_m());
-    let plan = MotionPlan::plain(1e-3, first_s, last_s);
+    let plan = MotionPlan::new(MotionSettings::plain(1e-3, first_s, last_s)).expect("a tick and two travels in order");
     let mut handles = vec![HandleState::default(); dragon.dimensions().handles()];
     let mut simulation = Simulation::new(Arc::new(dragon), plan);
     let mut hasher = DefaultHasher::new();

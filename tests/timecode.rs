@@ -1,7 +1,9 @@
 //! A motion that follows timecode, tick by tick, with no clock and no socket.
 
 use bench_dragon::source::server::motion::{HeadState, Motion, MotionPlan, MotionSettings};
-use bench_dragon::source::timecode::{Follower, FollowerEvent, FollowerSettings, Position, Sample, Show};
+use bench_dragon::source::timecode::{
+    Follower, FollowerEvent, FollowerSettings, Position, ShowPosition, TimecodeSample,
+};
 use bench_dragon_ipc::{Request, ShowState};
 
 const RATE_HZ: u64 = 1000;
@@ -51,9 +53,9 @@ impl Rehearsal {
         if let Some(position_s) = clock_s.filter(|_| self.tick.is_multiple_of(FRAME_TICKS)) {
             let late_ns = self.tick / FRAME_TICKS * 7 % 3 * TICK_NS;
             let position = Position { since_midnight_s: position_s.rem_euclid(DAY_S), day_s: DAY_S };
-            self.follower.hear(Sample { position, arrived_ns: (due_ns + late_ns).saturating_sub(2 * TICK_NS) });
+            self.follower.hear(TimecodeSample { position, arrived_ns: (due_ns + late_ns).saturating_sub(2 * TICK_NS) });
         }
-        let show = Show { sim_time_s: self.motion.next_sim_s(), is_stopped: self.motion.is_stopped() };
+        let show = ShowPosition { sim_time_s: self.motion.next_sim_s(), is_stopped: self.motion.is_stopped() };
         let (order, event) = self.follower.steer(due_ns, show);
         self.events.extend(event);
         if let Some(sim_time_s) = order.seek_s {

@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use bench_dragon::output::report::ServeLine;
+use bench_dragon::ServeLine;
 use bench_dragon_ipc::{Domain, Instance, Status, StatusReader, TimeHistogram};
 
 use crate::setting::{RATE_HZ, Setting, TICKS};

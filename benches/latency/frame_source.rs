@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use bench_dragon::source::server::Simulation;
-use bench_dragon::source::server::motion::MotionPlan;
+use bench_dragon::source::server::motion::{MotionPlan, MotionSettings};
 use bench_dragon_ipc::{FrameHeader, HandleState};
 
 use crate::shared;
@@ -24,7 +24,8 @@ pub(crate) struct FrameSource {
 impl FrameSource {
     pub(crate) fn new() -> Self {
         let dragon = shared::dragon(BENCHES);
-        let plan = MotionPlan::plain(1.0 / f64::from(RATE_HZ), 0.0, dragon.end_travel_m());
+        let settings = MotionSettings::plain(1.0 / f64::from(RATE_HZ), 0.0, dragon.end_travel_m());
+        let plan = MotionPlan::new(settings).expect("travels in order");
         Self { simulation: Simulation::new(Arc::new(dragon), plan), tick: 0 }
     }
 

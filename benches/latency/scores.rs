@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use bench_dragon::output::histogram::{LatencyHistogram, Percentiles};
-use bench_dragon::output::table::{Cell, Column, Exporter as _, Table, Text};
+use bench_dragon::output::table::{Cell, Column, Table, text};
 
 use crate::outcome::Outcome;
 use crate::setting::Setting;
@@ -88,8 +88,7 @@ pub(crate) fn report(bench: &'static str, contests: &[Vec<Scores>], took: Durati
     }
     figures.write();
     for contest in contests {
-        let text = Text.export(&[table(contest)]).expect("text has room for any table");
-        println!("\n{}", String::from_utf8_lossy(&text));
+        println!("\n{}", text(&[table(contest)]));
     }
 }
 

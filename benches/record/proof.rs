@@ -29,7 +29,8 @@ pub(crate) fn prove(file: &Path, show: &Show, seconds: u32) {
         let header = frame.header;
         let missed = last_due_ns.map_or(0, |last_due_ns| missed(last_due_ns, header.scheduled_ns));
         last_due_ns = Some(header.scheduled_ns);
-        simulation.tick(missed, false, |_| None);
+        simulation.begin_tick(missed, false);
+        simulation.advance(None);
         simulation.write(&mut expected);
         let stamped = FrameHeader {
             published_ns: header.published_ns,

@@ -7,9 +7,9 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use bench_dragon::output::report::{RecordLine, RecordSummary, ServeLine};
 use bench_dragon::source::server::ServerSummary;
 use bench_dragon::system::stop::StopFlag;
+use bench_dragon::{RecordLine, RecordSummary, ServeLine};
 use rustix::process::{Pid, Signal, kill_process};
 use serde::de::DeserializeOwned;
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use bench_dragon::source::server::Simulation;
-use bench_dragon::source::server::motion::MotionPlan;
+use bench_dragon::source::server::motion::{MotionPlan, MotionSettings};
 use bench_dragon_ipc::HandleState;
 
 use crate::shared::{dragon, median, nanoseconds_a_call};
@@ -17,7 +17,7 @@ const HANDLES_A_BATCH: usize = 100_000;
 /// Nanoseconds that the state of so many benches takes, written into plain memory: no bus, no clock.
 pub(crate) fn step_ns(benches: usize) -> f64 {
     let dragon = Arc::new(dragon(benches));
-    let plan = MotionPlan::plain(0.001, 0.0, dragon.end_travel_m());
+    let plan = MotionPlan::new(MotionSettings::plain(0.001, 0.0, dragon.end_travel_m())).expect("travels in order");
     let mut simulation = Simulation::new(dragon, plan);
     let mut frame = vec![HandleState::default(); benches + 1];
     let mut batch = || {

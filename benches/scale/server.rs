@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use bench_dragon::config::Config;
 use bench_dragon::source::server::{Server, ServerSettings, ServerSummary};
 use bench_dragon::system::stop::StopFlag;
-use bench_dragon_ipc::{Domain, Instance};
+use bench_dragon_ipc::{Domain, Instance, RunStart};
 use rustix::time::{ClockId, clock_gettime};
 
 use crate::reader::{Account, Habit, Reader};
@@ -98,16 +98,10 @@ fn run(setting: &Setting, proving: bool, stop: &StopFlag) -> Cost {
 
 fn settings(setting: &Setting) -> ServerSettings {
     let text = format!("[dragon]\nbenches = {}\n[serve]\nrate_hz = {}\n", setting.benches, setting.rate_hz);
-    ServerSettings {
-        config: Config::from_toml(&text).expect("the paper's dragon, of any length"),
-        start_s: 0.0,
-        start_travel_m: None,
-        start_speed_mps: None,
-        until_s: Some(RUN_S),
-        held: false,
-        paused: false,
-        readers: setting.readers,
-    }
+    let config = Config::from_toml(&text).expect("the paper's dragon, of any length");
+    let planned = ServerSettings::planned(config, 0.0);
+    let start = RunStart { until_s: Some(RUN_S), ..planned.start };
+    ServerSettings { start, readers: setting.readers, ..planned }
 }
 
 /// Processor seconds a second of this process, well inside the run.

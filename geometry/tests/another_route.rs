@@ -12,8 +12,8 @@ use glam::DVec2;
 fn bend(radius_m: f64, end_m: f64) -> Route {
     let line = Line::up_to(DVec2::ZERO, DVec2::X);
     let circle = CircularArc::from_begin(DVec2::ZERO, DVec2::X, radius_m, end_m / radius_m, Turn::CounterClockwise);
-    let route = Route::new(vec![Segment::Line(line), Segment::Arc(circle)], 1.0).expect("the circle touches the line");
-    route.between(0.0, 1.0 + end_m).expect("a valid span")
+    let segments = [Segment::Line(line), Segment::Arc(circle)];
+    Route::new(&segments, 1.0, [0.0, 1.0 + end_m]).expect("the circle touches the line")
 }
 
 fn dragon(benches: usize, radius_m: f64, end_m: f64) -> Dragon {

@@ -108,7 +108,10 @@ fn speed_changes_times_alone_and_the_pitch_is_no_answer_to_itself() {
             assert_eq!(sampled.clone().ok(), Some(expected), "{quantity}");
         }
         if quantity == Quantity::SmallestPitch {
-            assert_eq!(curves[1].derivative, Err(NoDerivative::Undefined(Undefined::OwnPitch)));
+            assert_eq!(
+                curves[1].derivative,
+                Err(NoDerivative::Undefined(Undefined("the pitch is the answer, whatever is planned")))
+            );
             assert!(curves[1].samples.iter().all(|sample| sample.value.is_err()));
         }
     }
@@ -121,7 +124,10 @@ fn smallest_pitch_is_told_where_no_contact_limits_it() {
     let wide = Sensitivity { setting, turn_diameter_m: 30.0, range: 0.05, steps: 1, parameters };
     let Response { value, curves, .. } = &wide.study(&Meter::unlimited(), || ())[3];
     assert!((value.clone().expect("16 turns reach 15 m") - 15.0 / 16.0).abs() < 1e-9);
-    assert_eq!(curves[0].derivative, Err(NoDerivative::Undefined(Undefined::Start)));
+    assert_eq!(
+        curves[0].derivative,
+        Err(NoDerivative::Undefined(Undefined("it is decided by where the spiral starts")))
+    );
 }
 
 /// Handle 1 would stop on the turn if the head were 5 % longer. Boards wider than the pitch overlap anywhere.

@@ -33,7 +33,7 @@ fn keyhole() -> Route {
     // But for rounding: the way back is beside the way in.
     let back = DVec2::new(position.x, WIDTH_M);
     segments.push(Segment::Line(Line::from_begin(back, -DVec2::X, END_M - length_m)));
-    Route::new(segments, 0.0).and_then(|route| route.between(-1.0, END_M)).expect("every arc touches the next segment")
+    Route::new(&segments, 0.0, [-1.0, END_M]).expect("every arc touches the next segment")
 }
 
 /// Travel at which the way back begins.

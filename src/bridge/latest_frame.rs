@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use bench_dragon_ipc::{BenchState, Frame, FrameHeader};
 
-/// What a bridge tells at one release.
-#[derive(Clone, Debug)]
+/// What a bridge sends at one release.
+#[derive(Clone, Debug, Default)]
 pub struct LatestFrame {
     /// The frame's header.
     pub header: FrameHeader,
@@ -17,12 +17,7 @@ pub struct LatestFrame {
 }
 
 impl LatestFrame {
-    /// Copies a frame that has just been read.
-    pub fn of(frame: &Frame) -> Self {
-        Self { header: *frame.header(), benches: frame.benches().collect(), freshness: Freshness::Fresh }
-    }
-
-    /// The same with another frame, in the same memory.
+    /// Copies a frame that has just been read, into the same memory.
     pub fn replace(&mut self, frame: &Frame) {
         self.header = *frame.header();
         self.benches.clear();
@@ -57,9 +52,10 @@ pub fn freshness_limit(rate_hz: u32) -> Duration {
 }
 
 /// How old a frame may be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Freshness {
     /// Its source was there a moment ago.
+    #[default]
     Fresh,
     /// Its source has been silent for too long.
     Stale {

@@ -16,7 +16,6 @@ mod latest_frame;
 mod osc_address;
 mod outlet;
 mod slip_sender;
-mod tracker;
 mod udp_sender;
 
 pub use latest_frame::{Freshness, LatestFrame, freshness, freshness_limit};

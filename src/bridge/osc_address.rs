@@ -88,37 +88,3 @@ fn check(address: &str) -> Result<(), AddressError> {
     let is_address = address.len() <= MAX_LEN && verify_address(address).is_ok();
     if is_address { Ok(()) } else { Err(AddressError::Address) }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn only_what_osc_calls_an_address_is_one() {
-        let long = format!("/{{index}}/{}", "a".repeat(MAX_LEN));
-        let bad = [
-            "{index}",
-            "/a b/{index}",
-            "/{index}/",
-            "//{index}",
-            "/a#/{index}",
-            "/*/{index}",
-            "/\u{e9}/{index}",
-            &long,
-        ];
-        for text in bad {
-            assert_eq!(text.parse::<AddressPattern>(), Err(AddressError::Address), "{text}");
-        }
-        assert_eq!("/dragon/bench".parse::<AddressPattern>(), Err(AddressError::NoIndex));
-        assert!("/dragon/show".parse::<ShowAddress>().is_ok());
-        let benches: AddressPattern = "/{index}/dragon2/bench{index}".parse().expect("an address");
-        for (show, is_bench) in [("/7/dragon2/bench7", true), ("/7/dragon2/bench8", false), ("/dragon/show", false)] {
-            assert_eq!(benches.is_bench(&show.parse().expect("an address")), is_bench, "{show}");
-        }
-        assert_eq!("/dragon/{index}".parse::<ShowAddress>(), Err(AddressError::Address));
-        assert_eq!(
-            "/{index}/{index}".parse::<AddressPattern>().map(|pattern| pattern.of_bench(2)),
-            Ok("/2/2".to_owned())
-        );
-    }
-}

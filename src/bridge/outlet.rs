@@ -87,12 +87,8 @@ const CALM_NS: u64 = 3_000_000_000;
 /// Follows whether sending works.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Outage {
-    ongoing: Option<Ongoing>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Ongoing {
     last_failure_ns: u64,
+    /// Since the outage began; 0 without one.
     failed_frames: u64,
 }
 
@@ -111,44 +107,12 @@ pub enum OutageChange {
 impl Outage {
     /// Takes note of one frame at `now_ns`. Returns what is to be reported.
     pub fn note(&mut self, failed: bool, now_ns: u64) -> Option<OutageChange> {
-        match (&mut self.ongoing, failed) {
-            (None, false) => None,
-            (None, true) => {
-                self.ongoing = Some(Ongoing { last_failure_ns: now_ns, failed_frames: 1 });
-                Some(OutageChange::Began)
-            }
-            (Some(ongoing), true) => {
-                ongoing.last_failure_ns = now_ns;
-                ongoing.failed_frames += 1;
-                None
-            }
-            (Some(Ongoing { last_failure_ns, failed_frames }), false) => {
-                let turn = OutageChange::Ended { failed_frames: *failed_frames };
-                let is_over = now_ns.saturating_sub(*last_failure_ns) >= CALM_NS;
-                is_over.then(|| {
-                    self.ongoing = None;
-                    turn
-                })
-            }
+        if failed {
+            self.last_failure_ns = now_ns;
+            self.failed_frames += 1;
+            return (self.failed_frames == 1).then_some(OutageChange::Began);
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn trouble_is_told_once_and_its_end_after_a_calm() {
-        let mut outage = Outage::default();
-        assert_eq!(outage.note(false, 0), None);
-        assert_eq!(outage.note(true, 1), Some(OutageChange::Began));
-        assert_eq!(outage.note(true, 2), None);
-        assert_eq!(outage.note(false, 3), None);
-        assert_eq!(outage.note(true, 4), None, "a calm that is too short is none");
-        assert_eq!(outage.note(false, 3 + CALM_NS), None);
-        assert_eq!(outage.note(false, 4 + CALM_NS), Some(OutageChange::Ended { failed_frames: 3 }));
-        assert_eq!(outage.note(false, 5 + CALM_NS), None);
-        assert_eq!(outage.note(true, 6 + CALM_NS), Some(OutageChange::Began));
+        let is_over = self.failed_frames > 0 && now_ns.saturating_sub(self.last_failure_ns) >= CALM_NS;
+        is_over.then(|| OutageChange::Ended { failed_frames: std::mem::take(&mut self.failed_frames) })
     }
 }

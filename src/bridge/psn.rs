@@ -1,8 +1,16 @@
 //! PosiStageNet 2.03, the protocol by which lighting desks and media servers follow what moves on a stage.
 //!
-//! Words: a *tracker* is something followed, here a bench; a *packet* is a datagram; a *frame* is the packets that tell of
-//! all trackers at once, under one number and each with their count. DATA packets tell where trackers are, INFO packets what
+//! Words: a *tracker* is something followed, here a bench; a *packet* is a datagram; a *frame* is the packets of
+//! all trackers at once, under one number and each with their count. DATA packets say where trackers are, INFO packets what
 //! they are called. A packet is a tree of *chunks*.
+//!
+//! *Axes.* Its x is right, its y up, its z depth, away from the audience: our (x, y, z) is its (x, z, y). Two axes are exchanged,
+//! so what is right-handed here is left-handed there, and a turn changes its sign. An orientation is the rotation that takes a
+//! board which points along +x to where it points: a vector along the axis of rotation, as long as the angle in radians. So a
+//! heading h is (0, −h, 0).
+//!
+//! An example: a bench at (3, 4, 0) that points and walks in +y at 1 m/s has heading π/2. As a tracker it is at (3, 0, 4),
+//! its speed is (0, 0, 1), and its orientation (0, −π/2, 0) turns (1, 0, 0) into (0, 0, 1).
 //!
 //! Source: PosiStageNet protocol, version 2.03 of 2019-09-09 (VYV Corporation, MA Lighting), posistage.net.
 
@@ -12,12 +20,10 @@ use std::str::FromStr;
 
 use super::latest_frame::LatestFrame;
 use super::outlet::{MAX_PACKET_LEN, Packets};
-use super::tracker::Tracker;
 
 /// Where PosiStageNet is sent where nothing else was agreed on.
 pub const DEFAULT_TARGET: SocketAddrV4 = SocketAddrV4::new(Ipv4Addr::new(236, 10, 10, 10), 56_565);
 
-/// Version 2.03.
 const VERSION: [u8; 2] = [2, 3];
 
 const DATA_PACKET: u16 = 0x6755;
@@ -97,19 +103,20 @@ impl PsnEncoder {
         self.data_frame_id = self.data_frame_id.wrapping_add(1);
         let (speed_factor, validity) = (latest.speed_factor(), f32::from(u8::from(latest.freshness.is_fresh())));
         let timestamp_us = self.since_epoch_us(latest.header.published_ns);
-        let mut trackers =
-            (0..).zip(benches).map(|(id, bench)| Tracker::of_bench(id, bench, speed_factor, validity, timestamp_us));
-        packets.clear();
-        for _ in 0..header.packet_count {
-            packets.push(|bytes| {
-                ChunkWriter::new(bytes).branch(DATA_PACKET, |packet| {
-                    write_header(packet, header);
-                    packet.branch(DATA_TRACKER_LIST, |list| {
-                        trackers.by_ref().take(TRACKERS_IN_A_PACKET).for_each(|tracker| write_tracker(list, &tracker));
+        let mut trackers = (0..).zip(benches);
+        write_packets(DATA_PACKET, header, packets, |packet| {
+            packet.branch(DATA_TRACKER_LIST, |list| {
+                for (id, bench) in trackers.by_ref().take(TRACKERS_IN_A_PACKET) {
+                    list.branch(id, |chunks| {
+                        chunks.vector(TRACKER_POSITION, to_psn(bench.centre_m));
+                        chunks.vector(TRACKER_SPEED, to_psn(bench.velocity_mps.map(|value| value * speed_factor)));
+                        chunks.vector(TRACKER_ORIENTATION, [0.0, -bench.heading_rad as f32, 0.0]);
+                        chunks.leaf(TRACKER_STATUS, &validity.to_le_bytes());
+                        chunks.leaf(TRACKER_TIMESTAMP, &timestamp_us.to_le_bytes());
                     });
-                });
+                }
             });
-        }
+        });
         Ok(())
     }
 
@@ -125,24 +132,24 @@ impl PsnEncoder {
         };
         self.info_frame_id = self.info_frame_id.wrapping_add(1);
         let mut ids = 0..benches as u16;
-        packets.clear();
-        for _ in 0..header.packet_count {
-            packets.push(|bytes| {
-                ChunkWriter::new(bytes).branch(INFO_PACKET, |packet| {
-                    write_header(packet, header);
-                    packet.leaf(INFO_SYSTEM_NAME, self.system_name.as_str().as_bytes());
-                    packet.branch(INFO_TRACKER_LIST, |list| {
-                        ids.by_ref().take(NAMES_IN_A_PACKET).for_each(|id| write_name(list, id));
-                    });
-                });
+        write_packets(INFO_PACKET, header, packets, |packet| {
+            packet.leaf(INFO_SYSTEM_NAME, self.system_name.0.as_bytes());
+            packet.branch(INFO_TRACKER_LIST, |list| {
+                for id in ids.by_ref().take(NAMES_IN_A_PACKET) {
+                    list.branch(id, |chunks| chunks.leaf(TRACKER_NAME, format!("Bench {id}").as_bytes()));
+                }
             });
-        }
+        });
         Ok(())
     }
 
     fn since_epoch_us(&self, instant_ns: u64) -> u64 {
         instant_ns.saturating_sub(self.epoch_ns) / 1_000
     }
+}
+
+fn to_psn([x, y, z]: [f64; 3]) -> [f32; 3] {
+    [x as f32, z as f32, y as f32]
 }
 
 fn packet_count(benches: usize, in_a_packet: usize) -> Result<u8, TooManyBenches> {
@@ -152,26 +159,21 @@ fn packet_count(benches: usize, in_a_packet: usize) -> Result<u8, TooManyBenches
     Ok(u8::try_from(benches.div_ceil(in_a_packet)).expect("as many packets as a byte counts hold the most benches"))
 }
 
-fn write_header(packet: &mut ChunkWriter<'_>, header: PacketHeader) {
+/// Replaces `packets` by those of one frame: in each its header, and what `write` appends.
+fn write_packets(kind: u16, header: PacketHeader, packets: &mut Packets, mut write: impl FnMut(&mut ChunkWriter<'_>)) {
     let mut data = [0; PACKET_HEADER_LEN - HEADER_LEN];
     data[..8].copy_from_slice(&header.timestamp_us.to_le_bytes());
     data[8..10].copy_from_slice(&VERSION);
     data[10..].copy_from_slice(&[header.frame_id, header.packet_count]);
-    packet.leaf(PACKET_HEADER, &data);
-}
-
-fn write_tracker(list: &mut ChunkWriter<'_>, tracker: &Tracker) {
-    list.branch(tracker.id, |chunks| {
-        chunks.vector(TRACKER_POSITION, tracker.position_m);
-        chunks.vector(TRACKER_SPEED, tracker.speed_mps);
-        chunks.vector(TRACKER_ORIENTATION, tracker.orientation_rad);
-        chunks.leaf(TRACKER_STATUS, &tracker.validity.to_le_bytes());
-        chunks.leaf(TRACKER_TIMESTAMP, &tracker.timestamp_us.to_le_bytes());
-    });
-}
-
-fn write_name(list: &mut ChunkWriter<'_>, id: u16) {
-    list.branch(id, |chunks| chunks.leaf(TRACKER_NAME, format!("Bench {id}").as_bytes()));
+    packets.clear();
+    for _ in 0..header.packet_count {
+        packets.push(|bytes| {
+            ChunkWriter(bytes).branch(kind, |packet| {
+                packet.leaf(PACKET_HEADER, &data);
+                write(packet);
+            });
+        });
+    }
 }
 
 /// 1 to 64 printable ASCII characters, blanks among them.
@@ -186,11 +188,6 @@ pub struct SystemNameError;
 impl SystemName {
     /// Most bytes of a name.
     pub const MAX_LEN: usize = 64;
-
-    /// The name.
-    pub fn as_str(&self) -> &str {
-        &self.0
-    }
 }
 
 impl FromStr for SystemName {
@@ -209,37 +206,28 @@ impl fmt::Display for SystemName {
     }
 }
 
-/// Bytes of a chunk's header.
-pub(super) const HEADER_LEN: usize = 4;
+const HEADER_LEN: usize = 4;
 
 const MAX_CHUNK_LEN: usize = (1 << 15) - 1;
 const HAS_CHUNKS: u32 = 1 << 31;
 
 /// Appends chunks to a packet.
 #[derive(Debug)]
-pub(super) struct ChunkWriter<'a>(&'a mut Vec<u8>);
+struct ChunkWriter<'a>(&'a mut Vec<u8>);
 
-impl<'a> ChunkWriter<'a> {
-    pub(super) fn new(packet: &'a mut Vec<u8>) -> Self {
-        Self(packet)
-    }
-
-    /// A chunk of bytes.
-    pub(super) fn leaf(&mut self, id: u16, data: &[u8]) {
+impl ChunkWriter<'_> {
+    fn leaf(&mut self, id: u16, data: &[u8]) {
         self.0.extend_from_slice(&header(id, data.len(), 0));
         self.0.extend_from_slice(data);
     }
 
     /// A chunk of three numbers.
-    pub(super) fn vector(&mut self, id: u16, [x, y, z]: [f32; 3]) {
-        self.0.extend_from_slice(&header(id, 12, 0));
-        for value in [x, y, z] {
-            self.0.extend_from_slice(&value.to_le_bytes());
-        }
+    fn vector(&mut self, id: u16, values: [f32; 3]) {
+        self.leaf(id, values.map(f32::to_le_bytes).as_flattened());
     }
 
     /// A chunk of the chunks that `write` appends.
-    pub(super) fn branch(&mut self, id: u16, write: impl FnOnce(&mut ChunkWriter<'_>)) {
+    fn branch(&mut self, id: u16, write: impl FnOnce(&mut ChunkWriter<'_>)) {
         let start = self.0.len();
         self.0.extend_from_slice(&[0; HEADER_LEN]);
         write(&mut ChunkWriter(self.0));
@@ -251,140 +239,4 @@ impl<'a> ChunkWriter<'a> {
 fn header(id: u16, len: usize, has_chunks: u32) -> [u8; HEADER_LEN] {
     assert!(len <= MAX_CHUNK_LEN, "a packet is shorter than a chunk may be");
     (u32::from(id) | (len as u32) << 16 | has_chunks).to_le_bytes()
-}
-
-#[cfg(test)]
-mod tests {
-    use bench_dragon_ipc::{BenchState, FrameHeader};
-    use proptest::prelude::*;
-
-    use super::*;
-    use crate::bridge::latest_frame::Freshness;
-
-    const EPOCH_NS: u64 = 1_000_000_000;
-
-    fn latest(benches: usize) -> LatestFrame {
-        let header = FrameHeader { published_ns: EPOCH_NS + 5_000, time_scale: 2.0, ..FrameHeader::default() };
-        let bench = BenchState { centre_m: [1.0, 2.0, 0.5], velocity_mps: [0.25, 0.5, 0.0], ..BenchState::default() };
-        LatestFrame { header, benches: vec![bench; benches], freshness: Freshness::Fresh }
-    }
-
-    fn encoder() -> PsnEncoder {
-        PsnEncoder::new("Dragon".parse().expect("a name"), EPOCH_NS)
-    }
-
-    /// A chunk: id, whether it has chunks, and its data.
-    type Chunk<'a> = (u16, bool, &'a [u8]);
-
-    /// Chunks one behind the other.
-    fn chunks(mut bytes: &[u8]) -> Vec<Chunk<'_>> {
-        let mut found = Vec::new();
-        while let Some((header, rest)) = bytes.split_first_chunk() {
-            let header = u32::from_le_bytes(*header);
-            let (data, after) = rest.split_at((header >> 16 & 0x7fff) as usize);
-            found.push((header as u16, header >> 31 == 1, data));
-            bytes = after;
-        }
-        assert!(bytes.is_empty(), "{} bytes behind the last chunk", bytes.len());
-        found
-    }
-
-    /// The chunks of the trackers of a packet, and the packet's count of packets and frame id.
-    fn trackers(packet: &[u8], id: u16) -> (Vec<Chunk<'_>>, u8, u8) {
-        let [(packet_id, true, content)] = chunks(packet)[..] else { panic!("a packet is one chunk") };
-        assert_eq!(packet_id, id);
-        let content = chunks(content);
-        let (header, list) = (content[0].2, content[content.len() - 1].2);
-        (chunks(list), header[11], header[10])
-    }
-
-    #[test]
-    fn a_data_packet_is_what_the_protocol_says_byte_by_byte() {
-        let mut packets = Packets::default();
-        encoder().data(&latest(1), EPOCH_NS + 7_000, &mut packets).expect("one bench fits");
-        let float = f32::to_le_bytes;
-        #[rustfmt::skip]
-        let expected = [
-            &[0x55, 0x67, 92, 0x80][..],                            // DATA packet, 92 bytes, of chunks
-            &[0, 0, 12, 0, 7, 0, 0, 0, 0, 0, 0, 0, 2, 3, 0, 1],     // header: 7 µs, version 2.03, frame 0, 1 packet
-            &[1, 0, 72, 0x80],                                      // tracker list
-            &[0, 0, 68, 0x80],                                      // tracker 0
-            &[0, 0, 12, 0], &float(1.0), &float(0.5), &float(2.0),  // position: x, z, y
-            &[1, 0, 12, 0], &float(0.5), &float(0.0), &float(1.0),  // speed, at twice the pace
-            &[2, 0, 12, 0], &float(0.0), &float(-0.0), &float(0.0), // orientation: heading 0
-            &[3, 0, 4, 0], &float(1.0),                             // status
-            &[6, 0, 8, 0, 5, 0, 0, 0, 0, 0, 0, 0],                  // timestamp: 5 µs
-        ];
-        assert_eq!(packets.iter().collect::<Vec<_>>(), [expected.concat()]);
-    }
-
-    #[test]
-    fn an_info_packet_is_what_the_protocol_says_byte_by_byte() {
-        let mut packets = Packets::default();
-        encoder().info(1, EPOCH_NS, &mut packets).expect("one bench fits");
-        #[rustfmt::skip]
-        let expected = [
-            &[0x56, 0x67, 45, 0x80][..],                        // INFO packet, 45 bytes, of chunks
-            &[0, 0, 12, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 3, 0, 1], // header: 0 µs, version 2.03, frame 0, 1 packet
-            &[1, 0, 6, 0], b"Dragon",                           // system name
-            &[2, 0, 15, 0x80],                                  // tracker list
-            &[0, 0, 11, 0x80],                                  // tracker 0
-            &[0, 0, 7, 0], b"Bench 0",                          // its name
-        ];
-        assert_eq!(packets.iter().collect::<Vec<_>>(), [expected.concat()]);
-    }
-
-    #[test]
-    fn a_stale_frame_is_invalid_and_stands() {
-        let stale = LatestFrame { freshness: Freshness::Stale { age_ns: 1 }, ..latest(1) };
-        let mut packets = Packets::default();
-        encoder().data(&stale, EPOCH_NS, &mut packets).expect("one bench fits");
-        let packet = packets.iter().next().expect("a packet");
-        let (trackers, ..) = trackers(packet, DATA_PACKET);
-        let fields = chunks(trackers[0].2);
-        assert_eq!((fields[1].2, fields[3].2), (&[0; 12][..], &[0; 4][..]));
-    }
-
-    #[test]
-    fn frame_ids_wrap_round() {
-        let (mut encoder, mut packets) = (encoder(), Packets::default());
-        for frame in 0..600 {
-            encoder.data(&latest(1), EPOCH_NS, &mut packets).expect("one bench fits");
-            let (_, _, frame_id) = trackers(packets.iter().next().expect("a packet"), DATA_PACKET);
-            assert_eq!(u32::from(frame_id), frame % 256);
-        }
-    }
-
-    #[test]
-    fn one_bench_too_many_is_refused() {
-        let (mut encoder, mut packets) = (encoder(), Packets::default());
-        assert_eq!(MAX_BENCHES, 5_100);
-        assert_eq!(encoder.data(&latest(5_100), EPOCH_NS, &mut packets), Ok(()));
-        assert_eq!(packets.len(), 255);
-        let refused = Err(TooManyBenches { benches: 5_101 });
-        assert_eq!(encoder.data(&latest(5_101), EPOCH_NS, &mut packets), refused);
-        assert_eq!(encoder.info(5_101, EPOCH_NS, &mut packets), refused);
-    }
-
-    proptest! {
-        #[test]
-        fn no_packet_is_too_long_and_no_tracker_is_split(benches in 1..=MAX_BENCHES, name in "[ -~]{1,64}") {
-            let (mut encoder, mut packets) = (PsnEncoder::new(name.parse().expect("a name"), EPOCH_NS), Packets::default());
-            for id in [DATA_PACKET, INFO_PACKET] {
-                if id == DATA_PACKET {
-                    encoder.data(&latest(benches), EPOCH_NS, &mut packets).expect("they fit");
-                } else {
-                    encoder.info(benches, EPOCH_NS, &mut packets).expect("they fit");
-                }
-                let mut ids = Vec::new();
-                for packet in packets.iter() {
-                    prop_assert!(packet.len() <= MAX_PACKET_LEN);
-                    let (trackers, packet_count, frame_id) = trackers(packet, id);
-                    prop_assert_eq!((usize::from(packet_count), frame_id), (packets.len(), 0));
-                    ids.extend(trackers.iter().map(|(id, has_chunks, _)| (usize::from(*id), *has_chunks)));
-                }
-                prop_assert!(ids.into_iter().eq((0..benches).map(|id| (id, true))));
-            }
-        }
-    }
 }

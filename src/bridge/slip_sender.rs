@@ -26,7 +26,9 @@ const FAREWELL: Duration = Duration::from_millis(200);
 #[derive(Debug)]
 pub struct SlipSender {
     to: SocketAddrV4,
-    connection: Connection,
+    connection: Option<TcpStream>,
+    /// When to connect again, and how long to wait after the next failure.
+    retry_ns: u64,
     pause_ns: u64,
     /// What the receiver has not taken yet, from `taken` on.
     pending: Vec<u8>,
@@ -35,17 +37,11 @@ pub struct SlipSender {
     longest: usize,
 }
 
-#[derive(Debug)]
-enum Connection {
-    Up(TcpStream),
-    Down { retry_ns: u64 },
-}
-
 impl SlipSender {
     /// A sender that connects with its first frame.
     pub fn new(to: SocketAddrV4) -> Self {
-        let connection = Connection::Down { retry_ns: 0 };
-        Self { to, connection, pause_ns: FIRST_PAUSE_NS, pending: Vec::new(), taken: 0, longest: 0 }
+        let pause_ns = FIRST_PAUSE_NS;
+        Self { to, connection: None, retry_ns: 0, pause_ns, pending: Vec::new(), taken: 0, longest: 0 }
     }
 
     fn deliver(&mut self, packets: &Packets, now_ns: u64) -> io::Result<Delivery> {
@@ -67,22 +63,24 @@ impl SlipSender {
     }
 
     fn connect(&mut self, now_ns: u64) -> io::Result<()> {
-        let Connection::Down { retry_ns } = self.connection else { return Ok(()) };
-        if now_ns < retry_ns {
+        if self.connection.is_some() {
+            return Ok(());
+        }
+        if now_ns < self.retry_ns {
             return Err(ErrorKind::NotConnected.into());
         }
         let stream = TcpStream::connect_timeout(&self.to.into(), CONNECT_PATIENCE)?;
         stream.set_nonblocking(true)?;
         stream.set_nodelay(true)?;
         set_tcp_user_timeout(&stream, TAKING_PATIENCE_MS)?;
-        self.connection = Connection::Up(stream);
+        self.connection = Some(stream);
         self.longest = 0;
         Ok(())
     }
 
     /// Has the system keep few frames. Left to itself it keeps megabytes, and a slow receiver gets poses of many seconds ago.
     fn keep_few(&mut self) -> io::Result<()> {
-        if let Connection::Up(stream) = &self.connection
+        if let Some(stream) = &self.connection
             && self.pending.len() > self.longest
         {
             self.longest = self.pending.len();
@@ -94,7 +92,7 @@ impl SlipSender {
 
     /// Hands over what the receiver takes at once. Returns whether that was all.
     fn flush(&mut self) -> io::Result<bool> {
-        let Connection::Up(stream) = &mut self.connection else { return Ok(false) };
+        let Some(stream) = &mut self.connection else { return Ok(false) };
         while self.taken < self.pending.len() {
             match stream.write(&self.pending[self.taken..]) {
                 Ok(0) => return Err(ErrorKind::WriteZero.into()),
@@ -110,7 +108,8 @@ impl SlipSender {
     }
 
     fn hang_up(&mut self, now_ns: u64) {
-        self.connection = Connection::Down { retry_ns: now_ns + self.pause_ns };
+        self.connection = None;
+        self.retry_ns = now_ns + self.pause_ns;
         self.pause_ns = (2 * self.pause_ns).min(LONGEST_PAUSE_NS);
         self.pending.clear();
         self.taken = 0;
@@ -132,7 +131,7 @@ impl Outlet for SlipSender {
 
 impl Drop for SlipSender {
     fn drop(&mut self) {
-        if let Connection::Up(stream) = &mut self.connection {
+        if let Some(stream) = &mut self.connection {
             // Whoever does not take the rest now is not waited for.
             let _ = stream.set_nonblocking(false);
             let _ = stream.set_write_timeout(Some(FAREWELL));

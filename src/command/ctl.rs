@@ -1,19 +1,93 @@
 //! `ctl`: one command and its reply, or the status of the show.
 
 use std::process::ExitCode;
-use std::sync::atomic::Ordering;
 
-use bench_dragon_ipc::{Domain, GuardLock, Refusal, Request, Sender};
-use jiff::Zoned;
+use bench_dragon_ipc::{GuardLock, Refusal, Request, Sender};
+use clap::{Args, Subcommand};
 use serde::Serialize;
 
-use crate::cli::{CtlArgs, CtlCommand, Format};
+use crate::command::flags::{BusArgs, Format, FormatArgs, finite, within};
 use crate::command::print::{complain, print_json, print_line};
+use crate::command::status;
 use crate::command_queue;
-use crate::display::observe::{Observer, Snapshot, SourcePresence};
-use crate::output::report::StatusReport;
-use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
+
+/// Send one command to the server and print its reply, or print how the show does.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon ctl status
+  bench-dragon ctl pause
+  bench-dragon ctl speed 0.8
+  bench-dragon ctl seek 300")]
+pub(crate) struct CtlArgs {
+    /// The command, or `status`.
+    #[command(subcommand)]
+    pub(crate) command: CtlCommand,
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// Commands to the server.
+#[derive(Clone, Copy, Debug, Subcommand)]
+pub(crate) enum CtlCommand {
+    /// Stop walking until `resume`.
+    #[command(after_help = "Example:
+  bench-dragon ctl pause
+
+An operator's stop. One for safety is ctl hold.")]
+    Pause,
+    /// Go on after a pause.
+    #[command(after_help = "Example:
+  bench-dragon ctl resume
+
+It is refused while the dragon is held: only ctl release lifts a hold.")]
+    Resume,
+    /// Walk at another speed of the head.
+    #[command(after_help = "Examples:
+  bench-dragon ctl speed 0.8
+  bench-dragon ctl speed 1 --instance rehearsal")]
+    Speed {
+        /// Metres per show second, 0 to 10.
+        #[arg(value_name = "MPS", allow_negative_numbers = true, value_parser = within(0.0..=Request::MAX_SPEED_MPS))]
+        speed_mps: f64,
+    },
+    /// Go to a show time.
+    #[command(after_help = "Examples:
+  bench-dragon ctl seek 300
+  bench-dragon ctl seek -50                   on a turnaround, before the turn")]
+    Seek {
+        /// Seconds.
+        #[arg(value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
+        sim_time_s: f64,
+    },
+    /// Stop for safety; only `release` lifts it.
+    #[command(after_help = "Example:
+  bench-dragon ctl hold")]
+    Hold,
+    /// Lift a hold.
+    #[command(after_help = "Example:
+  bench-dragon ctl release
+
+A guard's stop is no hold: the guard lifts it, by its next grant.")]
+    Release,
+    /// Print how the show does: its state, what lies ahead, and a lamp for each part.
+    #[command(after_help = "Examples:
+  bench-dragon ctl status
+  bench-dragon ctl status --format json | jq .lamps
+  bench-dragon ctl status > /dev/null || echo 'look at the show'
+
+It looks at the bus for two seconds, and sends nothing. The exit status is 0 where frames come and no lamp is red, and 1 \
+otherwise. A missing monitor is a warning. docs/metrics.md explains the lamps and the JSON.")]
+    Status,
+    /// End the server: the head comes to rest first.
+    #[command(after_help = "Example:
+  bench-dragon ctl stop
+
+With [head] accel_mps2 the head brakes. The last frame of the run says that it has ended.")]
+    Stop,
+}
 
 #[derive(Serialize)]
 struct ReplyLine {
@@ -25,10 +99,10 @@ struct ReplyLine {
 }
 
 pub(crate) fn run(args: &CtlArgs) -> anyhow::Result<ExitCode> {
-    let domain = Domain::new(args.bus.instance.clone())?;
-    let Some(request) = request(args.command) else { return status(domain, args.format.format) };
+    let domain = args.bus.domain()?;
+    let Some(request) = request(args.command) else { return status::run(domain, args.format.format) };
     let stop = StopFlag::on_signals()?;
-    let reply = command_queue::call(&domain, "ctl", Sender::Ctl, request, || stop.is_set())?;
+    let reply = command_queue::call(&domain, "ctl", Sender::Ctl, request, &|| stop.is_set(), &|| false)?;
     let outcome = reply.outcome();
     let reason = outcome.err().map(|refusal| match refusal {
         Refusal::NotProved if GuardLock::holder(&domain).is_none() => {
@@ -59,39 +133,4 @@ fn request(command: CtlCommand) -> Option<Request> {
         CtlCommand::Release => Request::Release,
         CtlCommand::Stop => Request::Stop,
     })
-}
-
-/// Snapshots a second.
-const SNAPSHOTS_HZ: u32 = 20;
-/// So long the bus is read, in nanoseconds: each reader reports in it, and a monitor that has not is missing.
-const LOOK_NS: u64 = 2_050_000_000;
-/// So long a bus is waited for, in nanoseconds.
-const NO_SERVER_NS: u64 = 500_000_000;
-/// The longest that all of it takes, in nanoseconds.
-const LONGEST_NS: u64 = 4_000_000_000;
-
-/// Prints the status; the exit status is 0 where all is well, and 1 where a lamp is red or no frames come.
-fn status(domain: Domain, format: Format) -> anyhow::Result<ExitCode> {
-    let (stop, began_ns) = (StopFlag::on_signals()?, monotonic_ns());
-    let mut newest = Snapshot::empty(began_ns);
-    Observer::new(domain, "ctl-status", SNAPSHOTS_HZ).run(stop.as_atomic(), |snapshot| {
-        if has_seen_enough(&snapshot, began_ns) {
-            stop.as_atomic().store(true, Ordering::Relaxed);
-        }
-        newest = snapshot;
-    });
-    let report = StatusReport::new(&newest, monotonic_ns(), &Zoned::now());
-    match format {
-        Format::Json => print_json(&report)?,
-        Format::Text => report.lines().into_iter().try_for_each(print_line)?,
-    }
-    Ok(if report.well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
-}
-
-fn has_seen_enough(snapshot: &Snapshot, began_ns: u64) -> bool {
-    let waited_ns = snapshot.seen_ns.saturating_sub(began_ns);
-    let has_nobody = snapshot.presence == SourcePresence::Waiting && !snapshot.has_source && waited_ns >= NO_SERVER_NS;
-    let has_read =
-        snapshot.reading_since_ns.is_some_and(|since_ns| snapshot.seen_ns.saturating_sub(since_ns) >= LOOK_NS);
-    has_nobody || waited_ns >= LONGEST_NS || has_read && snapshot.frame.is_some() && snapshot.status.is_some()
 }

@@ -3,17 +3,39 @@
 use std::fmt::Write as _;
 use std::process::ExitCode;
 
-use bench_dragon_ipc::{Domain, Frame, FrameHeader, FrameSubscriber, HandleState};
+use bench_dragon_ipc::{Frame, FrameHeader, HandleState};
+use clap::Args;
 use serde::Serialize;
 
-use crate::cli::{EchoArgs, Format};
-use crate::command::follow::{WAIT_PERIOD, open_when_there};
+use crate::command::flags::{BusArgs, Format, FormatArgs, count};
+use crate::command::follow::{WAIT_PERIOD, open_frames};
 use crate::command::print::{print_json, print_line};
-use crate::output::wait_for_reader;
-use crate::system::stop::StopFlag;
+
+/// Print frames as they come.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon echo --count 1
+  bench-dragon echo --format json | jq .sim_time_ns")]
+pub(crate) struct EchoArgs {
+    /// Frames to print; until Ctrl-C without it.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count())]
+    pub(crate) count: Option<u64>,
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
 
 #[derive(Serialize)]
 struct FrameLine {
+    #[serde(flatten, with = "HeaderLine")]
+    header: FrameHeader,
+    handles: Vec<HandleLine>,
+}
+
+#[derive(Serialize)]
+#[serde(remote = "FrameHeader")]
+struct HeaderLine {
     run_id: u64,
     tick: u64,
     sim_time_ns: i64,
@@ -24,7 +46,6 @@ struct FrameLine {
     time_scale: f64,
     bench_count: u32,
     state: u32,
-    handles: Vec<HandleLine>,
 }
 
 #[derive(Serialize)]
@@ -34,11 +55,7 @@ struct HandleLine {
 }
 
 pub(crate) fn run(args: &EchoArgs) -> anyhow::Result<ExitCode> {
-    let domain = Domain::new(args.bus.instance.clone())?;
-    let stop = StopFlag::on_signals()?;
-    wait_for_reader(Some(&stop));
-    let opened = open_when_there(domain.instance(), &stop, || FrameSubscriber::open(&domain, "echo"))?;
-    let Some(mut frames) = opened else { return Ok(ExitCode::SUCCESS) };
+    let Some((mut frames, stop)) = open_frames(&args.bus, "echo")? else { return Ok(ExitCode::SUCCESS) };
     let mut left = args.count.unwrap_or(u64::MAX);
     while left > 0 && !stop.is_set() {
         let Some(frame) = frames.wait(WAIT_PERIOD)? else { continue };
@@ -52,23 +69,8 @@ pub(crate) fn run(args: &EchoArgs) -> anyhow::Result<ExitCode> {
 }
 
 fn json_line(frame: &Frame) -> FrameLine {
-    let FrameHeader { run_id, tick, sim_time_ns, scheduled_ns, published_ns, head_travel_m, .. } = *frame.header();
-    let FrameHeader { head_speed_mps, time_scale, bench_count, state, .. } = *frame.header();
     let handle = |&HandleState { position_m, velocity_mps }: &HandleState| HandleLine { position_m, velocity_mps };
-    let handles = frame.handles().iter().map(handle).collect();
-    FrameLine {
-        run_id,
-        tick,
-        sim_time_ns,
-        scheduled_ns,
-        published_ns,
-        head_travel_m,
-        head_speed_mps,
-        time_scale,
-        bench_count,
-        state,
-        handles,
-    }
+    FrameLine { header: *frame.header(), handles: frame.handles().iter().map(handle).collect() }
 }
 
 fn text_line(frame: &Frame) -> String {

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use bench_dragon_ipc::{BusError, DomainError};
 
-use crate::cli::BadInput;
+use crate::command::flags::BadInput;
 use crate::config::ConfigError;
 use crate::recording::export::ExportError;
 use crate::recording::{NothingFound, RecordError, RepairError};

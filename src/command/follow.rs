@@ -8,8 +8,11 @@ use bench_dragon_ipc::{
     BusError, CommandEvent, CommandEventReader, Continuity, Description, DescriptionReader, Domain, EventKind, Frame,
     FrameSubscriber, Instance, SourceLock, StatusReader,
 };
+use serde::Serialize;
 
+use crate::command::flags::BusArgs;
 use crate::command::print::complain;
+use crate::output::wait_for_reader;
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
 
@@ -43,11 +46,23 @@ pub(crate) fn open_when_there<Port>(
     Ok(None)
 }
 
+/// The frames of a server for a command whose only job is its output, and the signals that end it. Waits for a server; `None`
+/// where a signal came first.
+pub(crate) fn open_frames(bus: &BusArgs, name: &str) -> anyhow::Result<Option<(FrameSubscriber, StopFlag)>> {
+    let domain = bus.domain()?;
+    let stop = StopFlag::on_signals()?;
+    wait_for_reader(Some(&stop));
+    let frames = open_when_there(domain.instance(), &stop, || FrameSubscriber::open(&domain, name))?;
+    Ok(frames.map(|frames| (frames, stop)))
+}
+
 /// What a command that measures has read.
-#[derive(Default)]
+#[derive(Default, Serialize)]
 pub(crate) struct FrameCounts {
     pub(crate) frames: u64,
+    /// Frames lost between the first and the last one read.
     pub(crate) lost: u64,
+    /// How often another run followed.
     pub(crate) restarts: u64,
 }
 
@@ -202,7 +217,8 @@ pub(crate) struct CommandTrail {
     domain: Domain,
     last: Option<CommandEvent>,
     status: Option<(u64, u64)>,
-    lost: u64,
+    /// Events lost so far: those that came too fast, and those of a run from long before the trail was opened.
+    pub(crate) lost: u64,
 }
 
 impl CommandTrail {
@@ -234,11 +250,6 @@ impl CommandTrail {
         self.lost += event.number.saturating_sub(expected);
         self.last = Some(event);
         Ok(Some(event))
-    }
-
-    /// Events lost so far: those that came too fast, and those of a run from long before the trail was opened.
-    pub(crate) fn lost(&self) -> u64 {
-        self.lost
     }
 
     /// Whether all events of a run's ticks up to this one are there to be received: the run has ended, or its source has

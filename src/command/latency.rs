@@ -1,21 +1,69 @@
 //! `latency`: how long frames take to be read, and how many are lost.
 
 use std::hint;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-use bench_dragon_ipc::{BusError, Domain, Frame, FrameSubscriber, HandleState};
+use bench_dragon_ipc::{BusError, Frame, FrameSubscriber, HandleState};
+use clap::{Args, ValueHint};
+use serde::Serialize;
 
-use crate::cli::{Format, LatencyArgs};
-use crate::command::follow::{FrameCounts, WAIT_PERIOD, open_when_there};
+use crate::command::flags::{BusArgs, Format, FormatArgs, within};
+use crate::command::follow::{FrameCounts, WAIT_PERIOD, open_frames};
 use crate::command::print::{print_bytes, print_json, print_line};
 use crate::output::Counted;
 use crate::output::histogram::{Bars, LatencyHistogram, PercentileText, Percentiles};
-use crate::output::report::{LatencyReport, ReadMode};
-use crate::output::table::{Cell, Column, Exporter as _, Table, Text};
-use crate::output::wait_for_reader;
+use crate::output::table::{Cell, Column, Table, text};
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
 use crate::system::whole_file;
+
+/// Measure latency and loss of the running bus.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon latency
+  bench-dragon latency --poll --seconds 60 --hgrm tonight.hgrm
+  bench-dragon latency --format json | jq .sent_us.p99
+
+Due is the instant at which the server meant to begin the frame, sent the one at which the frame was ready; read is \
+when every handle of it has been read. --poll takes a core for itself.")]
+pub(crate) struct LatencyArgs {
+    /// How long to measure; Ctrl-C ends it early, with the report.
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, allow_negative_numbers = true, value_parser = within(0.01..=1e6))]
+    pub(crate) seconds: f64,
+    /// Look for the next frame all the time, instead of being woken by it.
+    #[arg(long)]
+    pub(crate) poll: bool,
+    /// Write the distribution from due to read as .hgrm, which the HDR histogram plotter reads, in microseconds.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) hgrm: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// What `latency` measured.
+#[derive(Serialize)]
+struct LatencyReport {
+    #[serde(flatten)]
+    counts: FrameCounts,
+    seconds: f64,
+    mode: ReadMode,
+    /// From the instant a frame was due to the instant every handle had been read, in microseconds; none where no frame
+    /// was read.
+    due_us: Option<Percentiles>,
+    /// The same from the instant a frame was sent.
+    sent_us: Option<Percentiles>,
+}
+
+/// How a reader comes to know of a frame.
+#[derive(Clone, Copy, Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum ReadMode {
+    Polling,
+    Woken,
+}
 
 #[derive(Default)]
 struct Measured {
@@ -39,23 +87,18 @@ pub(crate) fn run(args: &LatencyArgs) -> anyhow::Result<ExitCode> {
     if let Some(path) = &args.hgrm {
         whole_file::check(path)?;
     }
-    let domain = Domain::new(args.bus.instance.clone())?;
-    let stop = StopFlag::on_signals()?;
-    wait_for_reader(Some(&stop));
-    let opened = open_when_there(domain.instance(), &stop, || FrameSubscriber::open(&domain, "latency"))?;
-    let Some(mut frames) = opened else { return Ok(ExitCode::SUCCESS) };
+    let Some((mut frames, stop)) = open_frames(&args.bus, "latency")? else { return Ok(ExitCode::SUCCESS) };
     let mode = if args.poll { ReadMode::Polling } else { ReadMode::Woken };
     let (mut measured, begun_ns) = (Measured::default(), monotonic_ns());
     let end_ns = measure(&mut frames, mode, begun_ns + (args.seconds * 1e9) as u64, &stop, &mut measured)?;
-    let FrameCounts { frames, lost, restarts } = measured.counts;
+    let counts = measured.counts;
+    let has_frames = counts.frames > 0;
     let report = LatencyReport {
-        frames,
-        lost,
-        restarts,
+        counts,
         seconds: (end_ns - begun_ns) as f64 / 1e9,
         mode,
-        due_us: (frames > 0).then(|| measured.due.percentiles()),
-        sent_us: (frames > 0).then(|| measured.sent.percentiles()),
+        due_us: has_frames.then(|| measured.due.percentiles()),
+        sent_us: has_frames.then(|| measured.sent.percentiles()),
     };
     match args.format.format {
         Format::Json => print_json(&report)?,
@@ -109,7 +152,7 @@ fn sum_of_bits(handles: &[HandleState]) -> u64 {
 }
 
 fn print_text(report: &LatencyReport, due: &LatencyHistogram) -> anyhow::Result<()> {
-    let LatencyReport { frames, lost, restarts, seconds, mode, due_us, sent_us } = report;
+    let LatencyReport { counts: FrameCounts { frames, lost, restarts }, seconds, mode, due_us, sent_us } = report;
     let mode = match mode {
         ReadMode::Polling => "polling",
         ReadMode::Woken => "woken",
@@ -129,6 +172,6 @@ fn print_text(report: &LatencyReport, due: &LatencyHistogram) -> anyhow::Result<
         row.extend([p50, p99, p999, max].map(|&micros| Cell::from(micros)));
         table.push(row);
     }
-    print_bytes(Text.export(&[table])?)?;
+    print_bytes(text(&[table]))?;
     print_bytes(format!("\nframes by latency from due to read in \u{b5}s\n{}", Bars(due)))
 }

@@ -1,22 +1,25 @@
 //! The command line: parse it, run the command, report its error.
 //!
-//! Each command has a file: wiring between its arguments, the library, the bus, clocks and stdout.
+//! Each command has a file: its arguments with their help, and the wiring between them, the library, the bus, clocks and stdout.
+
+#![allow(
+    rustdoc::broken_intra_doc_links,
+    reason = "doc comments of arguments are help: brackets mean what may be left out"
+)]
 
 use std::borrow::Cow;
 use std::io;
 use std::process::ExitCode;
 
 use anyhow::Context as _;
-use bench_dragon_ipc::Domain;
-use clap::Parser as _;
 use clap::builder::Styles;
 use clap::error::ErrorKind;
+use clap::{Parser, Subcommand};
 
-use crate::cli::{BusArgs, Cli, Command, ConfigArgs};
-use crate::config::{Config, Overrides};
+use crate::config::{Config, Document};
 use crate::output::terminal_text::{Painted, is_coloured, printable};
-use crate::output::{self, complain, wait_for_reader};
-use crate::system::{limits, log};
+use crate::output::{self, complain, log, wait_for_reader};
+use crate::system::limits;
 
 mod bridge;
 mod ctl;
@@ -24,6 +27,7 @@ mod doctor;
 mod echo;
 mod exit_status;
 mod export;
+mod flags;
 mod follow;
 mod hz;
 mod latency;
@@ -36,9 +40,60 @@ mod serve;
 mod shell;
 mod show;
 mod solve;
+mod status;
 mod timecode;
 mod watch;
 mod web;
+
+use flags::{BusArgs, ChildArgs, ConfigArgs};
+pub use record::{RecordLine, RecordSummary};
+pub use serve::ServeLine;
+
+/// Real-time motion server for the bench dragon.
+#[derive(Debug, Parser)]
+#[command(name = "bench-dragon", version, about, propagate_version = true, disable_help_subcommand = true)]
+#[command(after_help = "Examples:
+  bench-dragon show --time-scale 20           the paper's dragon, to its first contact
+  bench-dragon serve --config stage.toml      a server alone
+  bench-dragon ctl pause                      a command to it
+  bench-dragon solve contact --format json    when do two benches touch?
+
+Exit status: 0 done, 1 failed, 2 bad arguments or configuration, 3 contact seen with --fail-on-contact.
+RUST_LOG=debug tells more of what goes on, NO_COLOR=1 without colours.")]
+pub(crate) struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub(crate) command: Command,
+    #[command(flatten)]
+    pub(crate) child: ChildArgs,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    Show(show::ShowArgs),
+    Serve(serve::ServeArgs),
+    Monitor(monitor::MonitorArgs),
+    Record(record::RecordArgs),
+    Replay(replay::ReplayArgs),
+    Export(export::ExportArgs),
+    Bridge(bridge::BridgeArgs),
+    View(web::ViewArgs),
+    Metrics(web::MetricsArgs),
+    Ctl(ctl::CtlArgs),
+    Watch(watch::WatchArgs),
+    Echo(echo::EchoArgs),
+    Hz(hz::HzArgs),
+    Latency(latency::LatencyArgs),
+    Solve(solve::SolveArgs),
+    Doctor(doctor::DoctorArgs),
+    /// Print the iceoryx2 configuration of an instance.
+    #[command(after_help = "Example, with the iox2 command:
+  mkdir -p config && bench-dragon iox2-config > config/iceoryx2.toml && iox2 service list")]
+    Iox2Config(BusArgs),
+    Completions(shell::CompletionsArgs),
+    Man(shell::ManArgs),
+}
 
 /// Runs the program with the arguments of this process.
 pub fn main() -> ExitCode {
@@ -114,15 +169,15 @@ fn is_only_output(command: &Command) -> bool {
 }
 
 fn print_iox2_config(args: &BusArgs) -> anyhow::Result<ExitCode> {
-    let domain = Domain::new(args.instance.clone())?;
+    let domain = args.domain()?;
     print::print_line(domain.iceoryx2_toml().trim_end())?;
     Ok(ExitCode::SUCCESS)
 }
 
 /// Reads the configuration that the arguments name, with the flags over it. An error names the file.
-fn load_config(args: &ConfigArgs, overrides: Overrides) -> anyhow::Result<Config> {
+fn load_config(args: &ConfigArgs, set_flags: impl FnOnce(&mut Document)) -> anyhow::Result<Config> {
     let path = args.config.as_deref();
-    let loaded = Config::load(path, overrides);
+    let loaded = Config::load(path, set_flags);
     match path {
         Some(path) => loaded.with_context(|| path.display().to_string()),
         None => Ok(loaded?),

@@ -21,7 +21,7 @@ use nix::sys::timer::{Expiration, Timer, TimerSetTimeFlags};
 use nix::time::ClockId;
 use rustix::process::{Pid, Signal, getpid, getppid, kill_process, set_parent_process_death_signal};
 
-use crate::cli::{BadInput, ChildArgs};
+use crate::command::flags::{BadInput, ChildArgs};
 
 /// How long a child may be stopped before it is continued: longer than `show` leaves a stopped child alone.
 const LONGEST_STOP: Duration = Duration::from_secs(10);

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use crate::cli::Format;
+use crate::command::flags::Format;
 use crate::output::histogram::Percentiles;
 use crate::output::terminal_text::Printable;
 use crate::output::{bar, print, set_live_line};

@@ -1,17 +1,18 @@
 //! `record`: the recorder's process, and the repair of what a killed one left.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use std::{fs, thread};
 
 use bench_dragon_ipc::{AlertSubscriber, BusError, Domain, Frame, FrameHeader, FrameSubscriber, ReaderReport};
+use clap::{Args, ValueHint};
+use serde::{Deserialize, Serialize};
 
-use crate::cli::{BadInput, Format, RecordArgs};
+use crate::command::flags::{BadInput, BusArgs, Format, FormatArgs, within};
 use crate::command::follow::{Following, Next, RunPorts, open_when_there};
 use crate::command::print::{Progress, complain, print_json, print_notice, print_report};
 use crate::output::Counted;
-use crate::output::report::{RecordLine, RecordSummary};
 use crate::output::terminal_text::Printable;
 use crate::recording::{
     BackgroundRepair, Recorder, RecorderSettings, Repair, RepairError, Size, SpaceWarning, repair, repair_checked,
@@ -19,6 +20,79 @@ use crate::recording::{
 use crate::system::clock::{monotonic_ns, unix_minus_monotonic_ns};
 use crate::system::stop::StopFlag;
 use crate::system::whole_file::folder_of;
+
+/// Record every frame into an MCAP file.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon record rehearsal.mcap
+  bench-dragon record rehearsal.mcap --rotate-mb 1000 --max-total-mb 20000
+  bench-dragon record --repair rehearsal.mcap
+  bench-dragon record --repair --check rehearsal.mcap")]
+pub(crate) struct RecordArgs {
+    /// The recording to write, or with --repair to finish.
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) file: PathBuf,
+    /// Finish a recording whose recorder was killed, in place and without reading its chunks, instead of recording.
+    #[arg(long, conflicts_with_all = ["rotate_mb", "max_total_mb"])]
+    pub(crate) repair: bool,
+    /// With --repair: read every chunk; of a damaged recording save what is sound, and keep the old file as FILE.damaged.
+    #[arg(long, requires = "repair")]
+    pub(crate) check: bool,
+    /// Begin a new file after this many megabytes.
+    #[arg(long, value_name = "MB", allow_negative_numbers = true, value_parser = within(1..=1_000_000_u64))]
+    pub(crate) rotate_mb: Option<u64>,
+    /// Remove the oldest files of this recording over this many megabytes in all.
+    #[arg(long, value_name = "MB", allow_negative_numbers = true, value_parser = within(4..=1_000_000_000_u64))]
+    pub(crate) max_total_mb: Option<u64>,
+    /// Leave what killed recorders left in the folder as it is: `show` finishes it.
+    #[arg(long, hide = true)]
+    pub(crate) no_repair: bool,
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// A line of `record`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum RecordLine {
+    /// The file is open.
+    Started {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Something that may go wrong later.
+    Warning {
+        /// What.
+        message: String,
+    },
+    /// The recorder has ended.
+    Summary(RecordSummary),
+}
+
+/// What a recorder wrote.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RecordSummary {
+    /// Frames written.
+    pub frames: u64,
+    /// Frames lost between the first and the last one written.
+    pub lost: u64,
+    /// Alerts written.
+    pub alerts: u64,
+    /// Events of commands written.
+    #[serde(default)]
+    pub commands: u64,
+    /// Events of commands lost, those from long before the recording began included.
+    #[serde(default)]
+    pub commands_lost: u64,
+    /// Bytes written.
+    pub bytes: u64,
+    /// Files that were removed to stay under the allowed total.
+    pub removed: u64,
+    /// The files that are there, oldest first.
+    pub files: Vec<PathBuf>,
+}
 
 const MEGABYTE: u64 = 1_000_000;
 /// How often it is looked at how much has been written, and at the disk's outlook.
@@ -36,7 +110,7 @@ pub(crate) fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
         return repair_one(args);
     }
     check_sizes(args)?;
-    let domain = Domain::new(args.bus.instance.clone())?;
+    let domain = args.bus.domain()?;
     let stop = StopFlag::on_signals()?;
     let recorder = Recorder::start(RecorderSettings {
         rotate_bytes: args.rotate_mb.map(|megabytes| megabytes * MEGABYTE),
@@ -153,8 +227,8 @@ struct RecordSession {
     format: Format,
     recorder: Recorder,
     newest: Option<(u64, u64)>,
-    lost: u64,
-    commands_lost: u64,
+    /// What is known before the end.
+    summary: RecordSummary,
     progress_due: Instant,
     warning_due: Instant,
 }
@@ -162,7 +236,7 @@ struct RecordSession {
 impl RecordSession {
     fn new(format: Format, recorder: Recorder) -> Self {
         let now = Instant::now();
-        Self { format, recorder, newest: None, lost: 0, commands_lost: 0, progress_due: now, warning_due: now }
+        Self { format, recorder, newest: None, summary: RecordSummary::default(), progress_due: now, warning_due: now }
     }
 
     /// Records frame after frame; after a signal, those that are there already.
@@ -171,7 +245,7 @@ impl RecordSession {
         loop {
             let next = following.poll(&mut ports.run.frames)?;
             while let Some(alert) = ports.alerts.receive()? {
-                self.recorder.alert(&alert, monotonic_ns())?;
+                self.recorder.record(&alert, monotonic_ns())?;
             }
             self.take_commands(ports)?;
             match next {
@@ -179,7 +253,7 @@ impl RecordSession {
                 Next::Nothing => {}
                 Next::End => return Ok(()),
             }
-            self.lost = ports.run.frames.lost();
+            self.summary.lost = ports.run.frames.lost();
             self.look_at_progress(&mut ports.run.frames)?;
         }
     }
@@ -198,9 +272,9 @@ impl RecordSession {
     fn take_commands(&mut self, ports: &mut RecordPorts) -> anyhow::Result<()> {
         let Some(commands) = &mut ports.run.commands else { return Ok(()) };
         while let Some(event) = commands.receive()? {
-            self.recorder.command(&event, monotonic_ns())?;
+            self.recorder.record(&event, monotonic_ns())?;
         }
-        self.commands_lost = commands.lost();
+        self.summary.commands_lost = commands.lost;
         Ok(())
     }
 
@@ -255,13 +329,12 @@ impl RecordSession {
         let summary = self.recorder.finish()?;
         Ok(RecordSummary {
             frames: summary.frames,
-            lost: self.lost,
             alerts: summary.alerts,
             commands: summary.commands,
-            commands_lost: self.commands_lost,
             bytes: summary.bytes,
             removed: begun.saturating_sub(summary.files.len() as u64),
             files: summary.files,
+            ..self.summary
         })
     }
 }

@@ -5,19 +5,87 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use bench_dragon_geometry::dragon::Instructions;
-use bench_dragon_ipc::Domain;
+use bench_dragon_ipc::service::MAX_READERS;
+use clap::{Args, ValueHint};
+use serde::Serialize;
 
-use crate::cli::{BadInput, Format, ReplayArgs};
 use crate::command::exit_status::UNVERIFIABLE;
+use crate::command::flags::{BadInput, BusArgs, Format, FormatArgs, IntervalArgs, count, within};
 use crate::command::print::{
     Progress, complain, complain_of_flaws, percentiles, print_json, print_notice, print_report,
 };
 use crate::output::Counted;
-use crate::output::report::{ReplayLine, VerificationSummary};
 use crate::output::terminal_text::Printable;
-use crate::source::replay::verify::{RunVerdict, RunVerification, Verification, verify};
-use crate::source::replay::{Pass, PassSummary, Replay, ReplaySettings};
+use crate::source::replay::verify::{FlawedFile, RunVerdict, RunVerification, Verification, verify};
+use crate::source::replay::{Pass, PassSummary, RATE, Replay, ReplaySettings, ReplaySummary};
 use crate::system::stop::StopFlag;
+
+/// Put a recording back onto the bus, at its pace.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon replay rehearsal.mcap
+  bench-dragon replay rehearsal.mcap --instance archive --readers 2
+  bench-dragon replay rehearsal.mcap --from 60 --to 90 --rate 0.5 --loop
+
+Each recorded run gets a new run id, each time that it is played; its ticks count from 0, its frames are due now, and its \
+time_scale is multiplied by the rate. All else is as it was recorded. --from and --to choose frames by their show time, \
+wherever in the recording they are; what lies between is cut out. Of the commands, only `ctl stop` is taken.")]
+pub(crate) struct ReplayArgs {
+    /// The recording; with --verify all of its files, oldest first.
+    #[arg(value_name = "FILE", required = true, num_args = 1.., value_hint = ValueHint::FilePath)]
+    pub(crate) files: Vec<PathBuf>,
+    /// Play nothing: simulate the recorded runs again, compare every frame bit for bit, and report the first difference.
+    /// Needs no server. Exit status 0: all is as simulated; 1: a frame differs; 2: something cannot be verified.
+    #[arg(long, conflicts_with_all = ["from", "to", "rate", "repeat", "readers", "instance"])]
+    pub(crate) verify: bool,
+    #[command(flatten)]
+    pub(crate) interval: IntervalArgs,
+    /// Recorded seconds to play per second, 0.01 to 100.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true, value_parser = within(RATE))]
+    pub(crate) rate: f64,
+    /// Play it so many times; without a number, until Ctrl-C.
+    #[arg(long = "loop", value_name = "TIMES", num_args = 0..=1, allow_negative_numbers = true, value_parser = count())]
+    #[allow(clippy::option_option, reason = "not given, given without a number, given with one")]
+    pub(crate) repeat: Option<Option<u64>>,
+    /// Begin once this many readers are connected, after ten seconds at the latest.
+    #[arg(long, value_name = "COUNT", default_value_t = 0, allow_negative_numbers = true, value_parser = within(0..=MAX_READERS))]
+    pub(crate) readers: usize,
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// A line of `replay`.
+#[derive(Serialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+enum ReplayLine {
+    /// The services of a pass are there.
+    Started {
+        /// The number of the run that it is on the bus.
+        run_id: u64,
+        /// The number of the run that was recorded.
+        recorded_run_id: u64,
+    },
+    Pass(PassSummary),
+    Summary(ReplaySummary),
+    /// A run has been verified, or not.
+    Run(RunVerification),
+    Verification(VerificationSummary),
+}
+
+/// What the verification of a recording came to.
+#[derive(Serialize)]
+struct VerificationSummary {
+    /// Whether every frame of the recording is as simulated.
+    verified: bool,
+    runs: u64,
+    frames: u64,
+    frames_verified: u64,
+    interrupted: bool,
+    /// The files that could not be read whole.
+    flawed: Vec<FlawedFile>,
+}
 
 pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
     if args.verify {
@@ -26,7 +94,7 @@ pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
     let [file] = &args.files[..] else {
         return Err(BadInput(format!("{} FILEs are given: only --verify takes several", args.files.len())).into());
     };
-    let domain = Domain::new(args.bus.instance.clone())?;
+    let domain = args.bus.domain()?;
     let stop = StopFlag::on_signals()?;
     let mut replay = Replay::open(&domain, settings(args, file)?)?;
     while let Some(pass) = replay.next_pass(stop.as_atomic())? {

@@ -1,30 +1,144 @@
 //! `serve`: the server process.
 
+use std::net::SocketAddr;
 use std::process::ExitCode;
 
 use anyhow::Context as _;
 use bench_dragon_geometry::dragon::RunEnd;
 use bench_dragon_geometry::number::Number;
-use bench_dragon_geometry::route::RouteSpec;
-use bench_dragon_ipc::{Domain, Request};
+use bench_dragon_ipc::service::MAX_READERS;
+use bench_dragon_ipc::{Request, RunStart};
+use clap::Args;
+use serde::{Deserialize, Serialize};
 
-use crate::cli::{BadInput, ConfigArgs, Format, PaceArgs, RealTimeArgs, ServeArgs};
+use crate::command::flags::{BadInput, BusArgs, ConfigArgs, Format, FormatArgs, finite, within};
 use crate::command::load_config;
 use crate::command::print::{behind, complain, percentiles, print_notice, print_report};
-use crate::command::timecode::{AwaitedTimecode, FollowedTimecode};
-use crate::config::{Config, Overrides};
+use crate::command::timecode::{AwaitedTimecode, FollowedTimecode, TimecodeArgs};
+use crate::config::{CATCH_UP_S, CPU, Config, Document, Priority, RATE_HZ, SPIN_US, TIME_SCALE};
 use crate::output::Counted;
-use crate::output::report::ServeLine;
-use crate::source::server::{Server, ServerSettings, ServerSummary};
+use crate::source::server::{Server, ServerSettings, ServerSummary, TimecodeNews};
+use crate::source::timecode::TimecodeCounts;
 use crate::system::processors::Processors;
 use crate::system::stop::StopFlag;
 
+/// Advance the dragon at a fixed rate and publish every frame.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon serve
+  bench-dragon serve --config stage.toml --rate 250 --start-at 120 --held
+  bench-dragon serve --cpu 1 --priority fifo:80
+  bench-dragon serve --timecode osc:7000 --timecode-offset -3600
+  bench-dragon serve --timecode artnet:0.0.0.0
+  bench-dragon serve --guarded                moves only while a guard runs: monitor --guard
+
+With --timecode, show time is the timecode plus the offset. The show stands until the first timecode, is put to its \
+position, and follows by its pace, up to a tenth faster or slower; over half a second of difference it is put there anew. A \
+timecode that is repeated stands, and the show with it; one that falls silent is lost, and the show goes on. An operator's \
+pause and hold come first. OSC messages are \"HH:MM:SS:FF\", \"HH:MM:SS.mmm\", four whole numbers, or seconds.")]
+pub(crate) struct ServeArgs {
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+    /// Stand held at the start, until `ctl release`.
+    #[arg(long)]
+    pub(crate) held: bool,
+    /// Move the head only where `monitor --guard` has proved the way free.
+    #[arg(long)]
+    pub(crate) guarded: bool,
+    /// Stand paused at the start, or once the hold is lifted.
+    #[arg(long, hide = true)]
+    pub(crate) paused: bool,
+    /// Begin once this many readers are connected, after ten seconds at the latest.
+    #[arg(long, value_name = "COUNT", default_value_t = 0, allow_negative_numbers = true, value_parser = within(0..=MAX_READERS))]
+    pub(crate) readers: usize,
+    /// Travel in metres to start at, where the speed was changed on the way.
+    #[arg(long, value_name = "METRES", hide = true, allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) start_travel: Option<f64>,
+    /// Speed in m/s to start with, where it was changed on the way.
+    #[arg(long, value_name = "MPS", hide = true, value_parser = finite)]
+    pub(crate) start_speed: Option<f64>,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// Which run is published, and how.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct RunArgs {
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    #[command(flatten)]
+    pub(crate) config: ConfigArgs,
+    #[command(flatten)]
+    pub(crate) pace: PaceArgs,
+    #[command(flatten)]
+    pub(crate) timecode: TimecodeArgs,
+}
+
+/// How a server paces.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct PaceArgs {
+    /// Frames a second.
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = within(RATE_HZ))]
+    pub(crate) rate: Option<u32>,
+    /// Show seconds per wall-clock second, 0.001 to 1000.
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true, value_parser = within(TIME_SCALE))]
+    pub(crate) time_scale: Option<f64>,
+    /// Wall-clock seconds that a show jumps at once when releases were missed, 0 to 10; a longer standstill is made up slowly.
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = within(CATCH_UP_S))]
+    pub(crate) catch_up: Option<f64>,
+    /// Show time in seconds to start at [default: the run's start].
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) start_at: Option<f64>,
+    /// Show time in seconds to end at.
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) until: Option<f64>,
+    #[command(flatten)]
+    pub(crate) real_time: RealTimeArgs,
+}
+
+/// What a server asks of the kernel to keep its schedule.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct RealTimeArgs {
+    /// Keep the server's loop on this processor.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = within(CPU))]
+    pub(crate) cpu: Option<u32>,
+    /// Run the server's loop as other, fifo:N or rr:N, N from 1 to 99, and lock its memory unless as other.
+    #[arg(long, value_name = "POLICY")]
+    pub(crate) priority: Option<Priority>,
+    /// Microseconds before each release from which on the server's loop does not sleep but spins, 0 to 1000.
+    #[arg(long, value_name = "MICROSECONDS", allow_negative_numbers = true, value_parser = within(SPIN_US))]
+    pub(crate) spin_us: Option<u32>,
+}
+
+/// A line of `serve`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum ServeLine {
+    /// The services are there.
+    Started {
+        /// The run's number.
+        run_id: u64,
+    },
+    /// The server listens for timecode.
+    Listening {
+        /// Where.
+        listen: SocketAddr,
+    },
+    /// Something happened to the timecode that it follows.
+    Timecode(TimecodeNews),
+    /// What came of timecode, at the end.
+    TimecodeSummary(TimecodeCounts),
+    /// The server has ended.
+    Summary(ServerSummary),
+}
+
 pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
     let settings = settings(args)?;
-    let domain = Domain::new(args.run.bus.instance.clone())?;
+    let domain = args.run.bus.domain()?;
     let stop = StopFlag::on_signals()?;
     warn_of_early_end(&settings.config);
-    let timecode = AwaitedTimecode::start(&args.run.timecode, &settings.config, settings.until_s, args.format.format)?;
+    let timecode =
+        AwaitedTimecode::start(&args.run.timecode, &settings.config, settings.start.until_s, args.format.format)?;
     let mut server = Server::create(&domain, settings)?;
     announce(args, &server)?;
     let timecode = timecode.map(|timecode| timecode.lead(&mut server)).transpose()?;
@@ -38,16 +152,22 @@ pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
 /// The configuration with the flags over it, for a server on this machine.
 pub(crate) fn configure(args: &ConfigArgs, pace: &PaceArgs, guard: bool) -> anyhow::Result<Config> {
     let RealTimeArgs { cpu, priority, spin_us } = pace.real_time;
-    let PaceArgs { rate: rate_hz, time_scale, catch_up: catch_up_s, .. } = *pace;
-    let overrides = Overrides { rate_hz, time_scale, catch_up_s, cpu, priority, spin_us, guard };
-    let config = load_config(args, overrides)?;
+    let config = load_config(args, |Document { serve, monitor, .. }| {
+        serve.rate_hz = pace.rate.unwrap_or(serve.rate_hz);
+        serve.time_scale = pace.time_scale.unwrap_or(serve.time_scale);
+        serve.catch_up_s = pace.catch_up.unwrap_or(serve.catch_up_s);
+        serve.cpu = cpu.or(serve.cpu);
+        serve.priority = priority.unwrap_or(serve.priority);
+        serve.spin_us = spin_us.unwrap_or(serve.spin_us);
+        monitor.guard |= guard;
+    })?;
     check_cpu(&config)?;
     Ok(config)
 }
 
 /// Checks that the server's loop may run where it is to.
 fn check_cpu(config: &Config) -> anyhow::Result<()> {
-    let Some(cpu) = config.cpu() else { return Ok(()) };
+    let Some(cpu) = config.tables().serve.cpu else { return Ok(()) };
     let allowed = Processors::of_this_process().context("cannot tell the processors")?;
     if allowed.contains(cpu) {
         return Ok(());
@@ -85,21 +205,22 @@ fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
     if let Some(speed_mps) = args.start_speed {
         require("--start-speed", speed_mps, 0.0, Request::MAX_SPEED_MPS)?;
     }
-    Ok(ServerSettings {
-        start_s: start_s(&config, &args.run.pace),
-        config,
-        start_travel_m: args.start_travel,
-        start_speed_mps: args.start_speed,
+    let start_s = start_s(&config, &args.run.pace);
+    let planned = ServerSettings::planned(config, start_s);
+    let start = RunStart {
+        travel_m: args.start_travel.unwrap_or(planned.start.travel_m),
+        speed_mps: args.start_speed.unwrap_or(planned.start.speed_mps),
         until_s: args.run.pace.until,
-        held: args.held,
-        paused: args.paused,
-        readers: args.readers,
-    })
+        is_held: args.held,
+        is_paused: args.paused,
+        ..planned.start
+    };
+    Ok(ServerSettings { start, readers: args.readers, ..planned })
 }
 
 /// Warns where the dragon cannot walk all of a planned turnaround.
 fn warn_of_early_end(config: &Config) {
-    if let (RouteSpec::Turnaround(plan), end) = (config.route(), config.dragon().run_end())
+    if let (Some(plan), end) = (config.route().as_turnaround(), config.dragon().run_end())
         && end != RunEnd::RouteEnd
     {
         tracing::warn!("the run ends at {:.6} s, not at end_s {}: there {end}", config.end_s(), plan.end_s);

@@ -1,19 +1,55 @@
 //! `completions` and `man`: what an installation gives the shell, made from the command line itself.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::builder::Resettable;
-use clap::{Command, CommandFactory as _};
+use clap::{Args, Command, CommandFactory as _, ValueHint};
 use clap_complete::Shell;
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, bold, roman};
 
-use crate::cli::{BadInput, Cli, CompletionsArgs, Epilogue, ManArgs};
+use crate::command::Cli;
+use crate::command::flags::BadInput;
 use crate::command::print::{print_bytes, print_line};
 use crate::output::terminal_text::Printable;
 use crate::system::whole_file;
+
+/// Print what completes this program's commands, options and files in a shell.
+#[derive(Clone, Copy, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon completions bash > ~/.local/share/bash-completion/completions/bench-dragon
+  bench-dragon completions zsh > ~/.zfunc/_bench-dragon
+  bench-dragon completions fish > ~/.config/fish/completions/bench-dragon.fish
+  bench-dragon completions elvish > ~/.config/elvish/lib/bench-dragon.elv
+  source <(bench-dragon completions bash)     for this shell alone
+
+The folder must be there; shells that are started then know it. bash needs its package bash-completion, zsh the line \
+fpath+=~/.zfunc before compinit in ~/.zshrc, Elvish the line use bench-dragon in its rc.elv; PowerShell reads what is \
+printed from its $PROFILE.")]
+pub(crate) struct CompletionsArgs {
+    /// The shell.
+    #[arg(value_enum, value_name = "SHELL")]
+    pub(crate) shell: Shell,
+}
+
+/// Print a page of the manual, or write all.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon man | man -l -
+  bench-dragon man solve contact | man -l -
+  bench-dragon man --out ~/.local/share/man/man1
+
+After the last one, man bench-dragon and man bench-dragon-solve-contact find their pages.")]
+pub(crate) struct ManArgs {
+    /// The command whose page it is, as in `solve contact`; the program's own without one.
+    #[arg(value_name = "COMMAND", conflicts_with = "out")]
+    pub(crate) command: Vec<String>,
+    /// Write all pages, one a command, into this folder, which is made where it is missing.
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: Option<PathBuf>,
+}
 
 const NAME: &str = "bench-dragon";
 /// The name without a hyphen: with one, the script that `clap_complete` writes for bash knows nothing of what follows a command.
@@ -143,5 +179,104 @@ fn add_see_also(command: &Command, page: &mut Roff) {
         }
         let comma = if above + 1 < words.len() { "," } else { "" };
         page.text([bold(words[..above].join("-")), roman(format!("({SECTION}){comma}"))]);
+    }
+}
+
+/// Examples, then whatever else there is to know.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Epilogue {
+    /// Lines to type, each with a remark behind it where two blanks or more part one from it.
+    pub(crate) examples: Vec<String>,
+    /// Lines of prose, an empty one between two paragraphs.
+    pub(crate) notes: Vec<String>,
+}
+
+impl Epilogue {
+    /// The one of a command: examples are the indented lines under one that begins with "Example".
+    pub(crate) fn of(command: &Command) -> Self {
+        let text = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+        let mut epilogue = Self::default();
+        let mut are_examples = false;
+        for line in text.lines() {
+            if line.starts_with("Example") && line.ends_with(':') {
+                are_examples = true;
+                continue;
+            }
+            are_examples &= line.starts_with("  ");
+            if are_examples {
+                epilogue.examples.push(line.trim().to_owned());
+            } else if !line.is_empty() || !epilogue.notes.is_empty() {
+                epilogue.notes.push(line.to_owned());
+            }
+        }
+        epilogue
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser as _;
+
+    use super::*;
+
+    /// The program's commands and those under them.
+    fn commands() -> Vec<Command> {
+        let mut program = Cli::command();
+        program.build();
+        let mut commands = vec![program];
+        let mut next = 0;
+        while let Some(command) = commands.get(next) {
+            let under: Vec<Command> = command.get_subcommands().cloned().collect();
+            commands.extend(under);
+            next += 1;
+        }
+        commands
+    }
+
+    /// The calls of the program in a line of a shell: what stands between its pipes, lists and substitutions, up to where it
+    /// is sent to a file.
+    fn calls(example: &str) -> Vec<Vec<String>> {
+        let line = example.split_once("  ").map_or(example, |(line, _remark)| line);
+        let parts = line.replace("&&", "|").replace("<(", "|").replace(')', "|");
+        let words = |part: &str| -> Vec<String> {
+            let command = part.split_once('>').map_or(part, |(command, _file)| command);
+            shlex::split(command).expect("an example has closed quotation marks")
+        };
+        parts.split('|').map(words).filter(|words| words.first().is_some_and(|word| word == "bench-dragon")).collect()
+    }
+
+    #[test]
+    fn every_help_has_examples_and_each_of_them_is_a_line_that_the_program_takes() {
+        for command in commands() {
+            let name = command.get_bin_name().unwrap_or("bench-dragon").to_owned();
+            let epilogue = Epilogue::of(&command);
+            assert!(!epilogue.examples.is_empty(), "the help of {name} has no example");
+            let calls: Vec<Vec<String>> = epilogue.examples.iter().flat_map(|example| calls(example)).collect();
+            let is_of_it = |call: &Vec<String>| format!("{} ", call.join(" ")).starts_with(&format!("{name} "));
+            assert!(calls.iter().any(is_of_it), "no example in the help of {name} is one of it");
+            for call in calls {
+                if let Err(error) = Cli::try_parse_from(&call) {
+                    panic!("in the help of {name}: {}\n{error}", call.join(" "));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn calls_are_found_wherever_they_stand_in_a_line() {
+        let found = |line: &str| -> Vec<String> { calls(line).iter().map(|words| words.join(" ")).collect() };
+        assert_eq!(found("bench-dragon hz      its rate > 3"), ["bench-dragon hz"]);
+        assert_eq!(found("bench-dragon echo --format json | jq .tick"), ["bench-dragon echo --format json"]);
+        assert_eq!(found("mkdir -p a && bench-dragon iox2-config > a/b && iox2 list"), ["bench-dragon iox2-config"]);
+        assert_eq!(found("source <(bench-dragon completions bash)"), ["bench-dragon completions bash"]);
+        assert_eq!(found("cargo run -- hz"), [""; 0]);
+    }
+
+    #[test]
+    fn what_is_no_example_is_a_note() {
+        let command = Command::new("dance").after_help("Examples:\n  dance a   b\n  dance c\n\nOf c,\nthis.\n\nMore.");
+        let Epilogue { examples, notes } = Epilogue::of(&command);
+        assert_eq!(examples, ["dance a   b", "dance c"]);
+        assert_eq!(notes, ["Of c,", "this.", "", "More."]);
     }
 }

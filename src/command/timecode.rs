@@ -8,14 +8,38 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use bench_dragon_ipc::TimecodeKind;
+use clap::Args;
 use rtrb::Consumer;
 
-use crate::cli::{BadInput, Format, TimecodeArgs};
+use crate::command::flags::{BadInput, Format, within};
 use crate::command::print::print_notice;
+use crate::command::serve::ServeLine;
 use crate::config::Config;
-use crate::output::report::{ServeLine, TimecodeLine};
-use crate::source::server::{Following, Server, TimecodeNews};
-use crate::source::timecode::{FollowerSettings, SampleQueue, TimecodeReceiver, TimecodeSource};
+use crate::source::server::{Server, TimecodeFollowing, TimecodeNews};
+use crate::source::timecode::{
+    FollowerEvent, FollowerSettings, FrameRate, SampleQueue, TimecodeReceiver, TimecodeSource,
+};
+
+/// Which timecode to follow, and how.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct TimecodeArgs {
+    /// Follow timecode: osc:[ADDRESS:]PORT[/MESSAGE] or artnet[:ADDRESS[:PORT]]; this machine's without an address.
+    #[arg(long = "timecode", value_name = "SOURCE")]
+    pub(crate) source: Option<TimecodeSource>,
+    /// Show time minus the timecode's position [default: 0].
+    #[arg(long = "timecode-offset", value_name = "SECONDS", requires = "source", allow_negative_numbers = true, value_parser = within(-1e6..=1e6))]
+    pub(crate) offset_s: Option<f64>,
+    /// Silence after which a timecode is lost and the show goes on by itself [default: 1].
+    #[arg(long = "timecode-timeout", value_name = "SECONDS", requires = "source", allow_negative_numbers = true, value_parser = within(0.1..=3600.0))]
+    pub(crate) timeout_s: Option<f64>,
+    /// Frames a second of OSC messages that do not tell: 24, 25, 29.97 (drop-frame) or 30 [default: 25].
+    #[arg(long = "timecode-fps", value_name = "FPS", requires = "source", value_parser = frame_rate)]
+    pub(crate) frame_rate: Option<FrameRate>,
+}
+
+fn frame_rate(text: &str) -> Result<FrameRate, String> {
+    text.parse().ok().and_then(FrameRate::of).ok_or_else(|| "must be 24, 25, 29.97 or 30".to_owned())
+}
 
 /// How often news are looked for.
 const LOOK_PERIOD: Duration = Duration::from_millis(20);
@@ -40,12 +64,12 @@ pub(super) struct FollowedTimecode {
 
 /// Refuses a pace that timecode would not keep, and what its source tells by itself.
 pub(crate) fn check(args: &TimecodeArgs, config: &Config) -> Result<(), BadInput> {
-    let time_scale = config.time_scale();
+    let time_scale = config.tables().serve.time_scale;
     if args.source.is_some() && time_scale != 1.0 {
         return Err(BadInput(format!("time_scale is {time_scale}, must be 1 with --timecode, which sets the pace")));
     }
     match (&args.source, args.frame_rate) {
-        (Some(TimecodeSource::ArtNet { .. }), Some(_)) => {
+        (Some(source), Some(_)) if source.kind() == TimecodeKind::ArtNet => {
             Err(BadInput("--timecode-fps is for osc: Art-Net timecode tells its own frames a second".to_owned()))
         }
         _ => Ok(()),
@@ -77,11 +101,11 @@ impl AwaitedTimecode {
     /// Has a server follow, and tells what happens from then on.
     pub(super) fn lead(self, server: &mut Server) -> anyhow::Result<FollowedTimecode> {
         let Self { receiver, inbox, settings, kind, format } = self;
-        let (following, news) = Following::new(settings, kind, inbox);
+        let (following, news) = TimecodeFollowing::new(settings, kind, inbox);
         let is_over = Arc::new(AtomicBool::new(false));
         let news_thread = report_news(news, Arc::clone(&is_over), format)?;
         server.follow(following);
-        let listen = receiver.listen();
+        let listen = receiver.listen;
         print_listening(format, listen)?;
         Ok(FollowedTimecode { receiver, format, is_over, news_thread })
     }
@@ -113,9 +137,8 @@ fn report_news(
         loop {
             let is_last = is_over.load(Ordering::Relaxed);
             while let Ok(news) = news.pop() {
-                let line = TimecodeLine::from(&news);
                 // Where stdout is gone, the server's end reports it.
-                let _ = print_notice(format, &ServeLine::Timecode(line.clone()), &line.to_string());
+                let _ = print_notice(format, &ServeLine::Timecode(news), &news_text(&news));
             }
             if is_last {
                 return;
@@ -123,6 +146,25 @@ fn report_news(
             thread::sleep(LOOK_PERIOD);
         }
     })
+}
+
+/// What people read of news.
+pub(super) fn news_text(news: &TimecodeNews) -> String {
+    let time_s = news.sim_time_s;
+    let (timecode, show) = match news.event {
+        FollowerEvent::Follows { position_s } => {
+            (format!("timecode {position_s:.3} s runs"), format!("the show follows from {time_s:.3} s"))
+        }
+        FollowerEvent::Stands { position_s } => {
+            (format!("timecode {position_s:.3} s stands"), "so does the show".to_owned())
+        }
+        FollowerEvent::Lost { position_s } => (
+            format!("timecode is lost, last at {position_s:.3} s"),
+            format!("the show is by itself from {time_s:.3} s"),
+        ),
+    };
+    let show = if news.is_stopped { format!("the show stays paused or held at {time_s:.3} s") } else { show };
+    format!("{timecode}: {show}")
 }
 
 /// Reports where timecode has to be sent.

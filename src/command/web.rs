@@ -9,18 +9,77 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use anyhow::{Context as _, anyhow};
-use bench_dragon_ipc::Domain;
+use clap::Args;
 use serde::{Deserialize, Serialize};
 use tokio::sync::watch;
 
-use crate::cli::{BadInput, Format, MetricsArgs, SiteArgs, ViewArgs};
+use crate::command::flags::{BadInput, BusArgs, Format, FormatArgs, listen_address};
 use crate::command::print::{complain, print_report};
 use crate::display::metrics;
 use crate::display::observe::{Observer, Snapshot};
-use crate::display::view::{Token, TokenError, View, ViewSettings};
+use crate::display::view::{Token, TokenError, View};
 use crate::display::web::Site;
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
+
+/// Where a page listens, and by which names it may be called.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct SiteArgs {
+    /// A name by which browsers may call this machine, beside its addresses and its host name; may be repeated.
+    #[arg(long = "allow-host", value_name = "NAME", value_parser = host_name)]
+    pub(crate) allowed_hosts: Vec<String>,
+}
+
+/// Show what goes on in a browser, and steer from there.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon view                              prints the address to open
+  bench-dragon view --listen 0.0.0.0:8223        for tablets in the house, with the token that is printed
+  bench-dragon view --read-only --instance main
+
+Looking from this machine is free; to steer, and to look from elsewhere, takes the token in the printed address. It is a new \
+one each time, unless the environment has one in BENCH_DRAGON_TOKEN. What is sent is not encrypted: through a network that is \
+not your own use a tunnel, `ssh -L 8223:localhost:8223 booth`.")]
+pub(crate) struct ViewArgs {
+    /// Where the page is served; port 0 takes a free one.
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8223", value_parser = listen_address)]
+    pub(crate) listen: SocketAddr,
+    #[command(flatten)]
+    pub(crate) site: SiteArgs,
+    /// Take no commands: the page has no controls.
+    #[arg(long)]
+    pub(crate) read_only: bool,
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// Serve metrics to Prometheus, without a page.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon metrics                           at http://127.0.0.1:9223/metrics
+  bench-dragon metrics --listen 0.0.0.0:9223     for a scraper on another machine
+  curl http://127.0.0.1:9223/metrics
+
+`view` serves the same at /metrics. Whoever can reach the address can read them, and nothing else. docs/metrics.md tells \
+them all.")]
+pub(crate) struct MetricsArgs {
+    /// Where the metrics are served; port 0 takes a free one.
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:9223", value_parser = listen_address)]
+    pub(crate) listen: SocketAddr,
+    #[command(flatten)]
+    pub(crate) site: SiteArgs,
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+pub(super) fn host_name(name: &str) -> Result<String, String> {
+    let is_name = !name.is_empty() && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-._".contains(&byte));
+    if is_name { Ok(name.to_owned()) } else { Err("must be a host's name, without a port".to_owned()) }
+}
 
 /// Snapshots a second on the page: those of most screens.
 const VIEW_SNAPSHOTS_HZ: u32 = 60;
@@ -28,14 +87,13 @@ const VIEW_SNAPSHOTS_HZ: u32 = 60;
 pub(super) const TOKEN_VARIABLE: &str = "BENCH_DRAGON_TOKEN";
 
 pub(super) fn view(args: &ViewArgs) -> anyhow::Result<ExitCode> {
-    let domain = Domain::new(args.bus.instance.clone())?;
+    let domain = args.bus.domain()?;
     let token = token()?;
     let stop = StopFlag::on_signals()?;
     let site = listen(args.listen, &args.site)?;
-    let address = site.address();
+    let address = site.address;
     announce_page(args, &token, address)?;
-    let settings = ViewSettings { token, is_read_only: args.read_only, address: address.ip() };
-    let view = View::open(domain.clone(), settings)?;
+    let view = View::open(domain.clone(), token, args.read_only, address.ip())?;
     let observer = Observer::new(domain, "view", VIEW_SNAPSHOTS_HZ).with_plan();
     let serve = || {
         site.serve(view.router(), &stop, view.closing())?;
@@ -72,10 +130,10 @@ fn announce_page(args: &ViewArgs, token: &Token, address: SocketAddr) -> anyhow:
 const METRICS_SNAPSHOTS_HZ: u32 = 10;
 
 pub(super) fn metrics(args: &MetricsArgs) -> anyhow::Result<ExitCode> {
-    let domain = Domain::new(args.bus.instance.clone())?;
+    let domain = args.bus.domain()?;
     let stop = StopFlag::on_signals()?;
     let site = listen(args.listen, &args.site)?;
-    let address = site.address();
+    let address = site.address;
     announce(args.format.format, "listening on ", url(address, "metrics"), address)?;
     let (snapshots, newest) = watch::channel(Arc::new(Snapshot::default()));
     let show = |snapshot| {
@@ -148,7 +206,7 @@ pub(crate) fn observe_while(
     mut show: impl FnMut(Snapshot) + Send,
     serve: impl FnOnce() -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
-    show(Snapshot::empty(monotonic_ns()));
+    show(Snapshot { seen_ns: monotonic_ns(), ..Snapshot::default() });
     thread::scope(|scope| {
         let observe = || {
             let _ends = SetAtEnd(stop);

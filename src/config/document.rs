@@ -7,22 +7,25 @@ use std::path::Path;
 use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
 use serde::{Deserialize, Serialize};
 
-use super::error::ConfigError;
+use super::ConfigError;
 use super::priority::Priority;
 use super::route_table::RouteTable;
 
 /// Longest document in bytes: what a description carries.
-pub(super) const MAX_LEN: u64 = MAX_DESCRIPTION_LEN as u64;
+const MAX_LEN: u64 = MAX_DESCRIPTION_LEN as u64;
 
 /// The document. Written out, it has every key that means something.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, expecting = "a table")]
-pub(super) struct Document {
+pub struct Document {
     pub(super) dragon: DragonTable,
     pub(super) route: RouteTable,
-    pub(super) head: HeadTable,
-    pub(super) serve: ServeTable,
-    pub(super) monitor: MonitorTable,
+    /// How the head walks.
+    pub head: HeadTable,
+    /// How the server runs.
+    pub serve: ServeTable,
+    /// How near the benches may come.
+    pub monitor: MonitorTable,
     #[serde(skip_serializing_if = "ShowTable::is_empty")]
     pub(super) show: ShowTable,
 }
@@ -37,32 +40,47 @@ pub(super) struct DragonTable {
     pub(super) hole_offset_m: f64,
 }
 
+/// `[head]` of the document.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, expecting = "a table")]
-pub(super) struct HeadTable {
-    pub(super) speed_mps: f64,
+pub struct HeadTable {
+    /// Planned speed of the head in metres per show second.
+    pub speed_mps: f64,
+    /// Greatest acceleration of the head in m/s²; without one it starts and stops at once.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) accel_mps2: Option<f64>,
+    pub accel_mps2: Option<f64>,
 }
 
+/// `[serve]` of the document.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, expecting = "a table")]
-pub(super) struct ServeTable {
-    pub(super) rate_hz: u32,
-    pub(super) time_scale: f64,
+pub struct ServeTable {
+    /// Ticks a second.
+    pub rate_hz: u32,
+    /// Show seconds per wall-clock second.
+    pub time_scale: f64,
+    /// The processor that the server's loop is to run on, where it is to stay on one.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) cpu: Option<u32>,
-    pub(super) priority: Priority,
-    pub(super) spin_us: u32,
-    pub(super) catch_up_s: f64,
+    pub cpu: Option<u32>,
+    /// How the kernel is to schedule the server's loop.
+    pub priority: Priority,
+    /// Microseconds before each release from which on the server's loop does not sleep but spins.
+    pub spin_us: u32,
+    /// Wall time in seconds: a show that stood still for no longer jumps to where it should be; after a longer standstill it
+    /// makes up for it slowly.
+    pub catch_up_s: f64,
 }
 
+/// `[monitor]` of the document.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, expecting = "a table")]
-pub(super) struct MonitorTable {
-    pub(super) near_m: f64,
-    pub(super) margin_m: f64,
-    pub(super) guard: bool,
+pub struct MonitorTable {
+    /// Clearance in metres from which on the monitor warns.
+    pub near_m: f64,
+    /// Clearance in metres that the guard keeps.
+    pub margin_m: f64,
+    /// Whether a guard keeps the benches apart.
+    pub guard: bool,
 }
 
 /// What `show` alone goes by.
@@ -111,16 +129,19 @@ impl Default for MonitorTable {
 
 pub(super) fn read(path: &Path) -> Result<String, ConfigError> {
     let mut text = String::new();
-    let file = File::open(path).map_err(ConfigError::Read)?;
-    file.take(MAX_LEN + 1).read_to_string(&mut text).map_err(ConfigError::Read)?;
-    if text.len() as u64 > MAX_LEN { Err(ConfigError::TooLong) } else { Ok(text) }
+    let read = File::open(path).and_then(|file| file.take(MAX_LEN + 1).read_to_string(&mut text));
+    match read.map_err(|error| ConfigError(format!("cannot be read: {error}")))? as u64 {
+        0..=MAX_LEN => Ok(text),
+        _ => Err(ConfigError(format!("has more than {MAX_LEN} bytes, the most that a configuration may have"))),
+    }
 }
 
 pub(super) fn parse(text: &str) -> Result<Document, ConfigError> {
     toml::from_str(text).map_err(|error| {
         let line = error.span().map_or(0, |span| text[..span.start].matches('\n').count());
         let message = in_plain_words(error.message());
-        ConfigError::Syntax { line: line + 1, text: excerpt(text.lines().nth(line).unwrap_or_default()), message }
+        let text = excerpt(text.lines().nth(line).unwrap_or_default());
+        ConfigError(format!("line {}, `{text}`: {message}", line + 1))
     })
 }
 

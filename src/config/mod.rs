@@ -4,7 +4,6 @@
 //! geometry are errors that name the key, the value and what is allowed.
 
 mod document;
-mod error;
 mod priority;
 mod route_table;
 
@@ -13,13 +12,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{Dimensions, Dragon, RunEnd};
+use bench_dragon_geometry::number::Number;
 use bench_dragon_geometry::planner::HeadTimetable;
 use bench_dragon_geometry::route::RouteSpec;
 
-pub use error::ConfigError;
+pub use document::{Document, HeadTable, MonitorTable, ServeTable};
 pub use priority::{Priority, PriorityError, REAL_TIME_PRIORITY};
 
-use document::{Document, DragonTable, parse, read};
+use document::{DragonTable, parse, read};
 use route_table::RouteTable;
 
 /// Ticks a second that a server may run at.
@@ -44,26 +44,13 @@ pub const MARGIN_M: RangeInclusive<f64> = 0.000_001..=10.0;
 /// Commands that a show may run beside its own children: the bus has room for them and as many others.
 pub const MAX_ALSO: usize = 8;
 
-/// What flags set over the document.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Overrides {
-    /// Ticks a second.
-    pub rate_hz: Option<u32>,
-    /// Show seconds per wall-clock second.
-    pub time_scale: Option<f64>,
-    /// Seconds that a show may jump at once.
-    pub catch_up_s: Option<f64>,
-    /// The processor that the server's loop runs on.
-    pub cpu: Option<u32>,
-    /// How the kernel schedules the server's loop.
-    pub priority: Option<Priority>,
-    /// Microseconds that the server's loop spins before each release.
-    pub spin_us: Option<u32>,
-    /// Whether a guard is to keep the benches apart, where the document does not ask for it already.
-    pub guard: bool,
-}
+/// Why a configuration is not valid, in one line: the table, the key, the value, and what is allowed. The caller names the file.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct ConfigError(String);
 
-/// A document that has been read, every value of which is in its range. No dragon has been placed on its route yet.
+/// A document that has been read. Each value but those of `[route]` is in its range; [`build`](Self::build) checks these, and places
+/// the dragon.
 #[derive(Clone, Debug)]
 pub struct ConfigDocument {
     tables: Document,
@@ -71,7 +58,7 @@ pub struct ConfigDocument {
     route: RouteSpec,
 }
 
-/// A valid configuration: a document, and the dragon on its route.
+/// A valid configuration: a document, whose tables it gives to read, and the dragon on its route.
 #[derive(Clone, Debug)]
 pub struct Config {
     document: ConfigDocument,
@@ -83,9 +70,10 @@ impl ConfigDocument {
     ///
     /// # Errors
     /// What is wrong with the file or a value.
-    pub fn load(path: Option<&Path>, overrides: Overrides) -> Result<Self, ConfigError> {
-        let Some(path) = path else { return Self::check(Document::default(), overrides) };
-        Self::check(parse(&read(path)?)?, overrides)
+    pub fn load(path: Option<&Path>, set_flags: impl FnOnce(&mut Document)) -> Result<Self, ConfigError> {
+        let mut tables = path.map_or_else(|| Ok(Document::default()), |path| parse(&read(path)?))?;
+        set_flags(&mut tables);
+        Self::check(tables)
     }
 
     /// Reads the text of a description.
@@ -93,7 +81,7 @@ impl ConfigDocument {
     /// # Errors
     /// What is wrong with it.
     pub fn from_toml(text: &str) -> Result<Self, ConfigError> {
-        Self::check(parse(text)?, Overrides::default())
+        Self::check(parse(text)?)
     }
 
     /// Places the dragon on its route, and finds out how far it can walk.
@@ -101,25 +89,19 @@ impl ConfigDocument {
     /// # Errors
     /// What is wrong with the route, or with this dragon on it.
     pub fn build(self) -> Result<Config, ConfigError> {
-        let route = self.route.build(self.tables.head.speed_mps).map_err(ConfigError::Route)?;
-        let dragon = Dragon::new(self.dimensions, Arc::new(route)).map_err(ConfigError::Dragon)?;
+        let route =
+            self.route.build(self.tables.head.speed_mps).map_err(|error| ConfigError(format!("[route] {error}")))?;
+        let dragon = Dragon::new(self.dimensions, Arc::new(route)).map_err(|error| ConfigError(error.to_string()))?;
         Ok(Config { document: self, dragon: Arc::new(dragon) })
     }
 
-    fn check(mut tables: Document, overrides: Overrides) -> Result<Self, ConfigError> {
-        let serve = &mut tables.serve;
-        serve.rate_hz = overrides.rate_hz.unwrap_or(serve.rate_hz);
-        serve.time_scale = overrides.time_scale.unwrap_or(serve.time_scale);
-        serve.catch_up_s = overrides.catch_up_s.unwrap_or(serve.catch_up_s);
-        serve.cpu = overrides.cpu.or(serve.cpu);
-        serve.priority = overrides.priority.unwrap_or(serve.priority);
-        serve.spin_us = overrides.spin_us.unwrap_or(serve.spin_us);
+    fn check(mut tables: Document) -> Result<Self, ConfigError> {
+        let serve = &tables.serve;
         require_whole("serve", "rate_hz", serve.rate_hz, &RATE_HZ)?;
         require("serve", "time_scale", serve.time_scale, &TIME_SCALE)?;
         serve.cpu.map_or(Ok(()), |cpu| require_whole("serve", "cpu", cpu, &CPU))?;
         require_whole("serve", "spin_us", serve.spin_us, &SPIN_US)?;
         require("serve", "catch_up_s", serve.catch_up_s, &CATCH_UP_S)?;
-        tables.monitor.guard |= overrides.guard;
         require("head", "speed_mps", tables.head.speed_mps, &HEAD_SPEED_MPS)?;
         if let Some(accel_mps2) = tables.head.accel_mps2 {
             require("head", "accel_mps2", accel_mps2, &HEAD_ACCEL_MPS2)?;
@@ -128,7 +110,7 @@ impl ConfigDocument {
         require("monitor", "margin_m", tables.monitor.margin_m, &MARGIN_M)?;
         let count = tables.show.also.len();
         if count > MAX_ALSO {
-            return Err(ConfigError::TooManyCommands { count });
+            return Err(ConfigError(format!("[[show.also]] is there {count} times, at most {MAX_ALSO} are allowed")));
         }
         let route = tables.route.plan()?;
         tables.route = RouteTable::written_out(route);
@@ -142,8 +124,8 @@ impl Config {
     ///
     /// # Errors
     /// As both.
-    pub fn load(path: Option<&Path>, overrides: Overrides) -> Result<Self, ConfigError> {
-        ConfigDocument::load(path, overrides)?.build()
+    pub fn load(path: Option<&Path>, set_flags: impl FnOnce(&mut Document)) -> Result<Self, ConfigError> {
+        ConfigDocument::load(path, set_flags)?.build()
     }
 
     /// [`ConfigDocument::from_toml`] and [`ConfigDocument::build`] in one.
@@ -159,81 +141,30 @@ impl Config {
         toml::to_string(&self.document.tables).expect("the document has only tables of numbers and strings")
     }
 
+    /// The values of the document.
+    pub fn tables(&self) -> &Document {
+        &self.document.tables
+    }
+
     /// The dragon on its route.
     pub fn dragon(&self) -> &Arc<Dragon> {
         &self.dragon
     }
 
-    /// Planned speed of the head in metres per show second.
-    pub fn head_speed_mps(&self) -> f64 {
-        self.document.tables.head.speed_mps
-    }
-
-    /// Greatest acceleration of the head in m/s²; without one it starts and stops at once.
-    pub fn head_accel_mps2(&self) -> Option<f64> {
-        self.document.tables.head.accel_mps2
-    }
-
-    /// Ticks a second.
-    pub fn rate_hz(&self) -> u32 {
-        self.document.tables.serve.rate_hz
-    }
-
-    /// Show seconds per wall-clock second.
-    pub fn time_scale(&self) -> f64 {
-        self.document.tables.serve.time_scale
-    }
-
     /// Show seconds that one running tick advances.
     pub fn tick_s(&self) -> f64 {
-        self.time_scale() / f64::from(self.rate_hz())
-    }
-
-    /// The processor that the server's loop is to run on, where it is to stay on one.
-    pub fn cpu(&self) -> Option<u32> {
-        self.document.tables.serve.cpu
-    }
-
-    /// How the kernel is to schedule the server's loop.
-    pub fn priority(&self) -> Priority {
-        self.document.tables.serve.priority
-    }
-
-    /// Microseconds before each release from which on the server's loop does not sleep but spins.
-    pub fn spin_us(&self) -> u32 {
-        self.document.tables.serve.spin_us
-    }
-
-    /// Wall time in seconds: a show that stood still for no longer jumps to where it should be; after a longer standstill it
-    /// makes up for it slowly.
-    pub fn catch_up_s(&self) -> f64 {
-        self.document.tables.serve.catch_up_s
+        self.tables().serve.time_scale / f64::from(self.tables().serve.rate_hz)
     }
 
     /// Releases that a show may miss in one go and jump.
     pub fn most_jumped(&self) -> u64 {
         // The product may be rounded down from a whole number.
-        (self.catch_up_s() * f64::from(self.rate_hz()) * (1.0 + 2.0 * f64::EPSILON)) as u64
-    }
-
-    /// Clearance in metres from which on the monitor warns.
-    pub fn near_m(&self) -> f64 {
-        self.document.tables.monitor.near_m
-    }
-
-    /// Clearance in metres that the guard keeps.
-    pub fn margin_m(&self) -> f64 {
-        self.document.tables.monitor.margin_m
-    }
-
-    /// Whether a guard keeps the benches apart.
-    pub fn is_guarded(&self) -> bool {
-        self.document.tables.monitor.guard
+        (self.tables().serve.catch_up_s * f64::from(self.tables().serve.rate_hz) * (1.0 + 2.0 * f64::EPSILON)) as u64
     }
 
     /// The command lines that a show runs beside its own children, in their order. `show` checks what they say.
     pub fn also(&self) -> Vec<&str> {
-        self.document.tables.show.also.iter().map(|also| also.command.as_str()).collect()
+        self.tables().show.also.iter().map(|also| also.command.as_str()).collect()
     }
 
     /// The route as planned.
@@ -253,13 +184,18 @@ impl Config {
 
     /// The same for a run that begins at a later show time, where the planned speed puts the head.
     pub fn timetable_from(&self, start_s: f64) -> HeadTimetable {
-        HeadTimetable::new(self.head_speed_mps(), self.head_accel_mps2(), start_s, self.dragon.end_travel_m())
+        HeadTimetable::new(
+            self.tables().head.speed_mps,
+            self.tables().head.accel_mps2,
+            start_s,
+            self.dragon.end_travel_m(),
+        )
     }
 
     /// Show time in seconds at which a run from the start ends: where the plan does, or where the dragon can walk no further.
     /// With ramps the head arrives there later.
     pub fn end_s(&self) -> f64 {
-        if self.head_accel_mps2().is_some() { self.timetable().end_s() } else { self.last_seek_s() }
+        if self.tables().head.accel_mps2.is_some() { self.timetable().end_s() } else { self.last_seek_s() }
     }
 
     /// The latest show time that may be sought, in seconds: a seek puts the head where the planned speed alone has it at that
@@ -267,7 +203,7 @@ impl Config {
     pub fn last_seek_s(&self) -> f64 {
         match (self.document.route.end_s(), self.dragon.run_end()) {
             (Some(end_s), RunEnd::RouteEnd) => end_s,
-            _ => self.dragon.end_travel_m() / self.head_speed_mps(),
+            _ => self.dragon.end_travel_m() / self.tables().head.speed_mps,
         }
     }
 
@@ -276,8 +212,8 @@ impl Config {
     /// # Errors
     /// What is wrong with the route, or with this dragon on it.
     pub fn with_route(&self, route: RouteSpec) -> Result<Self, ConfigError> {
-        let tables = Document { route: RouteTable::written_out(route), ..self.document.tables.clone() };
-        ConfigDocument::check(tables, Overrides::default())?.build()
+        let tables = Document { route: RouteTable::written_out(route), ..self.tables().clone() };
+        ConfigDocument::check(tables)?.build()
     }
 
     /// The same with another speed of the head, in metres per show second.
@@ -285,16 +221,17 @@ impl Config {
     /// # Errors
     /// A speed out of range.
     pub fn with_head_speed(&self, speed_mps: f64) -> Result<Self, ConfigError> {
-        let mut tables = self.document.tables.clone();
+        let mut tables = self.tables().clone();
         tables.head.speed_mps = speed_mps;
-        ConfigDocument::check(tables, Overrides::default())?.build()
+        ConfigDocument::check(tables)?.build()
     }
 }
 
 fn dimensions(table: &DragonTable) -> Result<Dimensions, ConfigError> {
     let DragonTable { benches, head_length_m, body_length_m, width_m, hole_offset_m } = *table;
     let benches = usize::try_from(benches).unwrap_or(usize::MAX);
-    Dimensions::new(benches, head_length_m, body_length_m, width_m, hole_offset_m).map_err(ConfigError::Dimensions)
+    let dimensions = Dimensions::new(benches, head_length_m, body_length_m, width_m, hole_offset_m);
+    dimensions.map_err(|error| ConfigError(format!("[dragon] {error}")))
 }
 
 fn require_whole(
@@ -315,7 +252,8 @@ fn require(
     if allowed.contains(&value) {
         return Ok(());
     }
-    Err(ConfigError::OutOfRange { table, key, value, lowest: *allowed.start(), highest: *allowed.end() })
+    let (value, lowest, highest) = (Number(value), allowed.start(), allowed.end());
+    Err(ConfigError(format!("[{table}] {key} is {value}, must be from {lowest} to {highest}")))
 }
 
 #[cfg(test)]
@@ -332,14 +270,18 @@ mod tests {
     fn the_document_without_keys_is_the_papers_dragon() {
         let config = Config::from_toml("").expect("every key has a default");
         assert_eq!(config.dragon().dimensions().benches(), 223);
-        assert_eq!((config.rate_hz(), config.time_scale(), config.head_speed_mps()), (1000, 1.0, 1.0));
-        assert_eq!((config.catch_up_s(), config.most_jumped()), (0.25, 250));
+        assert_eq!(
+            (config.tables().serve.rate_hz, config.tables().serve.time_scale, config.tables().head.speed_mps),
+            (1000, 1.0, 1.0)
+        );
+        assert_eq!((config.tables().serve.catch_up_s, config.most_jumped()), (0.25, 250));
     }
 
     #[test]
     fn a_document_is_read_without_a_dragon_on_its_route() {
         let document = ConfigDocument::from_toml("[route]\npitch_m = 0.2").expect("each value is in its range");
-        assert!(matches!(document.build(), Err(ConfigError::Dragon(_))), "the boards are wider");
+        let error = document.build().expect_err("the boards are wider").to_string();
+        assert!(error.starts_with("pitch_m is 0.2, must be above width_m"), "{error}");
     }
 
     #[test]
@@ -372,9 +314,9 @@ mod tests {
 
     #[test]
     fn flags_override_the_document() {
-        let overrides = Overrides { rate_hz: Some(50), time_scale: Some(20.0), ..Overrides::default() };
-        let config = Config::load(None, overrides).expect("both are in range");
-        assert_eq!((config.rate_hz(), config.time_scale()), (50, 20.0));
+        let flags = |tables: &mut Document| (tables.serve.rate_hz, tables.serve.time_scale) = (50, 20.0);
+        let config = Config::load(None, flags).expect("both are in range");
+        assert_eq!((config.tables().serve.rate_hz, config.tables().serve.time_scale), (50, 20.0));
     }
 
     #[test]

@@ -2,11 +2,11 @@
 
 use std::ops::RangeInclusive;
 
+use bench_dragon_geometry::number::Number;
 use bench_dragon_geometry::route::{RouteSpec, SpiralSpec, TurnaroundSpec};
 use serde::{Deserialize, Serialize};
 
-use super::error::ConfigError;
-use super::require;
+use super::{ConfigError, require};
 
 /// Show times between which a turnaround may be planned, in seconds.
 const PLAN_S: RangeInclusive<f64> = -1e6..=1e6;
@@ -95,12 +95,14 @@ impl RouteTable {
         require("route", "start_s", plan.start_s, &PLAN_S)?;
         require("route", "end_s", plan.end_s, &PLAN_S)?;
         if plan.end_s <= plan.start_s {
-            return Err(ConfigError::EndsBeforeStart { start_s: plan.start_s, end_s: plan.end_s });
+            let (start_s, end_s) = (Number(plan.start_s), Number(plan.end_s));
+            return Err(ConfigError(format!("[route] end_s is {end_s}, must be above start_s {start_s}")));
         }
         Ok(plan)
     }
 }
 
 fn refuse(key: &'static str, value: Option<f64>, kind: &'static str) -> Result<(), ConfigError> {
-    value.map_or(Ok(()), |value| Err(ConfigError::OtherKind { key, value, kind }))
+    let Some(value) = value.map(Number) else { return Ok(()) };
+    Err(ConfigError(format!("[route] {key} is {value}, only allowed with kind = \"{kind}\"")))
 }

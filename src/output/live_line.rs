@@ -1,11 +1,8 @@
 //! The live line of a terminal, which is drawn anew in its place, and the progress bar in it.
 
-/// The line that is drawn anew in its place.
 #[derive(Debug, Default)]
 pub(super) struct LiveLine {
-    /// The newest text.
     pub(super) text: Option<String>,
-    /// The text on the terminal.
     drawn: Option<String>,
 }
 
@@ -18,7 +15,6 @@ impl LiveLine {
         self.text != self.drawn
     }
 
-    /// The bytes that erase the line, where there is one.
     pub(super) fn erase(&mut self) -> Option<Vec<u8>> {
         self.drawn.take().map(|_| ERASE.as_bytes().to_vec())
     }
@@ -34,7 +30,6 @@ impl LiveLine {
     }
 }
 
-/// Characters of a bar.
 const LENGTH: usize = 24;
 
 /// A bar of which this fraction is full.

@@ -5,17 +5,19 @@
 //! | [`table`] | tables as text for people, as CSV, and as a workbook |
 //! | [`figure`] | figures for print, as SVG and PNG |
 //! | [`histogram`] | distributions of times: percentiles, bars, the text of `HdrHistogram`'s tools |
-//! | [`report`] | the lines of JSON that the processes print, and a few words for people |
+//! | [`command_words`] | a command and its outcome, in words and as a line of JSON |
+//! | `log` | the log on stderr |
 //! | `terminal_text` | colours, and control characters in what others have written |
 //! | `printing` | all that goes to stdout and stderr: lines, the live line, a whole screen |
 //! | `queue`, `writer`, `live_line` | the bounded queue of a file, the thread that writes to it, the line that is drawn anew |
 
+pub mod command_words;
 pub mod figure;
 pub mod histogram;
 mod live_line;
+pub(crate) mod log;
 mod printing;
 mod queue;
-pub mod report;
 pub mod table;
 pub(crate) mod terminal_text;
 mod workbook;

@@ -73,7 +73,7 @@ pub(crate) fn complain(line: &str) {
 /// Replaces the live line of the terminal that stderr leads to; `None` takes it away. Elsewhere nothing is drawn.
 pub(crate) fn set_live_line(text: Option<String>) {
     let stderr = &output().stderr;
-    if stderr.is_terminal() {
+    if stderr.is_terminal {
         stderr.set_live(text);
     }
 }
@@ -142,7 +142,7 @@ pub(crate) fn finish_stdout() -> io::Result<()> {
     let Output { stdout, stderr, waiting } = output();
     set_live_line(None);
     let is_stopped = || waiting.get().is_none_or(|stop| stop.as_ref().is_some_and(StopFlag::is_set));
-    if !stdout.flush(is_stopped) && !Arc::ptr_eq(stdout, stderr) && !stdout.is_terminal() {
+    if !stdout.flush(is_stopped) && !Arc::ptr_eq(stdout, stderr) && !stdout.is_terminal {
         stderr.push(Stream::Stderr, stdout.report(stdout.unseen()));
     }
     let failure = stdout.failure(Stream::Stdout).filter(|failure| !failure.is_end_of_reader);
@@ -180,7 +180,7 @@ fn output() -> &'static Output {
 impl Output {
     /// The writers to a terminal. They may be one.
     fn terminals(&self) -> impl Iterator<Item = &Writer> {
-        [&*self.stdout, &*self.stderr].into_iter().filter(|writer| writer.is_terminal())
+        [&*self.stdout, &*self.stderr].into_iter().filter(|writer| writer.is_terminal)
     }
 }
 

@@ -9,7 +9,6 @@ use std::mem;
 
 use super::live_line::LiveLine;
 
-/// A standard stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Stream {
     /// Standard output.
@@ -27,7 +26,6 @@ pub(super) enum Piece {
     Report(u64),
 }
 
-/// The queue of one file.
 #[derive(Debug)]
 pub(super) struct Queue {
     room_bytes: usize,
@@ -38,14 +36,11 @@ pub(super) struct Queue {
     pub(super) live: LiveLine,
     /// A frame of a screen that is drawn on the whole terminal. It goes past all lines.
     pub(super) screen: Vec<u8>,
-    /// Whether lines are held back.
     pub(super) is_held: bool,
-    /// Whether a piece is being written.
     pub(super) is_writing: bool,
 }
 
 impl Queue {
-    /// An empty queue for so many bytes.
     pub(super) fn new(room_bytes: usize) -> Self {
         Self {
             room_bytes,

@@ -1,24 +1,21 @@
 //! Tables: answers in rows and columns, for people and for the programs that they go on working with.
 //!
-//! A [`Table`] knows nothing of files. An [`Exporter`] turns tables into the bytes of one, the same bytes each time:
-//! [`Text`] for people, [`Csv`] for programs, [`Xlsx`] for spreadsheets. [`CsvWriter`] takes row after row, for a table
-//! that does not fit into memory; so does a `Book`.
+//! A [`Table`] knows nothing of files. [`text`] is for people, [`csv`] for programs, `workbook` for spreadsheets: equal tables
+//! give equal bytes. `CsvWriter` takes row after row, for a table that does not fit into memory; so does a `Book`.
 
 use std::io::{self, Write};
 
-pub(crate) use super::workbook::Book;
-pub use super::workbook::Xlsx;
+pub(crate) use super::workbook::{Book, MAX_COLUMNS, MAX_ROWS, WorkbookError, workbook};
 
 /// Rows under titled columns.
 ///
 /// ```
-/// use bench_dragon::output::table::{Cell, Column, Csv, Exporter, Table};
+/// use bench_dragon::output::table::{Cell, Column, Table, csv};
 ///
 /// let columns = vec![Column::text("handle"), Column::number("speed_mps", 6)];
 /// let mut table = Table::new("speeds", columns);
 /// table.push(vec![Cell::from("head"), Cell::from(1.0)]);
-/// assert_eq!(Csv.export(&[table])?, b"handle,speed_mps\nhead,1.0\n");
-/// # Ok::<(), bench_dragon::output::table::ExportError>(())
+/// assert_eq!(csv(&[table]), b"handle,speed_mps\nhead,1.0\n");
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
@@ -34,7 +31,6 @@ pub struct Column {
     pub(super) kind: Kind,
 }
 
-/// What a column holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Text,
@@ -51,37 +47,8 @@ pub enum Cell {
     Text(String),
     /// A count or an index.
     Whole(u64),
-    /// A number, whole. Exporters for people round it to the column's decimals.
+    /// A number, whole. People see it rounded to the column's decimals.
     Number(f64),
-}
-
-/// Turns tables into the bytes of a file. Equal tables give equal bytes.
-pub trait Exporter {
-    /// The tables, one behind the other.
-    ///
-    /// # Errors
-    /// The tables must fit into the format.
-    fn export(&self, tables: &[Table]) -> Result<Vec<u8>, ExportError>;
-}
-
-/// Why tables cannot be exported.
-#[derive(Debug, thiserror::Error)]
-pub enum ExportError {
-    /// The format has no room for it.
-    #[error("the table \"{table}\" has {count} {what}, a sheet has at most {most}")]
-    TooLarge {
-        /// The table's name.
-        table: String,
-        /// Rows or columns.
-        what: &'static str,
-        /// How many.
-        count: usize,
-        /// How many there may be.
-        most: usize,
-    },
-    /// The workbook's writer refused.
-    #[error(transparent)]
-    Workbook(#[from] rust_xlsxwriter::XlsxError),
 }
 
 impl Table {
@@ -116,7 +83,6 @@ impl Column {
         Self { title: title.into(), kind: Kind::Number { decimals } }
     }
 
-    /// Decimals that people see.
     pub(super) fn decimals(&self) -> usize {
         if let Kind::Number { decimals } = self.kind { decimals } else { 0 }
     }
@@ -152,18 +118,11 @@ impl From<Option<f64>> for Cell {
     }
 }
 
-/// Aligned columns under the table's name, words to the left and numbers to the right. An empty line parts two tables.
-#[derive(Clone, Copy, Debug)]
-pub struct Text;
-
-/// Blanks between two columns.
 const GAP: &str = "  ";
 
-impl Exporter for Text {
-    fn export(&self, tables: &[Table]) -> Result<Vec<u8>, ExportError> {
-        let tables: Vec<String> = tables.iter().map(text_lines).collect();
-        Ok(tables.join("\n").into_bytes())
-    }
+/// Aligned columns under the table's name, words to the left and numbers to the right. An empty line parts two tables.
+pub fn text(tables: &[Table]) -> String {
+    tables.iter().map(text_lines).collect::<Vec<_>>().join("\n")
 }
 
 fn text_lines(table: &Table) -> String {
@@ -200,48 +159,30 @@ fn shown(cell: &Cell, column: &Column) -> String {
 
 /// Comma-separated values (RFC 4180, with line feeds): a line of titles, then a line for each row. Numbers stand whole, in the shortest form that
 /// reads back the same; a blank cell is empty. An empty line parts two tables.
-#[derive(Clone, Copy, Debug)]
-pub struct Csv;
-
-impl Exporter for Csv {
-    fn export(&self, tables: &[Table]) -> Result<Vec<u8>, ExportError> {
-        let tables: Vec<Vec<u8>> = tables.iter().map(csv_lines).collect();
-        Ok(tables.join(&b'\n'))
-    }
-}
-
-fn csv_lines(table: &Table) -> Vec<u8> {
-    let mut lines = Vec::new();
-    let write = |lines: &mut Vec<u8>| {
-        let mut writer = CsvWriter::begin(lines, &table.columns)?;
-        table.rows.iter().try_for_each(|row| writer.write(row))
+pub fn csv(tables: &[Table]) -> Vec<u8> {
+    let lines = |table: &Table| {
+        let mut writer = CsvWriter::begin(Vec::new(), &table.columns)?;
+        table.rows.iter().try_for_each(|row| writer.write(row))?;
+        Ok(writer.sink)
     };
-    write(&mut lines).expect("a Vec takes every byte");
-    lines
+    let lines = tables.iter().map(lines).collect::<io::Result<Vec<_>>>();
+    lines.expect("a Vec takes every byte").join(&b'\n')
 }
 
 /// The lines of one table, each written as it comes: for a table that is not to be in memory as a whole.
 #[derive(Debug)]
-pub struct CsvWriter<W> {
+pub(crate) struct CsvWriter<W> {
     sink: W,
 }
 
 impl<W: Write> CsvWriter<W> {
-    /// Writes the line of titles.
-    ///
-    /// # Errors
-    /// Those of the sink.
-    pub fn begin(mut sink: W, columns: &[Column]) -> io::Result<Self> {
+    pub(crate) fn begin(mut sink: W, columns: &[Column]) -> io::Result<Self> {
         let titles: Vec<String> = columns.iter().map(|column| quoted(&column.title)).collect();
         writeln!(sink, "{}", titles.join(","))?;
         Ok(Self { sink })
     }
 
-    /// Writes a row.
-    ///
-    /// # Errors
-    /// Those of the sink.
-    pub fn write(&mut self, row: &[Cell]) -> io::Result<()> {
+    pub(crate) fn write(&mut self, row: &[Cell]) -> io::Result<()> {
         for (index, cell) in row.iter().enumerate() {
             let comma = if index == 0 { "" } else { "," };
             match cell {
@@ -255,10 +196,7 @@ impl<W: Write> CsvWriter<W> {
     }
 
     /// Hands what has been written on to its end.
-    ///
-    /// # Errors
-    /// Those of the sink.
-    pub fn finish(mut self) -> io::Result<()> {
+    pub(crate) fn finish(mut self) -> io::Result<()> {
         self.sink.flush()
     }
 }
@@ -276,31 +214,4 @@ fn quoted(words: &str) -> String {
 pub(super) fn rounded(number: f64, decimals: usize) -> f64 {
     let text = format!("{number:.decimals$}");
     text.parse::<f64>().expect("a printed number reads back") + 0.0
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn columns_are_as_wide_as_their_widest_cell() {
-        let mut table = Table::new("at 0 s", vec![Column::text("handle"), Column::number("x m", 3)]);
-        table.push(vec![Cell::from("head"), Cell::from(8.8)]);
-        table.push(vec![Cell::from("tail rear"), Cell::from(-0.000_4)]);
-        table.push(vec![Cell::from("nobody"), Cell::Blank]);
-        let text = String::from_utf8(Text.export(&[table]).expect("a table of any size fits")).expect("it is text");
-        assert_eq!(text, "at 0 s\nhandle       x m\nhead       8.800\ntail rear  0.000\nnobody         –\n");
-    }
-
-    #[test]
-    fn words_that_hold_commas_or_quotes_stand_between_quotes() {
-        let mut table = Table::new("t", vec![Column::text("who, what"), Column::number("x", 1)]);
-        table.push(vec![Cell::from("the \"tail\""), Cell::Blank]);
-        table.push(vec![Cell::from("head"), Cell::from(0.1 + 0.2)]);
-        let text = Csv.export(&[table]).expect("a table of any size fits");
-        assert_eq!(
-            String::from_utf8(text).expect("it is text"),
-            "\"who, what\",x\n\"the \"\"tail\"\"\",\nhead,0.30000000000000004\n"
-        );
-    }
 }

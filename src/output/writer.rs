@@ -35,7 +35,7 @@ const STACK_BYTES: usize = 128 << 10;
 #[derive(Debug)]
 pub(super) struct Writer {
     stream: Stream,
-    is_terminal: bool,
+    pub(super) is_terminal: bool,
     /// The writer that reports the dropped lines of this one, if it is another.
     reports_to: Option<Arc<Self>>,
     queue: Mutex<Queue>,
@@ -43,7 +43,6 @@ pub(super) struct Writer {
     due: Condvar,
     /// Wakes whoever waits for the writer.
     written: Condvar,
-    /// Counts the writes that have ended.
     writes: AtomicU64,
     /// Whether a flush has given up, and nothing was taken after it.
     is_stalled: AtomicBool,
@@ -93,11 +92,6 @@ impl Writer {
         writer
     }
 
-    /// Whether a terminal is written to.
-    pub(super) fn is_terminal(&self) -> bool {
-        self.is_terminal
-    }
-
     /// Why a stream that leads here takes no more.
     pub(super) fn failure(&self, stream: Stream) -> Option<Failure> {
         self.failures[stream as usize].get().copied()
@@ -136,7 +130,6 @@ impl Writer {
         self.change(|queue| queue.live.text = text.map(|text| text.chars().take(most).collect()));
     }
 
-    /// Takes a frame of a screen.
     pub(super) fn push_screen(&self, frame: &[u8]) {
         self.change(|queue| queue.screen.extend_from_slice(frame));
     }

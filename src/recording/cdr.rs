@@ -1,10 +1,10 @@
 //! The messages of a recording as little-endian CDR, the encoding of ROS 2, and which frames become poses for viewers.
 //!
-//! A message is four bytes that name the encoding, then the fields in the order of [`schema`](super::schema), each
+//! A message is four bytes that name the encoding, then the fields in the order of its topic's definition, each
 //! aligned to its size counted from behind those four. Every value keeps its bits. The types of the bus have the same fields
 //! in the same order without padding, so their messages are their bytes in shared memory.
 
-use bench_dragon_ipc::{Alert, BenchState, CommandEvent, FrameHeader, FromBytes, HandleState, IntoBytes as _};
+use bench_dragon_ipc::{BenchState, FrameHeader, FromBytes, HandleState, IntoBytes as _};
 
 /// Little-endian plain CDR, no options.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
@@ -27,16 +27,6 @@ pub fn encode_frame(message: &mut Vec<u8>, header: &FrameHeader, handles: &[Hand
     message.extend(handles.as_bytes());
 }
 
-/// Replaces the contents of `message` by an alert.
-pub fn encode_alert(message: &mut Vec<u8>, alert: &Alert) {
-    encode(message, alert.as_bytes());
-}
-
-/// Replaces the contents of `message` by an event of the record of commands.
-pub fn encode_command(message: &mut Vec<u8>, event: &CommandEvent) {
-    encode(message, event.as_bytes());
-}
-
 /// Replaces the contents of `message` by the poses of all benches at a Unix time, in the frame `stage`.
 pub fn encode_poses(message: &mut Vec<u8>, unix_ns: u64, handles: &[HandleState]) {
     let benches = BenchState::all(handles);
@@ -51,7 +41,7 @@ pub fn encode_poses(message: &mut Vec<u8>, unix_ns: u64, handles: &[HandleState]
 
 /// Reads a frame back, bit for bit; `None` where the message is not one.
 pub fn decode_frame(message: &[u8]) -> Option<(FrameHeader, Vec<HandleState>)> {
-    let (header, rest) = decode::<FrameHeader>(message)?;
+    let (header, rest) = split::<FrameHeader>(message)?;
     let (count, rest) = rest.split_first_chunk()?;
     let bytes = (u32::from_le_bytes(*count) as usize).checked_mul(size_of::<HandleState>())?;
     let handles = if bytes == 0 { &[] } else { rest.get(4..)?.get(..bytes)? };
@@ -59,30 +49,20 @@ pub fn decode_frame(message: &[u8]) -> Option<(FrameHeader, Vec<HandleState>)> {
     Some((header, handles.collect::<Option<_>>()?))
 }
 
-/// Reads only what a frame says about the whole dragon; `None` where the message does not begin like a frame.
-pub fn decode_frame_header(message: &[u8]) -> Option<FrameHeader> {
-    decode(message).map(|(header, _)| header)
-}
-
-/// Reads an alert back, bit for bit; `None` where the message is not one.
-pub fn decode_alert(message: &[u8]) -> Option<Alert> {
-    decode(message).map(|(alert, _)| alert)
-}
-
-/// Reads an event of the record of commands back, bit for bit; `None` where the message is not one.
-pub fn decode_command(message: &[u8]) -> Option<CommandEvent> {
-    decode(message).map(|(event, _)| event)
-}
-
-/// Replaces the contents of `message` by its first fields.
-fn encode(message: &mut Vec<u8>, fields: &[u8]) {
+/// Replaces the contents of `message` by its first fields: all of a message that is recorded as it is on the bus.
+pub(super) fn encode(message: &mut Vec<u8>, fields: &[u8]) {
     message.clear();
     message.extend(ENCAPSULATION);
     message.extend(fields);
 }
 
+/// Reads the first fields of a message back, bit for bit; `None` where they are not all there.
+pub(super) fn decode<T: FromBytes>(message: &[u8]) -> Option<T> {
+    split(message).map(|(fields, _)| fields)
+}
+
 /// The first fields of a message, and what is behind them.
-fn decode<T: FromBytes>(message: &[u8]) -> Option<(T, &[u8])> {
+fn split<T: FromBytes>(message: &[u8]) -> Option<(T, &[u8])> {
     T::read_from_prefix(message.strip_prefix(&ENCAPSULATION)?).ok()
 }
 
@@ -121,6 +101,8 @@ impl PoseRate {
 mod tests {
     use std::f64::consts::FRAC_1_SQRT_2;
 
+    use bench_dragon_ipc::Alert;
+
     use super::*;
 
     #[test]
@@ -132,7 +114,7 @@ mod tests {
         encode_frame(&mut message, &header, &[handle; 3]);
         assert_eq!(message.len(), 4 + 80 + 3 * 48, "72 bytes of header, 4 of length, 4 of padding, 48 a handle");
         let (read_header, read_handles) = decode_frame(&message).expect("a frame");
-        assert_eq!((read_header, decode_frame_header(&message)), (header, Some(header)));
+        assert_eq!((read_header, decode(&message)), (header, Some(header)));
         let bits = |states: &[HandleState]| -> Vec<u64> {
             states.iter().flat_map(|s| [s.position_m, s.velocity_mps]).flatten().map(f64::to_bits).collect()
         };
@@ -161,9 +143,9 @@ mod tests {
             reserved: 0,
         };
         let mut message = Vec::new();
-        encode_alert(&mut message, &alert);
-        assert_eq!(decode_alert(&message), Some(alert));
-        assert!((0..message.len()).all(|length| decode_alert(&message[..length]).is_none()));
+        encode(&mut message, alert.as_bytes());
+        assert_eq!(decode(&message), Some(alert));
+        assert!((0..message.len()).all(|length| decode::<Alert>(&message[..length]).is_none()));
     }
 
     fn handle(x: f64, y: f64) -> HandleState {

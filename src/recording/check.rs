@@ -22,8 +22,8 @@ use super::{
     recorder::RecorderSettings,
     records::{Ending, Records},
     repair::{Locked, Repair, RepairError, open_ours, repair},
-    schema::{self, Channels},
     summary::Contents,
+    topics::{Channels, LIBRARY, Topic},
 };
 use crate::system::whole_file::folder_of;
 
@@ -67,7 +67,9 @@ fn sound_frames(file: &File, progress: impl FnMut(u64)) -> McapResult<Option<u64
     let mut frames = 0;
     let damage = visit(file, progress, |record| {
         match record {
-            Record::Channel(channel) if channel.topic == schema::FRAMES => drop(frame_channels.insert(channel.id)),
+            Record::Channel(channel) if channel.topic == Topic::Frames.name() => {
+                frame_channels.insert(channel.id);
+            }
             Record::Message { header, .. } => frames += u64::from(frame_channels.contains(&header.channel_id)),
             _ => {}
         }
@@ -88,12 +90,12 @@ fn visit(
     let mut done_to = 0;
     while let Some(record) = records.next()? {
         take(record)?;
-        if records.position() > done_to {
-            done_to = records.position();
+        if records.position.start > done_to {
+            done_to = records.position.start;
             progress(done_to);
         }
     }
-    Ok((records.skipped_bytes(), records.ending() == Some(Ending::Damaged)))
+    Ok((records.skipped_bytes, records.ending == Some(Ending::Damaged)))
 }
 
 fn replace_by_finished_copy(file: &File, path: &Path, progress: impl FnMut(u64)) -> Result<Repair, RepairError> {
@@ -130,7 +132,7 @@ fn free_name_for_damaged(path: &Path) -> PathBuf {
 
 /// Returns how many frames were copied, and how many bytes were passed over.
 fn write_finished_copy(old: &File, copy: &Path, progress: impl FnMut(u64)) -> McapResult<(u64, u64)> {
-    let file = File::create(copy)?;
+    let file = File::options().read(true).write(true).create(true).truncate(true).open(copy)?;
     file.set_permissions(old.metadata()?.permissions())?;
     let sink = NoSeek::new(BufWriter::with_capacity(BUFFER_BYTES, file.try_clone()?));
     let options = write_options(RecorderSettings::DEFAULT_COMPRESSION_LEVEL).chunk_size(Some(CHUNK_BYTES));
@@ -139,9 +141,10 @@ fn write_finished_copy(old: &File, copy: &Path, progress: impl FnMut(u64)) -> Mc
         copier.take(declared)?;
     }
     let (skipped_bytes, _) = visit(old, progress, |record| copier.take(record))?;
-    let summary = copier.writer.finish()?;
+    copier.writer.finish()?;
     file.sync_all()?;
-    Ok((frames_in(&summary), skipped_bytes))
+    let frames = Contents::of_finished(&file)?.and_then(|contents| contents.frames());
+    Ok((frames.unwrap_or(0), skipped_bytes))
 }
 
 struct Copier<W: io::Write + Seek> {
@@ -153,7 +156,7 @@ struct Copier<W: io::Write + Seek> {
 impl<W: io::Write + Seek> Copier<W> {
     fn take(&mut self, record: Record<'_>) -> McapResult<()> {
         match record {
-            Record::Header(Header { library, .. }) => self.is_of_this_version = library == schema::LIBRARY,
+            Record::Header(Header { library, .. }) => self.is_of_this_version = library == LIBRARY,
             Record::Schema { header, data } => {
                 self.writer.add_schema_with_id(header.id, &header.name, &header.encoding, &data)?;
             }
@@ -175,9 +178,4 @@ impl<W: io::Write + Seek> Copier<W> {
         }
         Ok(())
     }
-}
-
-fn frames_in(summary: &mcap::Summary) -> u64 {
-    let count = |id: &u16| summary.stats.as_ref().and_then(|stats| stats.channel_message_counts.get(id)).copied();
-    summary.channels.iter().filter(|(_, channel)| channel.topic == schema::FRAMES).filter_map(|(id, _)| count(id)).sum()
 }

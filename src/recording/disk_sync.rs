@@ -25,7 +25,6 @@ pub(super) struct DiskSync {
 }
 
 impl DiskSync {
-    /// Starts the thread.
     pub(super) fn start() -> io::Result<Self> {
         let (files, asked) = bounded::<File>(MOST_WAITING);
         let (failures, failed) = bounded(1);

@@ -5,10 +5,11 @@ use std::{
     io::{self, BufRead, BufReader, Read, Seek},
 };
 
+use bench_dragon_ipc::FromBytes;
 use mcap::{MAGIC, records::op};
 use rustix::fs::{Advice, fadvise};
 
-use super::records::RECORD_HEAD_BYTES;
+use super::records::{RECORD_HEAD_BYTES, split_start};
 
 /// The head of a record and as much of its body as tells the lengths of its fields.
 pub(super) const START_BYTES: usize = 64;
@@ -24,7 +25,8 @@ pub(super) const INDEX_HEAD_BYTES: u64 = 2 + 4;
 /// Reads here and there in a file.
 pub(super) struct Heads<'a> {
     source: BufReader<&'a File>,
-    length: u64,
+    /// Bytes of the file.
+    pub(super) length: u64,
     /// Where `source` stands.
     at: u64,
 }
@@ -35,11 +37,6 @@ impl<'a> Heads<'a> {
         let _ = fadvise(file, 0, None, Advice::Random);
         file.rewind()?;
         Ok(Self { length: file.metadata()?.len(), source: BufReader::with_capacity(BUFFER_BYTES, file), at: 0 })
-    }
-
-    /// Bytes of the file.
-    pub(super) fn length(&self) -> u64 {
-        self.length
     }
 
     /// The first bytes of a record, fewer where the file ends.
@@ -100,26 +97,21 @@ impl<'a> Heads<'a> {
     }
 }
 
-/// What a record is, its length, and what is there of its body; `None` where the file ends within the head.
-pub(super) fn split_start(start: &[u8]) -> Option<(u8, u64, &[u8])> {
-    let (&opcode, rest) = start.split_first()?;
-    let (length, body) = rest.split_first_chunk()?;
-    Some((opcode, u64::from_le_bytes(*length), body))
-}
-
 /// The length of a record's body as its fields state it; `None` where they are not there.
 pub(super) fn length_by_fields(opcode: u8, body: &[u8]) -> Option<u64> {
     match opcode {
         op::CHUNK => {
-            let name_bytes = u32_at(body, CHUNK_TIMES_BYTES)?;
-            let data_bytes = u64_at(body, CHUNK_TIMES_BYTES.saturating_add(4).saturating_add(name_bytes as usize))?;
-            (CHUNK_HEADER_BYTES + name_bytes).checked_add(data_bytes)
+            let name_bytes: u32 = number_at(body, CHUNK_TIMES_BYTES)?;
+            let data_bytes: u64 =
+                number_at(body, CHUNK_TIMES_BYTES.saturating_add(4).saturating_add(name_bytes as usize))?;
+            (CHUNK_HEADER_BYTES + u64::from(name_bytes)).checked_add(data_bytes)
         }
-        op::MESSAGE_INDEX => Some(INDEX_HEAD_BYTES + u32_at(body, 2)?),
+        op::MESSAGE_INDEX => Some(INDEX_HEAD_BYTES + u64::from(number_at::<u32>(body, 2)?)),
         // Of a header two names, of metadata a name and a map.
         op::HEADER | op::METADATA => {
-            let first_bytes = u32_at(body, 0)?;
-            Some(4 + first_bytes + 4 + u32_at(body, 4_usize.saturating_add(first_bytes as usize))?)
+            let first_bytes: u32 = number_at(body, 0)?;
+            let rest_bytes: u32 = number_at(body, 4_usize.saturating_add(first_bytes as usize))?;
+            Some(4 + u64::from(first_bytes) + 4 + u64::from(rest_bytes))
         }
         op::DATA_END => Some(4),
         _ => None,
@@ -143,15 +135,7 @@ fn is_of_summary(opcode: u8) -> bool {
     )
 }
 
-pub(super) fn u16_at(bytes: &[u8], at: usize) -> Option<u16> {
-    Some(u16::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
-}
-
-/// Four bytes as a number that more can be added to.
-pub(super) fn u32_at(bytes: &[u8], at: usize) -> Option<u64> {
-    Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?).into())
-}
-
-fn u64_at(bytes: &[u8], at: usize) -> Option<u64> {
-    Some(u64::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
+/// A little-endian number in bytes, where it is there.
+pub(super) fn number_at<T: FromBytes>(bytes: &[u8], at: usize) -> Option<T> {
+    T::read_from_prefix(bytes.get(at..)?).ok().map(|(number, _)| number)
 }

@@ -28,7 +28,7 @@ use super::{
     error::{Kept, RecordError, is_disk_full},
     progress::DiskSpace,
     reader::Configuration,
-    schema::{self, CONFIGURATION, Channels, Topic},
+    topics::{CONFIGURATION, Channels, LIBRARY, MessageCounts, PROFILE, Topic},
 };
 use crate::system::whole_file::{create_nameless, folder_of, give_name};
 
@@ -46,8 +46,8 @@ type Sink = NoSeek<BufWriter<File>>;
 /// How a file is written: our name in the header, chunks closed by [`McapFile`] alone and never half written.
 pub(super) fn write_options(compression_level: u32) -> WriteOptions {
     WriteOptions::new()
-        .profile(schema::PROFILE)
-        .library(schema::LIBRARY)
+        .profile(PROFILE)
+        .library(LIBRARY)
         .compression(Some(mcap::Compression::Zstd))
         .compression_level(compression_level)
         .compression_threads(0)
@@ -63,23 +63,6 @@ pub(super) struct Stamp {
     pub(super) publish_time_ns: u64,
 }
 
-/// Frames, alerts and events of commands, counted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct MessageCounts {
-    pub(super) frames: u64,
-    pub(super) alerts: u64,
-    pub(super) commands: u64,
-}
-
-impl MessageCounts {
-    pub(super) fn add(&mut self, other: Self) {
-        self.frames += other.frames;
-        self.alerts += other.alerts;
-        self.commands += other.commands;
-    }
-}
-
-/// A file that is being written.
 pub(super) struct McapFile {
     pub(super) path: PathBuf,
     pub(super) file: File,
@@ -188,7 +171,6 @@ impl McapFile {
         self.chunk.bytes == 0 || self.chunk.bytes + recorded_bytes(message) <= room
     }
 
-    /// Adds a message to the chunk.
     pub(super) fn write(&mut self, topic: Topic, stamp: Stamp, message: &[u8]) -> McapResult<()> {
         if self.chunk.bytes == 0 {
             self.reserve(message)?;
@@ -201,12 +183,7 @@ impl McapFile {
         };
         self.writer.write_to_known_channel(&header, message)?;
         self.chunk.bytes += recorded_bytes(message);
-        match topic {
-            Topic::Frames => self.chunk.counts.frames += 1,
-            Topic::Alerts => self.chunk.counts.alerts += 1,
-            Topic::Commands => self.chunk.counts.commands += 1,
-            Topic::Poses => {}
-        }
+        self.chunk.counts.count(topic);
         Ok(())
     }
 

@@ -25,7 +25,6 @@
 
 pub mod cdr;
 pub mod export;
-pub mod schema;
 
 mod background_repair;
 mod check;
@@ -42,6 +41,7 @@ mod repair;
 mod rotation;
 mod summary;
 mod survey;
+mod topics;
 mod writer;
 
 pub(crate) use self::recorder::frames_in_flight;
@@ -51,7 +51,8 @@ pub use self::{
     error::{Kept, RecordError},
     interval::{IntervalSearch, NothingFound, ShowInterval},
     progress::{DiskSpace, RecorderProgress, RecordingSummary, Size, SpaceWarning},
-    reader::{Bookmark, Configuration, Flaws, FrameReader, ReadError, Recorded, RecordedFrame},
+    reader::{Bookmark, Configuration, Flaws, FrameReader, ReadError},
     recorder::{BYTES_IN_FLIGHT, Recorder, RecorderSettings},
     repair::{Repair, RepairError, repair},
+    topics::{Message, Recorded, RecordedFrame, Topic},
 };

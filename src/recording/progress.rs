@@ -7,7 +7,10 @@ use std::{fmt, fs::File, io, path::PathBuf, time::Duration};
 
 use crossbeam::atomic::AtomicCell;
 
-use super::{mcap_file::MessageCounts, rotation::FileNames};
+use super::{
+    rotation::FileNames,
+    topics::{MessageCounts, Topic},
+};
 
 /// A disk that will be full sooner than this is warned of.
 const WARN_BEFORE_FULL_S: f64 = 600.0;
@@ -75,11 +78,11 @@ impl SharedProgress {
     }
 
     pub(super) fn load(&self) -> RecorderProgress {
-        let Totals { files, bytes: bytes_written, counts: MessageCounts { frames, alerts, .. } } = self.totals.load();
+        let Totals { files, bytes: bytes_written, counts } = self.totals.load();
         let forecast = self.forecast.load();
         RecorderProgress {
-            frames,
-            alerts,
+            frames: counts.of(Topic::Frames),
+            alerts: counts.of(Topic::Alerts),
             bytes_written,
             files,
             file: self.names.path(files),

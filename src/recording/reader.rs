@@ -8,14 +8,14 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use bench_dragon_ipc::{Alert, CommandEvent, FrameHeader, HandleState};
+use bench_dragon_ipc::{FrameHeader, HandleState};
 use mcap::records::{Channel, Metadata, Record};
 
 use super::{
     cdr,
     records::{Ending, Records},
-    schema::{self, Topic},
     summary::Contents,
+    topics::{CONFIGURATION, Recorded, RecordedFrame, Topic},
 };
 
 const READ_BUFFER_BYTES: usize = 1 << 20;
@@ -82,28 +82,6 @@ pub struct Bookmark {
     context: Context,
 }
 
-/// What a recording holds: frames, and the alerts and events of commands between them.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Recorded {
-    /// A frame.
-    Frame(RecordedFrame),
-    /// An alert.
-    Alert(Alert),
-    /// An event of the record of commands. It may come after the frame of its tick.
-    Command(CommandEvent),
-}
-
-/// A frame as it was on the bus, bit for bit.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RecordedFrame {
-    /// Unix time at which it was sent, in nanoseconds.
-    pub log_time_ns: u64,
-    /// What it says about the whole dragon.
-    pub header: FrameHeader,
-    /// The handles.
-    pub handles: Vec<HandleState>,
-}
-
 /// The configuration that a run was recorded with.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Configuration {
@@ -123,7 +101,7 @@ pub enum ReadError {
     #[error("{} is not an MCAP recording", .0.display())]
     NotMcap(PathBuf),
     /// A message on the frame topic is not a frame of ours.
-    #[error("{} holds a message on {} that is not a frame", .0.display(), schema::FRAMES)]
+    #[error("{} holds a message on {} that is not a frame", .0.display(), Topic::Frames.name())]
     NotAFrame(PathBuf),
 }
 
@@ -175,12 +153,12 @@ impl FrameReader {
     /// Where the last frame or alert is: a reader that is opened there begins with the chunk that holds it, so that some
     /// which came before it come again.
     pub fn bookmark(&self) -> Bookmark {
-        Bookmark { position: self.records.position(), context: self.context.clone() }
+        Bookmark { position: self.records.position.start, context: self.context.clone() }
     }
 
     /// How far into the file the last frame or alert is, in bytes.
     pub fn position(&self) -> u64 {
-        self.records.position()
+        self.records.position.start
     }
 
     /// The configuration of the frames that are being read: the last one before them.
@@ -190,8 +168,8 @@ impl FrameReader {
 
     /// What could not be read so far; whether the file was cut is known once there are no more frames.
     pub fn flaws(&self) -> Flaws {
-        let cut = matches!(self.records.ending(), Some(Ending::Cut | Ending::Damaged));
-        Flaws { cut, skipped_bytes: self.records.skipped_bytes() }
+        let cut = matches!(self.records.ending, Some(Ending::Cut | Ending::Damaged));
+        Flaws { cut, skipped_bytes: self.records.skipped_bytes }
     }
 
     /// The next alert or event of a command, or the next frame that is wanted, as its header tells. The handles of the others are not decoded,
@@ -203,7 +181,7 @@ impl FrameReader {
         &mut self,
         mut is_wanted: impl FnMut(&FrameHeader) -> bool,
     ) -> Result<Option<Recorded>, ReadError> {
-        while let Some(record) = self.next_record()?.filter(|_| self.records.position() <= self.last_position) {
+        while let Some(record) = self.next_record()?.filter(|_| self.records.position.start <= self.last_position) {
             if matches!(record, Record::Message { .. }) {
                 self.require_channels()?;
             }
@@ -215,7 +193,7 @@ impl FrameReader {
                     self.context.learn(&channel);
                     continue;
                 }
-                Record::Metadata(metadata) if metadata.name == schema::CONFIGURATION => {
+                Record::Metadata(metadata) if metadata.name == CONFIGURATION => {
                     let known = self.context.configuration.take();
                     self.context.configuration = Configuration::from_metadata(metadata).or(known);
                     continue;
@@ -225,16 +203,14 @@ impl FrameReader {
             let recorded = match topic {
                 Some(Topic::Frames) => {
                     let not_a_frame = || ReadError::NotAFrame(self.path.clone());
-                    if !is_wanted(&cdr::decode_frame_header(&data).ok_or_else(not_a_frame)?) {
+                    if !is_wanted(&cdr::decode(&data).ok_or_else(not_a_frame)?) {
                         continue;
                     }
                     let (header, handles) = cdr::decode_frame(&data).filter(is_whole).ok_or_else(not_a_frame)?;
                     Some(Recorded::Frame(RecordedFrame { log_time_ns, header, handles }))
                 }
-                // An alert or an event of another version is passed over; a hole in the numbers of events shows it.
-                Some(Topic::Alerts) => cdr::decode_alert(&data).map(Recorded::Alert),
-                Some(Topic::Commands) => cdr::decode_command(&data).map(Recorded::Command),
-                Some(Topic::Poses) | None => None,
+                // A message of another version is passed over; a hole in the numbers of events of commands shows it.
+                topic => topic.and_then(|topic| topic.read(&data)),
             };
             if recorded.is_some() {
                 return Ok(recorded);
@@ -254,7 +230,7 @@ impl FrameReader {
         loop {
             match self.next_wanted(&mut is_wanted)? {
                 Some(Recorded::Frame(frame)) => return Ok(Some(frame)),
-                Some(Recorded::Alert(_) | Recorded::Command(_)) => {}
+                Some(_) => {}
                 None => return Ok(None),
             }
         }
@@ -263,7 +239,7 @@ impl FrameReader {
     /// Where the chunk is damaged that declares the channels, the summary of a finished recording tells them too.
     fn require_channels(&mut self) -> Result<(), ReadError> {
         let knows_frames = || self.context.topics.values().any(|&topic| topic == Topic::Frames);
-        if self.has_looked_at_summary || self.records.skipped_bytes() == 0 || knows_frames() {
+        if self.has_looked_at_summary || self.records.skipped_bytes == 0 || knows_frames() {
             return Ok(());
         }
         self.has_looked_at_summary = true;

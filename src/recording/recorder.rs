@@ -8,7 +8,7 @@ use std::{
     thread::{self, JoinHandle},
 };
 
-use bench_dragon_ipc::{Alert, CommandEvent, FrameHeader, HandleState};
+use bench_dragon_ipc::{FrameHeader, HandleState};
 use crossbeam::channel::{Receiver, Sender, TryRecvError, bounded};
 
 use super::{
@@ -16,6 +16,7 @@ use super::{
     progress::{RecorderProgress, RecordingSummary, SharedProgress},
     reader::Configuration,
     rotation::FileNames,
+    topics::Message,
     writer::RecordingWriter,
 };
 
@@ -35,7 +36,7 @@ const FILES_IN_TOTAL: u64 = 4;
 const CHUNK_BYTES: u64 = 1 << 20;
 /// A rotating file holds this many chunks at least, so it ends close to its limit.
 const CHUNKS_IN_FILE: u64 = 16;
-const COMPRESSION_LEVELS: RangeInclusive<u32> = 1..=19;
+const COMPRESSION_LEVELS: RangeInclusive<u64> = 1..=19;
 
 /// A recording in progress.
 ///
@@ -58,7 +59,6 @@ pub struct Recorder {
     progress: Arc<SharedProgress>,
 }
 
-/// The writing thread, and the channels to it and back.
 #[derive(Debug)]
 struct WriterThread {
     jobs: Sender<WriterJob>,
@@ -108,20 +108,12 @@ impl Recorder {
         self.send(WriterJob::Frame(buffer))
     }
 
-    /// Records an alert that arrived at a monotonic instant.
+    /// Records an alert, an event of the record of commands, or another message that arrived at a monotonic instant.
     ///
     /// # Errors
     /// What ended the writing thread.
-    pub fn alert(&mut self, alert: &Alert, monotonic_ns: u64) -> Result<(), RecordError> {
-        self.send(WriterJob::Alert { alert: *alert, monotonic_ns })
-    }
-
-    /// Records an event of the record of commands that arrived at a monotonic instant.
-    ///
-    /// # Errors
-    /// What ended the writing thread.
-    pub fn command(&mut self, event: &CommandEvent, monotonic_ns: u64) -> Result<(), RecordError> {
-        self.send(WriterJob::Command { event: *event, monotonic_ns })
+    pub fn record(&mut self, message: impl Into<Message>, monotonic_ns: u64) -> Result<(), RecordError> {
+        self.send(WriterJob::Message { message: message.into(), monotonic_ns })
     }
 
     /// How far the recording is. Does not wait for the writing thread.
@@ -201,12 +193,10 @@ impl FrameBuffer {
     }
 }
 
-/// What the writing thread is asked to record.
 #[derive(Debug)]
 pub(super) enum WriterJob {
     Frame(FrameBuffer),
-    Alert { alert: Alert, monotonic_ns: u64 },
-    Command { event: CommandEvent, monotonic_ns: u64 },
+    Message { message: Message, monotonic_ns: u64 },
     Describe(Configuration),
 }
 
@@ -257,23 +247,20 @@ impl RecorderSettings {
         }
     }
 
-    /// Checks every value against its range.
     pub(super) fn limits(&self) -> Result<SizeLimits, RecordError> {
         let file = self.rotate_bytes.or(self.max_total_bytes.map(|total| total / FILES_IN_TOTAL));
         let smallest_total = self.rotate_bytes.unwrap_or(FILES_IN_TOTAL * MIN_ROTATE_BYTES);
-        check("rotate_bytes", self.rotate_bytes, MIN_ROTATE_BYTES..=u64::MAX)?;
-        check("max_total_bytes", self.max_total_bytes, smallest_total..=u64::MAX)?;
-        let levels = u64::from(*COMPRESSION_LEVELS.start())..=u64::from(*COMPRESSION_LEVELS.end());
-        check("compression_level", Some(self.compression_level.into()), levels)?;
+        for (name, value, allowed) in [
+            ("rotate_bytes", self.rotate_bytes, MIN_ROTATE_BYTES..=u64::MAX),
+            ("max_total_bytes", self.max_total_bytes, smallest_total..=u64::MAX),
+            ("compression_level", Some(self.compression_level.into()), COMPRESSION_LEVELS),
+        ] {
+            if let Some(value) = value.filter(|value| !allowed.contains(value)) {
+                return Err(RecordError::OutOfRange { name, value, allowed });
+            }
+        }
         let chunk = file.map_or(CHUNK_BYTES, |bytes| CHUNK_BYTES.min(bytes / CHUNKS_IN_FILE));
         Ok(SizeLimits { file, total: self.max_total_bytes, chunk })
-    }
-}
-
-fn check(name: &'static str, value: Option<u64>, allowed: RangeInclusive<u64>) -> Result<(), RecordError> {
-    match value {
-        Some(value) if !allowed.contains(&value) => Err(RecordError::OutOfRange { name, value, allowed }),
-        _ => Ok(()),
     }
 }
 

@@ -7,9 +7,8 @@ use std::{
 };
 
 use mcap::{
-    MAGIC, McapError,
+    MAGIC,
     records::{ChunkHeader, Record, op},
-    sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions},
 };
 use zstd::bulk::Decompressor;
 
@@ -37,50 +36,26 @@ pub(super) enum Ending {
 /// Memory scales with the largest chunk, not with the file.
 pub(super) struct Records<R> {
     source: R,
-    reader: LinearReader,
+    /// What was read last: a record's head or its body.
+    bytes: Vec<u8>,
     chunk: UnpackedChunk,
     /// Where in the file the last record outside of chunks, or the last chunk, begins and ends.
-    position: Range<u64>,
-    skipped_bytes: u64,
-    ending: Option<Ending>,
+    pub(super) position: Range<u64>,
+    /// Bytes of the damaged chunks that were passed over so far.
+    pub(super) skipped_bytes: u64,
+    /// How the file ended, once [`Records::next`] has returned `None`.
+    pub(super) ending: Option<Ending>,
 }
 
 impl<R: Read> Records<R> {
-    /// The records of a file from its beginning.
     pub(super) fn new(source: R) -> Self {
-        Self::with_options(source, LinearReaderOptions::default(), MAGIC.len() as u64)
+        Self::at(source, 0)
     }
 
     /// The records of a file from where one begins, at which the source stands.
     pub(super) fn at(source: R, begin: u64) -> Self {
-        Self::with_options(source, LinearReaderOptions::default().with_skip_start_magic(true), begin)
-    }
-
-    fn with_options(source: R, options: LinearReaderOptions, begin: u64) -> Self {
-        let options =
-            options.with_emit_chunks(true).with_skip_end_magic(true).with_record_length_limit(LONGEST_RECORD_BYTES);
-        let reader = LinearReader::new_with_options(options);
-        Self { source, reader, chunk: UnpackedChunk::default(), position: begin..begin, skipped_bytes: 0, ending: None }
-    }
-
-    /// Where in the file the record that was given out last begins, or the chunk that it was in.
-    pub(super) fn position(&self) -> u64 {
-        self.position.start
-    }
-
-    /// Where in the file the record, or the chunk, ends that was read last.
-    pub(super) fn end(&self) -> u64 {
-        self.position.end
-    }
-
-    /// How the file ended, once [`Records::next`] has returned `None`.
-    pub(super) fn ending(&self) -> Option<Ending> {
-        self.ending
-    }
-
-    /// Bytes of the damaged chunks that were passed over so far.
-    pub(super) fn skipped_bytes(&self) -> u64 {
-        self.skipped_bytes
+        let (bytes, chunk) = (Vec::new(), UnpackedChunk::default());
+        Self { source, bytes, chunk, position: begin..begin, skipped_bytes: 0, ending: None }
     }
 
     /// The next record of the data, or `None` at its end; what follows the data (the summary) is not read.
@@ -89,7 +64,7 @@ impl<R: Read> Records<R> {
             return Ok(None);
         }
         loop {
-            if let Some(record) = self.chunk.next() {
+            if let Some((_, record)) = self.chunk.next_with_offset() {
                 return Ok(Some(record));
             }
             let Some(record) = self.read()? else { continue };
@@ -110,49 +85,42 @@ impl<R: Read> Records<R> {
     /// The next record of the file; `None` where that was a chunk, whose records are to be taken from it, or one of a kind
     /// that tells no reader of ours anything.
     fn read(&mut self) -> io::Result<Option<Outer>> {
-        loop {
-            let event = self.reader.next_event();
-            if let Some(Ok(LinearReadEvent::Record { data, .. })) = &event {
-                let begin = self.position.end;
-                self.position = begin..begin + RECORD_HEAD_BYTES + data.len() as u64;
-            }
-            match event {
-                Some(Ok(LinearReadEvent::ReadRequest(bytes))) => {
-                    let read = self.source.read(self.reader.insert(bytes));
-                    match read {
-                        Ok(bytes) => self.reader.notify_read(bytes),
-                        Err(interrupted) if interrupted.kind() == io::ErrorKind::Interrupted => {}
-                        Err(error) => return Err(error),
-                    }
-                }
-                Some(Ok(LinearReadEvent::Record { opcode: op::CHUNK, data })) => {
-                    if self.chunk.unpack(data).is_none() {
-                        self.skipped_bytes += data.len() as u64;
-                    }
-                    return Ok(None);
-                }
-                // No kind of record: a file that lost its end in a power cut may go on with zeros.
-                Some(Ok(LinearReadEvent::Record { opcode: 0, .. })) => return Ok(Some(Outer::Broken)),
-                // The crate's parser is asked for nothing else: it panics at an attachment that is too short.
-                Some(Ok(LinearReadEvent::Record {
-                    opcode:
-                        opcode @ (op::HEADER
-                        | op::SCHEMA
-                        | op::CHANNEL
-                        | op::MESSAGE
-                        | op::METADATA
-                        | op::STATISTICS
-                        | op::DATA_END),
-                    data,
-                })) => {
-                    let record = mcap::parse_record(opcode, data).ok().map(Record::into_owned);
-                    return Ok(Some(record.map_or(Outer::Broken, Outer::Record)));
-                }
-                Some(Ok(LinearReadEvent::Record { .. })) => return Ok(None),
-                Some(Err(McapError::Io(error))) if error.raw_os_error().is_some() => return Err(error),
-                Some(Err(_)) | None => return Ok(Some(Outer::Broken)),
-            }
+        let begin = self.position.end;
+        if begin == 0 {
+            self.position = 0..MAGIC.len() as u64;
+            let is_mcap = self.fill(self.position.end)? && self.bytes == MAGIC;
+            return Ok((!is_mcap).then_some(Outer::Broken));
         }
+        let is_head = self.fill(RECORD_HEAD_BYTES)?;
+        let Some((opcode, length, _)) = split_start(&self.bytes).filter(|_| is_head) else {
+            return Ok(Some(Outer::Broken));
+        };
+        if length > LONGEST_RECORD_BYTES as u64 || !self.fill(length)? {
+            return Ok(Some(Outer::Broken));
+        }
+        self.position = begin..begin + RECORD_HEAD_BYTES + length;
+        match opcode {
+            op::CHUNK => {
+                if self.chunk.unpack(&self.bytes).is_none() {
+                    self.skipped_bytes += length;
+                }
+                Ok(None)
+            }
+            // No kind of record: a file that lost its end in a power cut may go on with zeros.
+            0 => Ok(Some(Outer::Broken)),
+            // The crate's parser is asked for nothing else: it panics at an attachment that is too short.
+            op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA | op::STATISTICS | op::DATA_END => {
+                let record = mcap::parse_record(opcode, &self.bytes).ok().map(Record::into_owned);
+                Ok(Some(record.map_or(Outer::Broken, Outer::Record)))
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// Reads so many bytes; whether they are there.
+    fn fill(&mut self, bytes: u64) -> io::Result<bool> {
+        self.bytes.clear();
+        Ok(self.source.by_ref().take(bytes).read_to_end(&mut self.bytes)? as u64 == bytes)
     }
 }
 
@@ -214,10 +182,6 @@ impl UnpackedChunk {
         rest.is_empty()
     }
 
-    fn next(&mut self) -> Option<Record<'static>> {
-        self.next_with_offset().map(|(_, record)| record)
-    }
-
     /// The next record, and where in the unpacked chunk it begins.
     pub(super) fn next_with_offset(&mut self) -> Option<(u64, Record<'static>)> {
         let offset = self.position as u64;
@@ -230,14 +194,19 @@ impl UnpackedChunk {
 
 /// A record of a chunk and what is behind it; `None` where no whole record is, or none that a chunk may hold.
 fn split_record(bytes: &[u8]) -> Option<(Record<'_>, &[u8])> {
-    let (&opcode, rest) = bytes.split_first()?;
-    let (length, rest) = rest.split_first_chunk()?;
-    let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
-    let (body, behind) = rest.split_at_checked(length)?;
+    let (opcode, length, rest) = split_start(bytes)?;
+    let (body, behind) = rest.split_at_checked(usize::try_from(length).ok()?)?;
     if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
         return None;
     }
     Some((mcap::parse_record(opcode, body).ok()?, behind))
+}
+
+/// What a record is, its length, and what is there of its body; `None` where the file ends within the head.
+pub(super) fn split_start(start: &[u8]) -> Option<(u8, u64, &[u8])> {
+    let (&opcode, rest) = start.split_first()?;
+    let (length, body) = rest.split_first_chunk()?;
+    Some((opcode, u64::from_le_bytes(*length), body))
 }
 
 impl<R> fmt::Debug for Records<R> {

@@ -33,9 +33,9 @@ use super::{
     error::is_disk_full,
     progress::{DiskSpace, Size},
     records::Records,
-    schema,
     summary::Contents,
     survey::{Survey, SurveyError, survey},
+    topics::LIBRARY_FAMILY,
 };
 
 /// What repair found and did.
@@ -123,7 +123,6 @@ pub fn repair(path: &Path) -> Result<Repair, RepairError> {
     Ok(finished(frames, true))
 }
 
-/// Opens a recording of ours to read it.
 pub(super) fn open_ours(path: &Path) -> Result<File, RepairError> {
     let failed = |source| RepairError::Read(path.into(), source);
     let foreign = || RepairError::Foreign(path.into());
@@ -133,7 +132,7 @@ pub(super) fn open_ours(path: &Path) -> Result<File, RepairError> {
     }
     let file = File::open(path).map_err(failed)?;
     match Records::new(&file).next().map_err(failed)? {
-        Some(Record::Header(Header { library, .. })) if library.starts_with(schema::LIBRARY_FAMILY) => Ok(file),
+        Some(Record::Header(Header { library, .. })) if library.starts_with(LIBRARY_FAMILY) => Ok(file),
         _ => Err(foreign()),
     }
 }

@@ -65,7 +65,6 @@ pub(super) struct FinishedFiles {
 }
 
 impl FinishedFiles {
-    /// Adds the newest.
     pub(super) fn push(&mut self, path: PathBuf, bytes: u64) {
         self.bytes += bytes;
         self.files.push_back((path, bytes));
@@ -81,7 +80,6 @@ impl FinishedFiles {
         Some(path)
     }
 
-    /// Their paths, the oldest first.
     pub(super) fn into_paths(self) -> Vec<PathBuf> {
         self.files.into_iter().map(|(path, _)| path).collect()
     }

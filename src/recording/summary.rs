@@ -16,7 +16,10 @@ use mcap::{
     },
 };
 
-use super::{heads::split_start, records::Records, schema};
+use super::{
+    records::{Records, split_start},
+    topics::Topic,
+};
 
 /// The footer's body: where the summary begins, where its offsets do, its checksum.
 const FOOTER_BODY_BYTES: u64 = 8 + 8 + 4;
@@ -60,7 +63,7 @@ impl Contents {
         while let Some(record) = records.next()? {
             contents.declare(record);
         }
-        Ok((records.end() == end_begin).then_some(contents))
+        Ok((records.position.end == end_begin).then_some(contents))
     }
 
     /// Takes note of a schema, a channel or statistics; other records declare nothing.
@@ -90,13 +93,14 @@ impl Contents {
 
     /// Messages on the topic of the frames; `None` where they are not counted.
     pub(super) fn frames(&self) -> Option<u64> {
-        let is_of_frames = |id: &u16| self.channels.get(id).is_some_and(|channel| channel.topic == schema::FRAMES);
+        let is_of_frames =
+            |id: &u16| self.channels.get(id).is_some_and(|channel| channel.topic == Topic::Frames.name());
         let counts = self.statistics.as_ref()?.channel_message_counts.iter();
         Some(counts.filter(|&(id, _)| is_of_frames(id)).fold(0, |sum, (_, &count)| sum.saturating_add(count)))
     }
 
     /// Takes note of a chunk and of how many messages of each channel it holds.
-    pub(super) fn add_chunk(&mut self, index: &ChunkIndex, messages: impl Iterator<Item = (u16, u64)>) {
+    pub(super) fn add_chunk(&mut self, index: &ChunkIndex, messages: BTreeMap<u16, u64>) {
         let statistics = self.statistics.get_or_insert_default();
         let is_first = statistics.message_count == 0;
         let mut in_chunk = 0;
@@ -115,7 +119,6 @@ impl Contents {
         put(&mut self.chunk_indexes, op::CHUNK_INDEX, index);
     }
 
-    /// Takes note of a metadata record.
     pub(super) fn add_metadata(&mut self, index: &MetadataIndex) {
         self.statistics.get_or_insert_default().metadata_count += 1;
         put(&mut self.metadata_indexes, op::METADATA_INDEX, index);
@@ -181,7 +184,6 @@ impl Contents {
     }
 }
 
-/// The checksum of a part of a file.
 fn checksum(mut file: &File, begin: u64, end: u64) -> io::Result<u32> {
     file.seek(SeekFrom::Start(begin))?;
     let mut part = BufReader::new(file).take(end - begin);
@@ -198,7 +200,6 @@ fn checksum(mut file: &File, begin: u64, end: u64) -> io::Result<u32> {
     }
 }
 
-/// Appends a record.
 fn put<T: for<'a> BinWrite<Args<'a> = ()>>(bytes: &mut Vec<u8>, opcode: u8, record: &T) {
     put_body(bytes, opcode, &encoded(record));
 }

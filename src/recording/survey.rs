@@ -23,8 +23,8 @@ use mcap::{
 };
 
 use super::{
-    heads::{Heads, INDEX_HEAD_BYTES, START_BYTES, is_of_data, length_by_fields, split_start, u16_at, u32_at},
-    records::{LONGEST_RECORD_BYTES, RECORD_HEAD_BYTES, UnpackedChunk},
+    heads::{Heads, INDEX_HEAD_BYTES, START_BYTES, is_of_data, length_by_fields, number_at},
+    records::{LONGEST_RECORD_BYTES, RECORD_HEAD_BYTES, UnpackedChunk, split_start},
     summary::Contents,
 };
 
@@ -70,7 +70,6 @@ pub(super) fn survey(file: &File) -> Result<Survey, SurveyError> {
     surveying.finish(&ending)
 }
 
-/// How the data ends.
 enum EndOfData {
     /// In the middle of a record, or behind a record where another one was to follow.
     Torn,
@@ -78,7 +77,6 @@ enum EndOfData {
     DataEnd,
 }
 
-/// A survey under way.
 struct Surveying<'a> {
     heads: Heads<'a>,
     /// Where the next record begins.
@@ -90,12 +88,27 @@ struct Surveying<'a> {
 
 /// A chunk and the message indexes behind it.
 struct LastChunk {
-    begin: u64,
-    end: u64,
-    header: ChunkHeader,
-    /// Where each channel's index begins, and how many messages it has.
-    indexes: BTreeMap<u16, (u64, u64)>,
-    indexes_end: u64,
+    index: ChunkIndex,
+    /// How many messages each channel's index has.
+    messages: BTreeMap<u16, u64>,
+}
+
+impl LastChunk {
+    fn begin(&self) -> u64 {
+        self.index.chunk_start_offset
+    }
+
+    fn end(&self) -> u64 {
+        self.begin() + self.index.chunk_length
+    }
+
+    /// Takes note of a channel's message index, the next one behind the chunk; whether it is the channel's first one.
+    fn add_index(&mut self, channel: u16, messages: u64) -> bool {
+        let begin = self.end() + self.index.message_index_length;
+        self.index.message_index_length += RECORD_HEAD_BYTES + INDEX_HEAD_BYTES + messages * INDEX_ENTRY_BYTES;
+        self.index.message_index_offsets.insert(channel, begin);
+        self.messages.insert(channel, messages).is_none()
+    }
 }
 
 impl Surveying<'_> {
@@ -114,7 +127,7 @@ impl Surveying<'_> {
             _ => return Err(SurveyError::Damaged(begin)),
         }
         let record = begin..begin + RECORD_HEAD_BYTES + length;
-        if record.end > self.heads.length() {
+        if record.end > self.heads.length {
             return Ok(Some(EndOfData::Torn));
         }
         self.at = record.end;
@@ -141,18 +154,29 @@ impl Surveying<'_> {
                 self.contents.declare(record);
             }
         }
-        self.last_chunk = Some(LastChunk { begin, end, header, indexes: BTreeMap::new(), indexes_end: end });
+        let index = ChunkIndex {
+            message_start_time: header.message_start_time,
+            message_end_time: header.message_end_time,
+            chunk_start_offset: begin,
+            chunk_length: end - begin,
+            message_index_offsets: BTreeMap::new(),
+            message_index_length: 0,
+            compression: header.compression,
+            compressed_size: header.compressed_size,
+            uncompressed_size: header.uncompressed_size,
+        };
+        self.last_chunk = Some(LastChunk { index, messages: BTreeMap::new() });
         Ok(())
     }
 
     fn take_message_index(&mut self, record: Range<u64>, body: &[u8]) -> Result<(), SurveyError> {
         let damaged = SurveyError::Damaged(record.start);
         let Some(chunk) = &mut self.last_chunk else { return Err(damaged) };
-        let (Some(channel), Some(bytes)) = (u16_at(body, 0), u32_at(body, 2)) else { return Err(damaged) };
+        let (Some(channel), Some(bytes)) = (number_at(body, 0), number_at::<u32>(body, 2).map(u64::from)) else {
+            return Err(damaged);
+        };
         let is_sound = bytes.is_multiple_of(INDEX_ENTRY_BYTES) && self.contents.channels.contains_key(&channel);
-        let earlier = chunk.indexes.insert(channel, (record.start, bytes / INDEX_ENTRY_BYTES));
-        chunk.indexes_end = record.end;
-        if is_sound && earlier.is_none() { Ok(()) } else { Err(damaged) }
+        if chunk.add_index(channel, bytes / INDEX_ENTRY_BYTES) && is_sound { Ok(()) } else { Err(damaged) }
     }
 
     fn take_metadata(&mut self, Range { start: begin, end }: Range<u64>) -> Result<(), SurveyError> {
@@ -174,28 +198,16 @@ impl Surveying<'_> {
     /// Takes note of the last chunk where something else than an index follows it: all of its indexes are there.
     fn close_chunk(&mut self) -> Result<(), SurveyError> {
         let Some(chunk) = self.last_chunk.take() else { return Ok(()) };
-        if chunk.indexes.is_empty() {
+        if chunk.messages.is_empty() {
             // A chunk of ours holds messages.
-            return Err(SurveyError::Damaged(chunk.begin));
+            return Err(SurveyError::Damaged(chunk.begin()));
         }
         self.add_chunk(chunk)
     }
 
-    fn add_chunk(&mut self, chunk: LastChunk) -> Result<(), SurveyError> {
-        let LastChunk { begin, end, header, indexes, indexes_end } = chunk;
-        let index = ChunkIndex {
-            message_start_time: header.message_start_time,
-            message_end_time: header.message_end_time,
-            chunk_start_offset: begin,
-            chunk_length: end - begin,
-            message_index_offsets: indexes.iter().map(|(&channel, &(offset, _))| (channel, offset)).collect(),
-            message_index_length: indexes_end - end,
-            compression: header.compression,
-            compressed_size: header.compressed_size,
-            uncompressed_size: header.uncompressed_size,
-        };
-        self.contents.add_chunk(&index, indexes.into_iter().map(|(channel, (_, messages))| (channel, messages)));
-        self.require_bound(begin)
+    fn add_chunk(&mut self, LastChunk { index, messages }: LastChunk) -> Result<(), SurveyError> {
+        self.contents.add_chunk(&index, messages);
+        self.require_bound(index.chunk_start_offset)
     }
 
     fn require_bound(&self, at: u64) -> Result<(), SurveyError> {
@@ -207,7 +219,7 @@ impl Surveying<'_> {
         match (ending, self.last_chunk.take()) {
             (EndOfData::Torn, Some(chunk)) => {
                 // Its recorder may have been killed between two of its indexes, of which the heads show nothing.
-                self.at = chunk.end;
+                self.at = chunk.end();
                 last_indexes = self.index_again(chunk)?;
             }
             (_, chunk) => {
@@ -219,9 +231,9 @@ impl Surveying<'_> {
     }
 
     /// Takes note of a chunk by the messages in it; returns its indexes, which are to be written behind it.
-    fn index_again(&mut self, mut chunk: LastChunk) -> Result<Vec<MessageIndex>, SurveyError> {
+    fn index_again(&mut self, chunk: LastChunk) -> Result<Vec<MessageIndex>, SurveyError> {
         let mut entries: BTreeMap<u16, Vec<MessageIndexEntry>> = BTreeMap::new();
-        let mut unpacked = self.unpack(chunk.begin, chunk.end)?;
+        let mut unpacked = self.unpack(chunk.begin(), chunk.end())?;
         while let Some((offset, record)) = unpacked.next_with_offset() {
             if let Record::Message { header, .. } = record {
                 let entry = MessageIndexEntry { log_time: header.log_time, offset };
@@ -229,14 +241,14 @@ impl Surveying<'_> {
             }
         }
         if !entries.keys().all(|&channel| self.contents.channels.contains_key(&channel)) {
-            return Err(SurveyError::Damaged(chunk.begin));
+            return Err(SurveyError::Damaged(chunk.begin()));
         }
-        chunk.indexes.clear();
-        chunk.indexes_end = chunk.end;
+        let mut chunk = LastChunk {
+            index: ChunkIndex { message_index_offsets: BTreeMap::new(), message_index_length: 0, ..chunk.index },
+            messages: BTreeMap::new(),
+        };
         for (&channel, entries) in &entries {
-            let messages = entries.len() as u64;
-            chunk.indexes.insert(channel, (chunk.indexes_end, messages));
-            chunk.indexes_end += RECORD_HEAD_BYTES + INDEX_HEAD_BYTES + messages * INDEX_ENTRY_BYTES;
+            chunk.add_index(channel, entries.len() as u64);
         }
         self.add_chunk(chunk)?;
         Ok(entries.into_iter().map(|(channel_id, records)| MessageIndex { channel_id, records }).collect())

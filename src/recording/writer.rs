@@ -6,7 +6,6 @@ use std::{
     time::{Duration, Instant},
 };
 
-use bench_dragon_ipc::{Alert, CommandEvent};
 use crossbeam::channel::{Receiver, RecvTimeoutError, Sender};
 use mcap::McapError;
 
@@ -14,12 +13,12 @@ use super::{
     cdr::{self, PoseRate},
     disk_sync::DiskSync,
     error::RecordError,
-    mcap_file::{McapFile, MessageCounts, Stamp},
+    mcap_file::{McapFile, Stamp},
     progress::{Growth, RecordingSummary, SharedProgress, Totals},
     reader::Configuration,
     recorder::{FrameBuffer, RecorderSettings, SizeLimits, WriterJob},
     rotation::{FileNames, FinishedFiles},
-    schema::Topic,
+    topics::{Message, Topic},
 };
 
 /// A message waits no longer than this for its chunk to be closed: half of the second that a killed recorder may lose.
@@ -29,7 +28,6 @@ const FLUSH_AFTER: Duration = Duration::from_millis(500);
 pub(super) struct RecordingWriter {
     settings: RecorderSettings,
     limits: SizeLimits,
-    timeline: Timeline,
     names: FileNames,
     file: McapFile,
     disk: DiskSync,
@@ -57,7 +55,6 @@ impl<E: Into<McapError>> From<E> for WriterFault {
 }
 
 impl RecordingWriter {
-    /// Makes the first file.
     pub(super) fn create(
         settings: RecorderSettings,
         names: FileNames,
@@ -68,7 +65,6 @@ impl RecordingWriter {
         let file = McapFile::create(&path, settings.compression_level, limits.chunk)?;
         let disk = DiskSync::start().map_err(|source| RecordError::Create(path, source))?;
         let mut writer = Self {
-            timeline: Timeline { unix_minus_monotonic_ns: settings.unix_minus_monotonic_ns },
             limits,
             names,
             file,
@@ -120,8 +116,7 @@ impl RecordingWriter {
                     // A recorder that has gone needs no buffer back.
                     let _ = empty.send(buffer);
                 }
-                Ok(WriterJob::Alert { alert, monotonic_ns }) => self.record_alert(&alert, monotonic_ns)?,
-                Ok(WriterJob::Command { event, monotonic_ns }) => self.record_command(&event, monotonic_ns)?,
+                Ok(WriterJob::Message { message, monotonic_ns }) => self.record_message(&message, monotonic_ns)?,
                 Ok(WriterJob::Describe(configuration)) => self.describe(configuration)?,
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),
@@ -132,11 +127,15 @@ impl RecordingWriter {
         }
     }
 
+    fn unix_ns(&self, monotonic_ns: u64) -> u64 {
+        unix_ns(monotonic_ns, self.settings.unix_minus_monotonic_ns)
+    }
+
     fn record_frame(&mut self, FrameBuffer { header, handles }: &FrameBuffer) -> Result<(), WriterFault> {
         let stamp = Stamp {
             sequence: header.tick as u32,
-            log_time_ns: self.timeline.unix_ns(header.published_ns),
-            publish_time_ns: self.timeline.unix_ns(header.scheduled_ns),
+            log_time_ns: self.unix_ns(header.published_ns),
+            publish_time_ns: self.unix_ns(header.scheduled_ns),
         };
         cdr::encode_frame(&mut self.message, header, handles);
         self.write(Topic::Frames, stamp)?;
@@ -147,21 +146,11 @@ impl RecordingWriter {
         Ok(())
     }
 
-    fn record_alert(&mut self, alert: &Alert, monotonic_ns: u64) -> Result<(), WriterFault> {
-        let unix_ns = self.timeline.unix_ns(monotonic_ns);
-        let stamp = Stamp { sequence: alert.tick as u32, log_time_ns: unix_ns, publish_time_ns: unix_ns };
-        cdr::encode_alert(&mut self.message, alert);
-        self.write(Topic::Alerts, stamp)
-    }
-
-    fn record_command(&mut self, event: &CommandEvent, monotonic_ns: u64) -> Result<(), WriterFault> {
-        let stamp = Stamp {
-            sequence: event.number as u32,
-            log_time_ns: self.timeline.unix_ns(monotonic_ns),
-            publish_time_ns: u64::try_from(event.wall_ns).unwrap_or(0),
-        };
-        cdr::encode_command(&mut self.message, event);
-        self.write(Topic::Commands, stamp)
+    fn record_message(&mut self, message: &Message, monotonic_ns: u64) -> Result<(), WriterFault> {
+        let log_time_ns = self.unix_ns(monotonic_ns);
+        let publish_time_ns = message.sent_ns.map_or(log_time_ns, |sent_ns| u64::try_from(sent_ns).unwrap_or(0));
+        cdr::encode(&mut self.message, &message.fields);
+        self.write(message.topic, Stamp { sequence: message.number as u32, log_time_ns, publish_time_ns })
     }
 
     fn write(&mut self, topic: Topic, stamp: Stamp) -> Result<(), WriterFault> {
@@ -254,40 +243,32 @@ impl RecordingWriter {
             return Err(self.file.give_up(error.into()));
         }
         self.finished.push(self.file.path.clone(), self.file.written_bytes);
-        let MessageCounts { frames, alerts, commands } = counts;
+        let [frames, alerts, commands] = [Topic::Frames, Topic::Alerts, Topic::Commands].map(|topic| counts.of(topic));
         Ok(RecordingSummary { frames, alerts, commands, bytes, files: self.finished.into_paths() })
     }
 }
 
-/// The one offset by which a recording turns monotonic instants into Unix time.
+/// Unix time of a monotonic instant, both in nanoseconds; 0 for an instant before 1970.
 ///
-/// It is fixed when the recording starts, so a step of the system clock leaves the distances between frames as they
+/// The offset is fixed when the recording starts, so a step of the system clock leaves the distances between frames as they
 /// were.
-#[derive(Clone, Copy, Debug)]
-struct Timeline {
-    unix_minus_monotonic_ns: i64,
-}
-
-impl Timeline {
-    /// Unix time of a monotonic instant, both in nanoseconds; 0 for an instant before 1970.
-    fn unix_ns(self, monotonic_ns: u64) -> u64 {
-        monotonic_ns.saturating_add_signed(self.unix_minus_monotonic_ns)
-    }
+fn unix_ns(monotonic_ns: u64, unix_minus_monotonic_ns: i64) -> u64 {
+    monotonic_ns.saturating_add_signed(unix_minus_monotonic_ns)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Timeline;
+    use super::unix_ns;
 
     #[test]
     fn distances_between_instants_are_kept() {
-        let timeline = Timeline { unix_minus_monotonic_ns: 1_700_000_000_000_000_007 };
-        assert_eq!(timeline.unix_ns(5_000) - timeline.unix_ns(2_000), 3_000);
-        assert_eq!(timeline.unix_ns(3), 1_700_000_000_000_000_010);
+        let offset_ns = 1_700_000_000_000_000_007;
+        assert_eq!(unix_ns(5_000, offset_ns) - unix_ns(2_000, offset_ns), 3_000);
+        assert_eq!(unix_ns(3, offset_ns), 1_700_000_000_000_000_010);
     }
 
     #[test]
     fn an_instant_before_1970_is_1970() {
-        assert_eq!(Timeline { unix_minus_monotonic_ns: -10 }.unix_ns(3), 0);
+        assert_eq!(unix_ns(3, -10), 0);
     }
 }

@@ -61,17 +61,13 @@ pub(super) struct AlertLimit {
     tokens: f64,
     last_ns: u64,
     had_contact: bool,
-    suppressed: u64,
+    /// Alerts that were left out.
+    pub(super) suppressed: u64,
 }
 
 impl AlertLimit {
     pub(super) fn new() -> Self {
         Self { tokens: f64::from(ALERT_BURST), last_ns: 0, had_contact: false, suppressed: 0 }
-    }
-
-    /// Alerts that were left out.
-    pub(super) fn suppressed(&self) -> u64 {
-        self.suppressed
     }
 
     /// Leaves out the alerts of a frame that are too many; the others stay in their order.
@@ -118,23 +114,16 @@ fn order(one: &Alert, other: &Alert) -> Ordering {
 
 #[cfg(test)]
 mod tests {
+    use bench_dragon_ipc::FrameHeader;
+
     use super::*;
+    use crate::safety::monitor::run_alert;
 
     const SECOND_NS: u64 = 1_000_000_000;
 
     fn alert(kind: AlertKind, bench: u32) -> Alert {
-        Alert {
-            run_id: 1,
-            tick: 0,
-            sim_time_ns: 0,
-            forecast_ns: Alert::NO_FORECAST,
-            clearance_m: f64::from(bench) * 1e-6,
-            point_m: [0.0; 2],
-            kind: kind.to_wire(),
-            bench_a: bench,
-            bench_b: bench + 2,
-            reserved: 0,
-        }
+        let clearance_m = f64::from(bench) * 1e-6;
+        Alert { clearance_m, bench_a: bench, bench_b: bench + 2, ..run_alert(&FrameHeader::default(), kind) }
     }
 
     fn near(count: u32) -> Vec<Alert> {
@@ -149,7 +138,7 @@ mod tests {
             limit.apply(second * SECOND_NS, &mut alerts);
             assert_eq!(alerts, near(ALERTS_PER_S));
         }
-        assert_eq!(limit.suppressed(), 0);
+        assert_eq!(limit.suppressed, 0);
     }
 
     #[test]
@@ -160,7 +149,7 @@ mod tests {
         assert_eq!(alerts.len(), ALERT_BURST as usize);
         assert_eq!(alerts[..198], near(198));
         assert_eq!(alerts[198..], [alert(AlertKind::Contact, 7), alert(AlertKind::Parted, 9)]);
-        assert_eq!(limit.suppressed(), 100_002 - 200);
+        assert_eq!(limit.suppressed, 100_002 - 200);
         let mut at_once = near(5);
         limit.apply(SECOND_NS, &mut at_once);
         assert!(at_once.is_empty());
@@ -179,6 +168,6 @@ mod tests {
         let mut alerts = vec![alert(AlertKind::Contact, 3)];
         limit.apply(SECOND_NS, &mut alerts);
         assert!(alerts.is_empty());
-        assert_eq!(limit.suppressed(), 100_000 - 200 + 11 + 1);
+        assert_eq!(limit.suppressed, 100_000 - 200 + 11 + 1);
     }
 }

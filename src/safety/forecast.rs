@@ -1,12 +1,13 @@
 //! The travel ahead: a thread that looks for the next contact while the monitor watches the present.
 
 use std::io;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 
 use bench_dragon_geometry::clearance::{Contact, ContactSearch};
 use bench_dragon_geometry::dragon::{Dragon, Meter};
+use crossbeam::atomic::AtomicCell;
 use crossbeam::queue::ArrayQueue;
 
 /// Travel that is searched between two looks at new requests, in metres.
@@ -46,12 +47,14 @@ impl Forecast {
 pub struct Forecaster {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
+    /// Travel from which was last asked for.
+    asked_from_m: f64,
 }
 
 /// What the search and its owner share.
 #[derive(Debug)]
 struct Shared {
-    forecast: Mutex<Forecast>,
+    forecast: AtomicCell<Forecast>,
     /// Where to search anew: the last request alone counts.
     start: ArrayQueue<f64>,
     /// Work that the stride at hand may take.
@@ -60,25 +63,17 @@ struct Shared {
 }
 
 impl Forecaster {
-    /// Starts to search from this travel on.
-    ///
-    /// # Errors
-    /// The operating system's reason why there can be no thread for it.
-    pub fn start(dragon: &Dragon, from_m: f64) -> io::Result<Self> {
-        Self::start_within(dragon, 0.0, from_m)
-    }
-
     /// Starts to search from this travel on for where the clearance of some pair falls to `clearance_m`. In its forecasts that is
     /// the contact.
     ///
     /// # Errors
-    /// As [`Forecaster::start`].
+    /// The operating system's reason why there can be no thread for it.
     ///
     /// # Panics
     /// With a clearance that is negative or not finite.
-    pub fn start_within(dragon: &Dragon, clearance_m: f64, from_m: f64) -> io::Result<Self> {
+    pub fn start(dragon: &Dragon, clearance_m: f64, from_m: f64) -> io::Result<Self> {
         let shared = Arc::new(Shared {
-            forecast: Mutex::new(Forecast::unknown_from(from_m)),
+            forecast: AtomicCell::new(Forecast::unknown_from(from_m)),
             start: ArrayQueue::new(1),
             stride: Meter::of(STEPS_PER_STRIDE),
             is_over: AtomicBool::new(false),
@@ -86,18 +81,24 @@ impl Forecaster {
         let (dragon, of_thread) = (dragon.metered(&shared.stride), Arc::clone(&shared));
         let thread =
             thread::Builder::new().name("forecast".to_owned()).spawn(move || of_thread.run(&dragon, clearance_m))?;
-        Ok(Self { shared, thread: Some(thread) })
-    }
-
-    /// Searches anew from this travel on. What is known so far stays known until the first result.
-    pub fn restart(&self, from_m: f64) {
-        self.shared.start.force_push(from_m);
-        self.wake();
+        Ok(Self { shared, thread: Some(thread), asked_from_m: from_m })
     }
 
     /// What is known at present.
     pub fn latest(&self) -> Forecast {
-        *lock(&self.shared.forecast)
+        self.shared.forecast.load()
+    }
+
+    /// Searches anew from the head's travel on, where the latest forecast does not cover it and no benches are so near already. What
+    /// is known so far stays known until the first result.
+    pub fn follow(&mut self, latest: &Forecast, travel_m: f64, is_found: bool) {
+        // What was asked of this very travel is known.
+        let is_asked = travel_m == self.asked_from_m || self.asked_from_m != latest.from_m;
+        if !is_asked && !latest.covers(travel_m) && !is_found {
+            self.asked_from_m = travel_m;
+            self.shared.start.force_push(travel_m);
+            self.wake();
+        }
     }
 
     fn wake(&self) {
@@ -121,7 +122,7 @@ impl Drop for Forecaster {
 impl Shared {
     fn run(&self, dragon: &Dragon, clearance_m: f64) {
         let mut search = ContactSearch::within(dragon, clearance_m);
-        let mut next = Some(*lock(&self.forecast));
+        let mut next = Some(self.forecast.load());
         loop {
             self.stride.restart();
             if self.is_over.load(Ordering::Relaxed) {
@@ -135,7 +136,7 @@ impl Shared {
                 continue;
             };
             let (extended, goes_on) = extend(&mut search, dragon, forecast);
-            *lock(&self.forecast) = extended;
+            self.forecast.store(extended);
             next = goes_on.then_some(extended);
         }
     }
@@ -150,8 +151,4 @@ fn extend(search: &mut ContactSearch, dragon: &Dragon, forecast: Forecast) -> (F
         // What lies further ahead stays unknown.
         Err(spent) => (Forecast { free_to_m: spent.reached_m.max(forecast.free_to_m), ..forecast }, false),
     }
-}
-
-fn lock(forecast: &Mutex<Forecast>) -> MutexGuard<'_, Forecast> {
-    forecast.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -26,28 +26,10 @@ pub const STEPS_AT_A_TIME: u64 = 50_000_000;
 const FORECAST_STEPS: u64 = 20_000_000;
 /// Ticks that a grant reaches ahead at least: one passes before the server takes it.
 const LEAST_TICKS: f64 = 3.0;
+/// How far ahead of the head a grant reaches where the server misses no release, in seconds of wall time at its speed.
+const LEAST_HORIZON_S: f64 = 0.5;
 /// How far a grant reaches where one is needed, in horizons, so that not every frame needs one.
 const GRANTED_HORIZONS: f64 = 1.5;
-
-/// How a guard works.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GuardSettings {
-    /// Clearance that it keeps, in metres.
-    pub margin_m: f64,
-    /// How far ahead of the head a grant reaches, in seconds of wall time at its speed.
-    pub horizon_s: f64,
-}
-
-impl GuardSettings {
-    /// Horizon where nothing else is wanted, in seconds of wall time.
-    pub const DEFAULT_HORIZON_S: f64 = 0.5;
-
-    /// What a configuration asks for. A server that has missed releases jumps without a frame in between. The guard's answer
-    /// to a frame may come after the next jump, so a grant reaches two jumps further.
-    pub fn of(config: &Config) -> Self {
-        Self { margin_m: config.margin_m(), horizon_s: Self::DEFAULT_HORIZON_S + 2.0 * config.catch_up_s() }
-    }
-}
 
 /// Where the head rests for good: no further travel can ever be granted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,7 +49,10 @@ pub struct FinalRest {
 #[derive(Debug)]
 pub struct Guard<'a> {
     dragon: &'a Dragon,
-    settings: GuardSettings,
+    /// Clearance that it keeps, in metres.
+    margin_m: f64,
+    /// How far ahead of the head a grant reaches, in seconds of wall time at its speed.
+    horizon_s: f64,
     run_id: u64,
     planned_speed_mps: f64,
     accel_mps2: Option<f64>,
@@ -94,14 +79,17 @@ struct Granting<'a> {
 
 impl<'a> Guard<'a> {
     /// The guard of a run of this dragon, which was published with this configuration.
-    pub fn new(dragon: &'a Dragon, config: &Config, settings: GuardSettings, run_id: u64) -> Self {
+    pub fn new(dragon: &'a Dragon, config: &Config, run_id: u64) -> Self {
         Self {
             dragon,
-            settings,
+            margin_m: config.tables().monitor.margin_m,
+            // A server that has missed releases jumps without a frame in between. The guard's answer to a frame may come after
+            // the next jump, so a grant reaches two jumps further.
+            horizon_s: LEAST_HORIZON_S + 2.0 * config.tables().serve.catch_up_s,
             run_id,
-            planned_speed_mps: config.head_speed_mps(),
-            accel_mps2: config.head_accel_mps2(),
-            rate_hz: f64::from(config.rate_hz()),
+            planned_speed_mps: config.tables().head.speed_mps,
+            accel_mps2: config.tables().head.accel_mps2,
+            rate_hz: f64::from(config.tables().serve.rate_hz),
             walking_speed_mps: 0.0,
             present: None,
             prepared: None,
@@ -158,7 +146,7 @@ impl<'a> Guard<'a> {
     fn horizon_m(&self, time_scale: f64) -> f64 {
         let speed_mps = self.walking_speed_mps.max(self.planned_speed_mps);
         let braking_m = self.accel_mps2.map_or(0.0, |accel_mps2| speed_mps * speed_mps / (2.0 * accel_mps2));
-        self.settings.horizon_s.max(LEAST_TICKS / self.rate_hz) * time_scale * speed_mps + braking_m
+        self.horizon_s.max(LEAST_TICKS / self.rate_hz) * time_scale * speed_mps + braking_m
     }
 
     /// Finds the proven travel that the head is on, or begins it there.
@@ -182,7 +170,7 @@ impl<'a> Guard<'a> {
 
     fn begin(&self, travel_m: f64) -> Option<Granting<'a>> {
         let within_run = (self.dragon.start_travel_m()..=self.dragon.end_travel_m()).contains(&travel_m);
-        let proven = within_run.then(|| ProvenTravel::at(self.dragon, self.settings.margin_m, travel_m))?.ok()?;
+        let proven = within_run.then(|| ProvenTravel::at(self.dragon, self.margin_m, travel_m))?.ok()?;
         Some(Granting { proven, granted: None })
     }
 }

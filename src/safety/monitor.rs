@@ -1,10 +1,10 @@
-//! The collision monitor: measures every frame, and sweeps the way between frames.
+//! The collision monitor: measures every frame, and sweeps the travel between frames.
 //!
 //! - *Measured* from a frame's own poses: the clearance of every pair of benches that could touch.
 //! - *Swept* with the published description between two frames that the head walked: the exact travel at which a pair
 //!   touches or parts, so that no contact is missed at any rate, time scale or loss of frames. Travel that the
 //!   [`forecast`](super::forecast) has already shown to be free is not swept again.
-//! - Never swept is the way across a seek or a restart: nothing is known of it ([`passage`](super::passage)).
+//! - Travel across a seek or a restart is never swept: nothing is known of it (`source_motion`).
 //!
 //! The work and the alerts of a frame are bounded, whatever the dragon: a sweep ends early where it takes too many steps, at
 //! most [`MAX_WATCHED`] pairs are watched, the nearest, and alerts have a greatest rate ([`ALERTS_PER_S`]). What was left out
@@ -22,7 +22,7 @@ use glam::DVec2;
 
 use super::alerts::AlertLimit;
 use super::forecast::Forecast;
-use super::passage::{HeadPassage, SourcePace};
+use super::source_motion::SourceMotion;
 use crate::config::Config;
 
 #[cfg(doc)]
@@ -48,8 +48,9 @@ enum PairState {
 /// Watches one run of a dragon.
 #[derive(Debug)]
 pub struct Monitor {
-    dragon: Arc<Dragon>,
-    pace: SourcePace,
+    /// The dragon that is watched.
+    pub dragon: Arc<Dragon>,
+    source: SourceMotion,
     near_m: f64,
     planned_speed_mps: f64,
     clearances: ClearanceSearch,
@@ -62,7 +63,8 @@ pub struct Monitor {
     sweeping: Meter,
     /// Whether the rest of the sweeps have only what one may take together.
     is_ending: bool,
-    unswept: u64,
+    /// Frames up to which the way was not swept whole, for that took too much work.
+    pub unswept: u64,
 }
 
 impl Monitor {
@@ -71,14 +73,9 @@ impl Monitor {
         let dragon = Arc::clone(config.dragon());
         let sweeping = Meter::of(SWEEP_STEPS);
         Self {
-            pace: SourcePace {
-                tick_s: config.tick_s(),
-                rate_hz: config.rate_hz(),
-                accel_mps2: config.head_accel_mps2(),
-                most_jumped: config.most_jumped(),
-            },
-            near_m: config.near_m(),
-            planned_speed_mps: config.head_speed_mps(),
+            source: SourceMotion::of(config),
+            near_m: config.tables().monitor.near_m,
+            planned_speed_mps: config.tables().head.speed_mps,
             clearances: ClearanceSearch::with_room(MAX_WATCHED),
             contacts: ContactSearch::new(&dragon.metered(&sweeping)),
             boards: Vec::with_capacity(dragon.dimensions().benches()),
@@ -98,19 +95,9 @@ impl Monitor {
         self.is_ending = true;
     }
 
-    /// Frames up to which the way was not swept whole, for that took too much work.
-    pub fn unswept(&self) -> u64 {
-        self.unswept
-    }
-
     /// Alerts that were left out, for they were too many.
     pub fn suppressed(&self) -> u64 {
-        self.limit.suppressed()
-    }
-
-    /// The dragon that is watched.
-    pub fn dragon(&self) -> &Arc<Dragon> {
-        &self.dragon
+        self.limit.suppressed
     }
 
     /// Whether some pair touches, as of the last frame.
@@ -129,9 +116,7 @@ impl Monitor {
         self.alerts.clear();
         let forecast_ns = self.forecast_ns(header, forecast);
         match self.last.replace(*header) {
-            Some(last) if HeadPassage::between(&last, header, self.pace) == HeadPassage::Walked => {
-                self.sweep(&last, header, forecast);
-            }
+            Some(last) if self.source.walked(&last, header) => self.sweep(&last, header, forecast),
             _ => self.pairs.clear(),
         }
         let nearest = self.measure(header, handles, forecast_ns);
@@ -221,6 +206,20 @@ pub fn run_alert(header: &FrameHeader, kind: AlertKind) -> Alert {
     }
 }
 
+/// A frame of run 1 whose head has walked a metre a show second since 0.
+#[cfg(test)]
+pub(crate) fn walking_frame(tick: u64, sim_time_s: f64) -> FrameHeader {
+    FrameHeader {
+        run_id: 1,
+        tick,
+        sim_time_ns: (sim_time_s * 1e9) as i64,
+        head_travel_m: sim_time_s,
+        head_speed_mps: 1.0,
+        time_scale: 1.0,
+        ..FrameHeader::default()
+    }
+}
+
 /// An alert that a frame is not as published; with the pair that was nearest in it.
 pub fn fault_alert(header: &FrameHeader, nearest: Option<PairClearance>) -> Alert {
     let none = run_alert(header, AlertKind::Fault);
@@ -245,6 +244,7 @@ fn touch_alert(header: &FrameHeader, kind: AlertKind, touch: &Contact, sim_time_
     Alert { sim_time_ns, ..pair_alert(header, kind, &pair, forecast_ns) }
 }
 
-fn plan_view(handle: &HandleState) -> DVec2 {
+/// A handle's position as seen from above, in metres.
+pub fn plan_view(handle: &HandleState) -> DVec2 {
     DVec2::new(handle.position_m[0], handle.position_m[1])
 }

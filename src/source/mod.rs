@@ -3,7 +3,7 @@
 //! A source holds the instance's [`SourceLock`](bench_dragon_ipc::SourceLock), creates the services, and gives each run
 //! a number of its own.
 
-mod command_server;
+mod command_log;
 mod reporter;
 mod source_ports;
 mod source_report;
@@ -15,9 +15,9 @@ pub mod timecode;
 pub(crate) mod service_manager;
 
 #[cfg(feature = "zenoh")]
-pub(crate) use command_server::AskedCommand;
-pub(crate) use command_server::Moment;
-pub(crate) use reporter::TimesOfAll;
+pub(crate) use command_log::AskedCommand;
+pub(crate) use command_log::Moment;
 #[cfg(feature = "zenoh")]
 pub(crate) use source_ports::described_bench_count;
 pub(crate) use source_ports::{SourcePorts, described_rate_hz, take_instance};
+pub(crate) use source_report::TimesOfAll;

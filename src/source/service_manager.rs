@@ -21,7 +21,6 @@ pub(super) struct ServiceManager {
 }
 
 impl ServiceManager {
-    /// The one that the environment names.
     pub(super) fn of_environment() -> Self {
         Self {
             sign_period: sd_notify::watchdog_enabled().map(|wait| wait / SIGNS_A_WAIT),

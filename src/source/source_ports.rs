@@ -1,43 +1,63 @@
 //! What a source has on the bus: the server, a replay, and a bridge that receives.
 
-use bench_dragon_ipc::service::{self, AlertService, EventService, FrameService, Member, ReaderService, Role, Service};
+use std::time::{Duration, Instant};
+
+use bench_dragon_ipc::service::{
+    self, AlertService, CommandService, EventService, FrameService, MAX_ACTIVE_REQUESTS, Member, ReaderService, Role,
+    Service,
+};
 use bench_dragon_ipc::{
-    BusError, Description, Domain, FrameHeader, HandleState, Refusal, Request, SourceKind, SourceLock,
-    require_shared_memory,
+    BusError, Command, CommandEvent, CommandReply, Description, Domain, FrameHeader, HandleState, Refusal, Request,
+    SourceKind, SourceLock, require_shared_memory,
 };
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::server::Server;
 use iceoryx2::prelude::{BackpressureStrategy, PortFactory as _};
 use iceoryx2::sample_mut::SampleMut;
 
-use super::command_server::{CommandServer, Moment};
-use super::reporter::{TimesOfAll, node_name};
-use super::source_report::SourceReport;
+use super::command_log::Moment;
+use super::reporter::node_name;
+use super::source_report::{SourceReport, TimesOfAll};
 use crate::system::clock::monotonic_ns;
 
+/// How long a source waits for the readers that it was told to expect.
+const READER_PATIENCE: Duration = Duration::from_secs(10);
+
 /// What one run of a source has on the bus. The run has a number of its own, and its ticks are counted afresh.
+///
+/// The sample of the next frame is loaned right after the last one is sent, so that between a release and its frame
+/// there is neither an allocation nor a search for free memory.
 #[derive(Debug)]
 pub(crate) struct SourcePorts {
-    // Dropped in this order: ports before the node.
-    frames: FramePublisher,
-    commands: CommandServer,
+    // Dropped in this order: the sample before its publisher, ports before their services, all of them before the node.
+    next: Option<SampleMut<Service, [HandleState], FrameHeader>>,
+    publisher: Publisher<Service, [HandleState], FrameHeader>,
+    notifier: Notifier<Service>,
+    frames: FrameService,
+    _frame_events: EventService,
+    handle_count: usize,
+    commands: Server<Service, Command, (), CommandReply, ()>,
+    _commands: CommandService,
     // Alerts are the monitor's and reports the readers', but only a source creates services, and they last while somebody
     // holds them.
     _alerts: (AlertService, EventService),
     _readers: ReaderService,
-    report: SourceReport,
+    /// Its slow side, which publishes the description and the status.
+    pub(crate) report: SourceReport,
     _member: Member,
-    run_id: u64,
+    pub(crate) run_id: u64,
 }
 
 impl SourcePorts {
-    /// Makes the services of a run and publishes its description.
+    /// Makes the services of a run, or takes over those that clients of an earlier source keep open, and publishes its
+    /// description.
     ///
     /// Its frames come so many times a second, which is not what the run is described with where it is played faster, or
     /// thinned out; 0 where that is not known.
     ///
     /// # Errors
-    /// As [`Member::join`] and [`Member::frames`].
+    /// [`BusError::SharedMemoryFull`] where the frames of all possible readers would not fit, and as [`Member::join`].
     pub(crate) fn open(
         domain: &Domain,
         kind: SourceKind,
@@ -48,30 +68,51 @@ impl SourcePorts {
         let member = Member::join(domain, node_name(kind), Role::Source { bench_count })?;
         let run_id = random_run_id();
         let description = Description { run_id, toml: toml.to_owned() };
+        let command_service = member.commands()?;
+        let commands = command_service.server_builder().create();
+        let commands = commands.map_err(|error| BusError::failed(service::COMMANDS, error))?;
+        let alerts = (member.alerts()?, member.alert_events()?);
+        let readers = member.readers()?;
+        let report = SourceReport::start(kind, domain.clone(), description, bench_count, rate_hz)?;
+        require_shared_memory(domain, service::frame_memory(bench_count))?;
+        // The last services: clients take them for the sign that all are there.
+        let (frames, frame_events) = (member.frames()?, member.frame_events()?);
+        let handle_count = bench_count + 1;
+        let publisher = frames
+            .publisher_builder()
+            .initial_max_slice_len(handle_count)
+            .max_loaned_samples(1)
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .create()
+            .map_err(|error| BusError::failed(service::FRAMES, error))?;
         Ok(Self {
-            commands: CommandServer::create(&member)?,
-            _alerts: (member.alerts()?, member.alert_events()?),
-            _readers: member.readers()?,
-            report: SourceReport::start(kind, domain.clone(), description, bench_count, rate_hz)?,
-            // The last service: clients take it for the sign that all are there.
-            frames: FramePublisher::create(domain, &member, bench_count)?,
+            next: Some(loan(&publisher, handle_count)?),
+            publisher,
+            notifier: frame_events
+                .notifier_builder()
+                .create()
+                .map_err(|error| BusError::failed(service::FRAMES, error))?,
+            frames,
+            _frame_events: frame_events,
+            handle_count,
+            commands,
+            _commands: command_service,
+            _alerts: alerts,
+            _readers: readers,
+            report,
             _member: member,
             run_id,
         })
     }
 
-    pub(crate) fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
-    /// Its slow side, which publishes the description and the status.
-    pub(crate) fn report(&mut self) -> &mut SourceReport {
-        &mut self.report
-    }
-
-    /// Readers connected at present.
-    pub(crate) fn reader_count(&self) -> usize {
-        self.frames.frames.dynamic_config().number_of_subscribers()
+    /// Whether to wait for readers: there are fewer than expected, and it has been less than ten seconds since `begun`.
+    pub(crate) fn awaits_readers(&self, expected: usize, begun: Instant) -> bool {
+        let seen = self.frames.dynamic_config().number_of_subscribers();
+        let is_over = begun.elapsed() >= READER_PATIENCE;
+        if seen < expected && is_over {
+            tracing::warn!("starting with {seen} of {expected} readers");
+        }
+        seen < expected && !is_over
     }
 
     /// Publishes the frame whose handles `fill` writes in place, and whose header it returns.
@@ -79,7 +120,14 @@ impl SourcePorts {
     /// # Errors
     /// [`BusError::Failed`] where iceoryx2 has no memory left, which the limits of the service rule out.
     pub(crate) fn publish(&mut self, fill: impl FnOnce(&mut [HandleState]) -> FrameHeader) -> Result<(), BusError> {
-        self.frames.publish(fill)
+        let mut sample = self.next.take().expect("a sample is loaned after each frame");
+        let header = fill(sample.payload_mut());
+        *sample.user_header_mut() = FrameHeader { published_ns: monotonic_ns(), ..header };
+        sample.send().map_err(|error| BusError::failed(service::FRAMES, error))?;
+        // A reader that is gone or whose wake-ups are full is its own affair.
+        let _ = self.notifier.notify();
+        self.next = Some(loan(&self.publisher, self.handle_count)?);
+        Ok(())
     }
 
     /// Publishes a frame from elsewhere as a tick of this run: with its number, and due and sent now.
@@ -98,21 +146,31 @@ impl SourcePorts {
         self.publish(fill)
     }
 
-    /// Answers the commands that have come.
+    /// Takes up to [`MAX_ACTIVE_REQUESTS`] commands, answers each with what `decide` says of it, and records it with its
+    /// answer. The others wait for the next tick.
+    ///
+    /// A client that is gone before its answer, or a connection that fails, changes nothing for the others.
     pub(crate) fn take_commands(
         &mut self,
         tick: u64,
         moment: Moment,
-        decide: impl FnMut(Request) -> Result<(), Refusal>,
+        mut decide: impl FnMut(Request) -> Result<(), Refusal>,
     ) {
-        let log = self.report.commands();
-        self.commands.drain(self.run_id, tick, decide, |event| log.record(event, moment));
+        for _ in 0..MAX_ACTIVE_REQUESTS {
+            let Ok(Some(active)) = self.commands.receive() else { return };
+            let outcome = Request::from_wire(active.payload()).ok_or(Refusal::Unknown).and_then(&mut decide);
+            let reply = match outcome {
+                Ok(()) => CommandReply::accepted(self.run_id, tick),
+                Err(refusal) => CommandReply::refused(self.run_id, tick, refusal),
+            };
+            self.report.commands.record(CommandEvent::answered(active.payload(), &reply), moment);
+            let _ = active.send_copy(reply);
+        }
     }
 
-    /// Takes the next command, to be answered later.
     #[cfg(feature = "zenoh")]
     pub(crate) fn take_command(&self) -> Option<super::AskedCommand> {
-        self.commands.take()
+        self.commands.receive().ok().flatten().map(super::AskedCommand)
     }
 
     /// Leaves the bus. Returns the times of all ticks.
@@ -150,56 +208,11 @@ fn described(toml: &str, section: &str, key: &str) -> Option<u32> {
     table.get(section)?.get(key)?.as_integer()?.try_into().ok()
 }
 
-/// The source of an instance's frames.
-///
-/// The sample of the next frame is loaned right after the last one is sent, so that between a release and its frame
-/// there is neither an allocation nor a search for free memory.
-#[derive(Debug)]
-struct FramePublisher {
-    // Dropped in this order: the sample before its publisher, ports before their services.
-    next: Option<SampleMut<Service, [HandleState], FrameHeader>>,
-    publisher: Publisher<Service, [HandleState], FrameHeader>,
-    notifier: Notifier<Service>,
-    frames: FrameService,
-    _events: EventService,
+fn loan(
+    publisher: &Publisher<Service, [HandleState], FrameHeader>,
     handle_count: usize,
-}
-
-impl FramePublisher {
-    /// Creates the frames' services, or takes over those that clients of an earlier source keep open.
-    ///
-    /// # Errors
-    /// [`BusError::SharedMemoryFull`] where the frames of all possible readers would not fit, and as
-    /// [`Member::frames`].
-    fn create(domain: &Domain, member: &Member, bench_count: usize) -> Result<Self, BusError> {
-        require_shared_memory(domain, service::frame_memory(bench_count))?;
-        let (frames, events) = (member.frames()?, member.frame_events()?);
-        let handle_count = bench_count + 1;
-        let publisher = frames
-            .publisher_builder()
-            .initial_max_slice_len(handle_count)
-            .max_loaned_samples(1)
-            .backpressure_strategy(BackpressureStrategy::DiscardData)
-            .create()
-            .map_err(|error| BusError::failed(service::FRAMES, error))?;
-        let notifier = events.notifier_builder().create().map_err(|error| BusError::failed(service::FRAMES, error))?;
-        let next = publisher.loan_slice(handle_count).map_err(|error| BusError::failed(service::FRAMES, error))?;
-        Ok(Self { next: Some(next), publisher, notifier, frames, _events: events, handle_count })
-    }
-
-    /// Publishes one frame: `fill` writes every handle in place, then the header is stamped and the frame sent.
-    fn publish(&mut self, fill: impl FnOnce(&mut [HandleState]) -> FrameHeader) -> Result<(), BusError> {
-        let mut sample = self.next.take().expect("a sample is loaned after each frame");
-        let header = fill(sample.payload_mut());
-        *sample.user_header_mut() = FrameHeader { published_ns: monotonic_ns(), ..header };
-        sample.send().map_err(|error| BusError::failed(service::FRAMES, error))?;
-        // A reader that is gone or whose wake-ups are full is its own affair.
-        let _ = self.notifier.notify();
-        self.next = Some(
-            self.publisher.loan_slice(self.handle_count).map_err(|error| BusError::failed(service::FRAMES, error))?,
-        );
-        Ok(())
-    }
+) -> Result<SampleMut<Service, [HandleState], FrameHeader>, BusError> {
+    publisher.loan_slice(handle_count).map_err(|error| BusError::failed(service::FRAMES, error))
 }
 
 /// A random number under 2^53, so that every double and every JavaScript number holds it.

@@ -1,29 +1,37 @@
-//! What a source tells of its run: the description, the status, and a sign of life to the service manager.
+//! What the loop of a source reports of its run: a few stores a tick, that a thread of its own publishes.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, AtomicU64, Ordering};
+use std::thread::{self, JoinHandle};
 
+use bench_dragon_ipc::service;
 use bench_dragon_ipc::{
-    BusError, Description, Domain, FrameHeader, SourceKind, Status, Stops, TimeHistogram, TimecodeKind, TimecodeState,
+    BusError, Description, Domain, FrameHeader, ShowState, SourceKind, Status, Stops, TimeHistogram, TimecodeKind,
+    TimecodeState,
 };
+use crossbeam::channel::{self, Sender};
 
-use super::command_server::CommandLog;
-use super::reporter::{Account, Reporter, TimesOfAll};
+use super::command_log::CommandLog;
+use super::reporter::Reporter;
 use super::server::motion::Limits;
+use crate::output::histogram::Percentiles;
 
 /// The slow side of a run, on a thread of its own. What the loop tells it costs a few stores.
 #[derive(Debug)]
 pub(crate) struct SourceReport {
-    reporter: Reporter,
-    times: Arc<TickTimes>,
-    commands: CommandLog,
+    gauges: Arc<LoopGauges>,
+    /// The record of the run's commands.
+    pub(crate) commands: CommandLog,
+    wake: Sender<()>,
+    thread: Option<JoinHandle<()>>,
 }
 
 impl SourceReport {
-    /// Starts the thread of a source of this kind and returns once the description and a first status are on the bus.
+    /// Starts the thread of a source of this kind and returns once the description is on the bus, and a status, which tells
+    /// the rate of what comes: frames a second, 0 where that is not known.
     ///
     /// # Errors
-    /// What kept them from the bus.
+    /// As [`Reporter::open`]; [`BusError::Failed`] where no thread can be started.
     pub(crate) fn start(
         kind: SourceKind,
         domain: Domain,
@@ -31,48 +39,57 @@ impl SourceReport {
         bench_count: usize,
         rate_hz: u32,
     ) -> Result<Self, BusError> {
-        let times = Arc::new(TickTimes::default());
+        let gauges = Arc::new(LoopGauges::new(rate_hz));
         let (commands, events) = CommandLog::new(description.run_id);
-        let account = Account { kind, description, bench_count, rate_hz };
-        let reporter = Reporter::start(domain, account, Arc::clone(&times), events)?;
-        Ok(Self { reporter, times, commands })
+        let shared = Arc::clone(&gauges);
+        let (ready, opened) = channel::bounded(1);
+        let (wake, woken) = channel::bounded::<()>(1);
+        let work = move || match Reporter::open(domain, kind, &description, bench_count, shared, events) {
+            Ok(mut reporter) => {
+                reporter.publish(0);
+                let _ = ready.send(Ok(()));
+                reporter.run(&woken);
+            }
+            Err(error) => drop(ready.send(Err(error))),
+        };
+        let thread =
+            thread::Builder::new().name("reporter".to_owned()).spawn(work).map_err(|error| BusError::Failed {
+                service: service::STATUS,
+                reason: format!("cannot start the thread that reports: {error}"),
+            })?;
+        opened.recv().expect("the thread answers before it does anything else")?;
+        Ok(Self { gauges, commands, wake, thread: Some(thread) })
     }
 
-    /// The record of the run's commands.
-    pub(crate) fn commands(&mut self) -> &mut CommandLog {
-        &mut self.commands
-    }
-
-    /// Tells that the loop turns.
     pub(crate) fn beat(&self) {
-        self.reporter.gauges.beats.fetch_add(1, Ordering::Relaxed);
+        self.gauges.beats.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Tells what the last frame says, and how many releases have been skipped so far.
     pub(crate) fn report_frame(&self, frame: &FrameHeader, overruns: u64) {
         self.beat();
-        self.reporter.gauges.tick.store(frame.tick, Ordering::Release);
-        self.reporter.gauges.sim_time_ns.store(frame.sim_time_ns, Ordering::Relaxed);
-        self.reporter.gauges.state.store(frame.state, Ordering::Relaxed);
-        self.reporter.gauges.overruns.store(overruns, Ordering::Relaxed);
+        self.gauges.tick.store(frame.tick, Ordering::Release);
+        self.gauges.sim_time_ns.store(frame.sim_time_ns, Ordering::Relaxed);
+        self.gauges.state.store(frame.state, Ordering::Relaxed);
+        self.gauges.overruns.store(overruns, Ordering::Relaxed);
     }
 
     /// Reports how far the show is behind the clock, in nanoseconds of wall time.
     pub(crate) fn report_behind(&self, behind_ns: u64) {
-        self.reporter.gauges.behind_ns.store(behind_ns, Ordering::Relaxed);
-        self.reporter.gauges.most_behind_ns.fetch_max(behind_ns, Ordering::Relaxed);
+        self.gauges.behind_ns.store(behind_ns, Ordering::Relaxed);
+        self.gauges.most_behind_ns.fetch_max(behind_ns, Ordering::Relaxed);
     }
 
     /// Tells how many frames a second come from now on; 0 where that is not known.
     #[cfg(feature = "zenoh")]
     pub(crate) fn report_rate(&self, rate_hz: u32) {
-        self.reporter.gauges.rate_hz.store(rate_hz, Ordering::Relaxed);
+        self.gauges.rate_hz.store(rate_hz, Ordering::Relaxed);
     }
 
     /// Reports how far a guarded head may walk, and where a seek has asked for.
     pub(crate) fn report_limits(&self, limits: Limits) {
         let Limits { granted_to_m, asked_m, end_m } = limits;
-        let gauges = &*self.reporter.gauges;
+        let gauges = &*self.gauges;
         gauges.is_guarded.store(granted_to_m.is_some(), Ordering::Relaxed);
         let travels = [(&gauges.granted_to_m, granted_to_m), (&gauges.asked_m, asked_m), (&gauges.guard_end_m, end_m)];
         for (gauge, travel_m) in travels {
@@ -80,42 +97,104 @@ impl SourceReport {
         }
     }
 
-    /// Reports what keeps the head from walking.
     pub(crate) fn report_stops(&self, stops: Stops) {
-        self.reporter.gauges.stops.store(stops.to_wire(), Ordering::Relaxed);
+        self.gauges.stops.store(stops.to_wire(), Ordering::Relaxed);
     }
 
-    /// Reports how the timecode is.
     pub(crate) fn report_timecode(&self, kind: TimecodeKind, state: TimecodeState) {
-        self.reporter.gauges.timecode_kind.store(kind.to_wire(), Ordering::Relaxed);
-        self.reporter.gauges.timecode.store(state.to_wire(), Ordering::Relaxed);
+        self.gauges.timecode_kind.store(kind.to_wire(), Ordering::Relaxed);
+        self.gauges.timecode.store(state.to_wire(), Ordering::Relaxed);
     }
 
-    /// Counts how late a tick began and how long it took.
     pub(crate) fn count(&mut self, lateness_ns: u64, duration_ns: u64) {
-        self.times.record(lateness_ns, duration_ns);
+        self.gauges.lateness.record(lateness_ns);
+        self.gauges.duration.record(duration_ns);
     }
 
     /// Publishes the last status and ends the thread. Returns the times of all ticks.
-    pub(crate) fn finish(self) -> TimesOfAll {
-        self.reporter.finish()
+    pub(crate) fn finish(mut self) -> TimesOfAll {
+        self.end();
+        let LoopGauges { lateness, duration, .. } = &*self.gauges;
+        TimesOfAll { lateness_us: (&lateness.histogram()).into(), tick_us: (&duration.histogram()).into() }
+    }
+
+    fn end(&mut self) {
+        self.gauges.is_finished.store(true, Ordering::Release);
+        let _ = self.wake.try_send(());
+        if let Some(thread) = self.thread.take() {
+            thread.join().expect("the reporter does not panic");
+        }
     }
 }
 
-/// The times of all ticks.
+impl Drop for SourceReport {
+    fn drop(&mut self) {
+        // Also where the server fails, so that the thread's ports are taken off the bus.
+        self.end();
+    }
+}
+
+/// The times of all ticks, in microseconds.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct TimesOfAll {
+    /// From the releases to the starts of their ticks.
+    pub(crate) lateness_us: Percentiles,
+    /// From the starts of the ticks to their ends.
+    pub(crate) tick_us: Percentiles,
+}
+
+/// What the loop tells the reporter, a word at a time: each is the value of the last tick, not all of the same one.
 #[derive(Debug, Default)]
-pub(super) struct TickTimes {
+pub(super) struct LoopGauges {
+    /// Last tick published.
+    pub(super) tick: AtomicU64,
+    /// Its show time in nanoseconds.
+    pub(super) sim_time_ns: AtomicI64,
+    /// Its state, as on the wire.
+    pub(super) state: AtomicU32,
+    /// Frames a second; 0 where that is not known.
+    pub(super) rate_hz: AtomicU32,
+    /// Releases skipped so far.
+    pub(super) overruns: AtomicU64,
+    /// How far the show is behind the clock, in nanoseconds.
+    pub(super) behind_ns: AtomicU64,
+    /// The furthest that it has been.
+    pub(super) most_behind_ns: AtomicU64,
+    /// Counted up by the loop with every turn, so that it is seen to live.
+    pub(super) beats: AtomicU64,
+    /// Travel that a guarded head may walk to, the bits of a double.
+    pub(super) granted_to_m: AtomicU64,
+    /// Travel that a refused seek of a guarded head asked for, the bits of a double.
+    pub(super) asked_m: AtomicU64,
+    /// Travel at which the proven travel ends for good, the bits of a double.
+    pub(super) guard_end_m: AtomicU64,
+    /// Whether the head waits for a guard's grants.
+    pub(super) is_guarded: AtomicBool,
+    /// What keeps the head from walking, as on the wire.
+    pub(super) stops: AtomicU32,
+    pub(super) timecode: AtomicU32,
+    pub(super) timecode_kind: AtomicU32,
     /// From each release to the start of its tick.
     pub(super) lateness: TimeCounter,
     /// From the start of each tick until the loop was ready for the next one.
     pub(super) duration: TimeCounter,
+    pub(super) is_finished: AtomicBool,
 }
 
-impl TickTimes {
-    /// Counts one tick. Only one thread does so: the loop's.
-    fn record(&self, lateness_ns: u64, duration_ns: u64) {
-        self.lateness.record(lateness_ns);
-        self.duration.record(duration_ns);
+impl LoopGauges {
+    fn new(rate_hz: u32) -> Self {
+        let none = || AtomicU64::new(Status::NONE.to_bits());
+        Self { rate_hz: rate_hz.into(), granted_to_m: none(), asked_m: none(), guard_end_m: none(), ..Self::default() }
+    }
+
+    /// How the show stands, in one line.
+    pub(super) fn in_words(&self) -> String {
+        let state = ShowState::from_wire(self.state.load(Ordering::Relaxed)).map_or("", ShowState::name);
+        let sim_time_s = self.sim_time_ns.load(Ordering::Relaxed) as f64 * 1e-9;
+        let [tick, overruns, behind_ns] =
+            [&self.tick, &self.overruns, &self.behind_ns].map(|gauge| gauge.load(Ordering::Relaxed));
+        let behind = if behind_ns > 0 { format!(", {:.1} s behind", behind_ns as f64 * 1e-9) } else { String::new() };
+        format!("{state} at {sim_time_s:.1} s{behind}, tick {tick}, {overruns} overruns")
     }
 }
 
@@ -158,13 +237,11 @@ mod tests {
 
     #[test]
     fn what_the_loop_counts_is_what_the_other_thread_sees() {
-        let times = TickTimes::default();
-        let (mut lateness, mut duration) = (TimeHistogram::default(), TimeHistogram::default());
+        let (counter, mut histogram) = (TimeCounter::default(), TimeHistogram::default());
         for time_ns in [0, 5, 31_000, 31_001, 1 << 50] {
-            times.record(time_ns, time_ns / 3);
-            lateness.record(time_ns);
-            duration.record(time_ns / 3);
+            counter.record(time_ns);
+            histogram.record(time_ns);
         }
-        assert_eq!((times.lateness.histogram(), times.duration.histogram()), (lateness, duration));
+        assert_eq!(counter.histogram(), histogram);
     }
 }

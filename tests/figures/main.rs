@@ -2,43 +2,23 @@
 //!
 //! The figures stay in the folder that cargo gives to tests, so that somebody can look at them.
 
-#[path = "../processes/eventually.rs"]
-#[allow(dead_code, reason = "these tests use a part of it")]
-mod eventually;
 mod paper;
-#[path = "../processes/process.rs"]
-#[allow(dead_code, reason = "these tests use a part of it")]
-mod process;
-#[path = "../processes/pytest.rs"]
-#[allow(dead_code, reason = "these tests use a part of it")]
-mod pytest;
 
 use std::fs;
 use std::path::Path;
 
-use bench_dragon::output::figure::{Drawing, FigureFormat, Paper};
-
-fn drawings() -> [(&'static str, Drawing); 6] {
-    [
-        ("plan", paper::plan_view().draw()),
-        ("turnaround", paper::turning_plan_view().draw()),
-        ("contact", paper::contact_view().draw()),
-        ("clearance", paper::clearance_over_time().draw()),
-        ("speeds", paper::speeds_over_time().draw()),
-        ("sensitivity", paper::sensitivity().draw()),
-    ]
-}
+use bench_dragon::output::figure::{FigureFormat, Paper};
 
 #[test]
 fn a_stock_reader_finds_what_print_needs() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("figures");
     fs::create_dir_all(&folder).expect("a folder");
-    for (name, drawing) in drawings() {
+    for (name, drawing) in paper::drawings() {
         for (suffix, format) in [("svg", FigureFormat::Svg), ("png", FigureFormat::Png)] {
             fs::write(folder.join(name).with_extension(suffix), drawing.encode(format)).expect("a file");
         }
     }
-    pytest::run("test_figures.py", &[("FIGURES", folder.as_os_str())]);
+    test_support::pytest::run("test_figures.py", &[("FIGURES", folder.as_os_str())]);
 }
 
 #[test]
@@ -52,16 +32,14 @@ fn equal_data_give_equal_bytes() {
 /// A sheet of A0 at 300 dots to the inch would be 140 million dots.
 #[test]
 fn a_figure_on_large_paper_has_a_bounded_number_of_dots() {
-    for paper in [Paper::A0, Paper::A3, Paper::Letter] {
+    let of_a_sheets = 2.0_f64.sqrt();
+    for (name, sides) in [("a0", of_a_sheets), ("a3", of_a_sheets), ("letter", 11.0 / 8.5)] {
+        let paper: Paper = name.parse().expect("a size of paper");
         let image = paper::contact_view().draw().on_paper(paper).encode(FigureFormat::Png);
         let side = |at: usize| u32::from_be_bytes(image[at..at + 4].try_into().expect("four bytes"));
         let (width, height) = (u64::from(side(16)), u64::from(side(20)));
         assert!((8_000_000..36_100_000).contains(&(width * height)), "{paper:?}: {width} × {height}");
         let ratio = width.max(height) as f64 / width.min(height) as f64;
-        let sides = match paper {
-            Paper::Letter => 11.0 / 8.5,
-            _ => 2.0_f64.sqrt(),
-        };
         assert!((ratio - sides).abs() < 0.005, "{paper:?}: {width} × {height}");
     }
 }

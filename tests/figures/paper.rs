@@ -3,13 +3,25 @@
 use std::sync::Arc;
 
 use bench_dragon::output::figure::{
-    Caption, ChartQuantity, Circle, ClearanceOverTime, ContactMark, ContactView, DragonInPlan, HandleSpeed,
+    Caption, ChartQuantity, Circle, ClearanceOverTime, ContactMark, ContactView, DragonInPlan, Drawing, HandleSpeed,
     LargestSpeed, NearMissMark, NearestPair, PlanView, SensitivityChart, SpeedRange, SpeedsOverTime, TurnMarks,
 };
 use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance, first_contact};
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Handle};
 use bench_dragon_geometry::route::{Route, Turnaround};
 use glam::DVec2;
+
+/// Every figure with its name.
+pub(crate) fn drawings() -> [(&'static str, Drawing); 6] {
+    [
+        ("plan", plan_view().draw()),
+        ("turnaround", turning_plan_view().draw()),
+        ("contact", contact_view().draw()),
+        ("clearance", clearance_over_time().draw()),
+        ("speeds", speeds_over_time().draw()),
+        ("sensitivity", sensitivity().draw()),
+    ]
+}
 
 fn dragon(route: Route) -> Dragon {
     let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's dimensions");

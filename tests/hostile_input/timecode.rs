@@ -1,7 +1,9 @@
 //! Packets on the port of timecode, which any process of this machine can send, or any other machine where that was asked for.
 
-use bench_dragon::source::server::motion::{Motion, MotionPlan};
-use bench_dragon::source::timecode::{Follower, FollowerSettings, FrameRate, Sample, Show, TimecodeSource};
+use bench_dragon::source::server::motion::{Motion, MotionPlan, MotionSettings};
+use bench_dragon::source::timecode::{
+    Follower, FollowerSettings, FrameRate, ShowPosition, TimecodeSample, TimecodeSource,
+};
 use bench_dragon_ipc::Request;
 
 const TICK_NS: u64 = 1_000_000;
@@ -15,12 +17,15 @@ pub(crate) fn check(input: &[u8]) {
     let source: TimecodeSource = (if source & 1 == 0 { "osc:0" } else { "artnet" }).parse().expect("a source");
     let settings = FollowerSettings { offset_s: 0.0, timeout_ns: 100_000_000, first_s: 0.0, last_s: LAST_S };
     let mut follower = Follower::new(settings);
-    let mut motion = Motion::new(MotionPlan::plain(1e-9 * TICK_NS as f64, 0.0, LAST_S));
+    let mut motion = Motion::new(
+        MotionPlan::new(MotionSettings::plain(1e-9 * TICK_NS as f64, 0.0, LAST_S))
+            .expect("a tick and two travels in order"),
+    );
     let mut now_ns = 1_000_000_000;
     for packet in packets.chunks(usize::from(length).max(1)) {
         if let Ok(Some(position)) = source.position(packet, FrameRate::default()) {
             assert!((0.0..position.day_s).contains(&position.since_midnight_s), "{position:?}");
-            follower.hear(Sample { position, arrived_ns: now_ns });
+            follower.hear(TimecodeSample { position, arrived_ns: now_ns });
         }
         for _ in 0..ticks {
             now_ns += TICK_NS;
@@ -31,7 +36,7 @@ pub(crate) fn check(input: &[u8]) {
 
 fn tick(follower: &mut Follower, motion: &mut Motion, now_ns: u64) {
     let before_ns = motion.head().sim_time_ns;
-    let show = Show { sim_time_s: motion.next_sim_s(), is_stopped: motion.is_stopped() };
+    let show = ShowPosition { sim_time_s: motion.next_sim_s(), is_stopped: motion.is_stopped() };
     let (order, _) = follower.steer(now_ns, show);
     if let Some(sim_time_s) = order.seek_s {
         motion.request(Request::Seek { sim_time_s }).expect("it is within the run");

@@ -2,7 +2,8 @@
 
 use std::fs;
 
-use crate::process::{Ended, Process};
+use test_support::process::{Ended, Process};
+
 use crate::stage::{Stage, program};
 
 /// Fails unless there is exactly one line of error, with everything that it is to name in it, each thing once.

@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use bench_dragon_ipc::BenchState;
 use serde_json::Value;
+use test_support::process::Process;
+use test_support::pytest::python;
 
-use crate::process::Process;
-use crate::pytest::python;
 use crate::reader::{Reader, Shot};
 use crate::stage::Stage;
 

@@ -8,11 +8,11 @@ use std::thread;
 
 use bench_dragon_ipc::BenchState;
 use serde_json::Value;
+use test_support::process::Process;
+use test_support::pytest::python;
+use test_support::skip::skip;
 
-use crate::process::Process;
-use crate::pytest::python;
 use crate::reader::{Reader, Shot};
-use crate::skip::skip;
 use crate::stage::Stage;
 
 const BENCHES: usize = 223;

@@ -6,11 +6,11 @@ use std::process::Command;
 
 use rustix::net::sockopt::set_socket_recv_buffer_size;
 use rustix::process::Signal;
+use test_support::eventually::{DEADLINE, eventually};
+use test_support::process::Process;
+use test_support::skip::is_possible;
 
-use crate::eventually::{DEADLINE, eventually};
-use crate::process::Process;
 use crate::reader::Reader;
-use crate::skip::is_possible;
 use crate::stage::{Stage, program};
 
 /// Packets among which the wanted one is: of the paper's dragon at fifty frames a second, those of a minute.

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use crate::process::Process;
-use crate::skip::skip;
+use test_support::process::Process;
+use test_support::skip::skip;
+
 use crate::stage::Stage;
 
 /// What the scenarios need of this machine. One at a time: a browser is many processes.

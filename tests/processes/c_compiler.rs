@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-use crate::process::{Ended, Process};
+use test_support::process::{Ended, Process};
+
 use crate::stage::Stage;
 
 const SOURCES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/ipc/c");

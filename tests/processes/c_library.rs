@@ -9,14 +9,14 @@ use bench_dragon_ipc::service::frame_buffer;
 use bench_dragon_ipc::{
     Alert, AlertSubscriber, BenchState, CommandClient, Continuity, DescriptionReader, HandleState, Request,
 };
+use test_support::eventually::{DEADLINE, eventually};
+use test_support::process::Process;
+use test_support::skip::has_programs;
 
 use crate::c_compiler::Language::{C99, Cpp17};
 use crate::c_compiler::Linkage::{Shared, Static};
 use crate::c_compiler::{Language, Linkage, compile, prefix, succeed, under_valgrind};
-use crate::eventually::{DEADLINE, eventually};
-use crate::process::Process;
 use crate::reader::{Reader, Shot};
-use crate::skip::has_programs;
 use crate::stage::Stage;
 
 const COMPILERS: [&str; 3] = ["gcc", "g++", "pkg-config"];

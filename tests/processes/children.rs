@@ -3,8 +3,7 @@
 use std::fs;
 
 use rustix::process::{Pid, Signal, kill_process};
-
-use crate::eventually::eventually;
+use test_support::eventually::eventually;
 
 /// Waits for the show's child that runs a command, and which is not the one before. Returns its process id.
 pub(crate) fn await_child(show: u32, command: &str, before: Option<u32>) -> u32 {

@@ -5,12 +5,13 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
+use test_support::process::Process;
+use test_support::pytest::python;
+use test_support::skip::{has_programs, skip};
+
 use crate::c_compiler::Language::C99;
 use crate::c_compiler::Linkage::Shared;
 use crate::c_compiler::compile_at;
-use crate::process::Process;
-use crate::pytest::python;
-use crate::skip::{has_programs, skip};
 use crate::stage::Stage;
 
 /// Lines that a program prints before it is believed.

@@ -5,8 +5,8 @@ use std::time::Duration;
 use bench_dragon::config::Config;
 use bench_dragon_ipc::{CommandClient, Refusal, Request, ShowState};
 use serde_json::{Value, json};
+use test_support::process::Ended;
 
-use crate::process::Ended;
 use crate::reader::{Reader, Shot, assert_whole};
 use crate::releases::periods;
 use crate::stage::{Server, Stage};

@@ -2,8 +2,8 @@
 
 use bench_dragon_ipc::ShowState;
 use serde_json::Value;
+use test_support::eventually::eventually_from;
 
-use crate::eventually::eventually_from;
 use crate::reader::Reader;
 use crate::stage::Stage;
 

@@ -6,8 +6,8 @@ use std::path::Path;
 use std::process::Command;
 
 use tempfile::TempDir;
+use test_support::process::{Ended, Process};
 
-use crate::process::{Ended, Process};
 use crate::stage::{Stage, program};
 
 fn run_in(runtime_dir: &Path, args: &[&str]) -> Ended {

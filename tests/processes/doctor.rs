@@ -6,9 +6,9 @@ use std::path::Path;
 
 use bench_dragon_ipc::GuardLock;
 use serde_json::Value;
+use test_support::eventually::eventually;
+use test_support::process::{Ended, Process};
 
-use crate::eventually::eventually;
-use crate::process::{Ended, Process};
 use crate::reader::{Reader, assert_whole};
 use crate::stage::{Stage, program};
 

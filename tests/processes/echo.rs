@@ -7,7 +7,6 @@ use crate::reader::{Reader, assert_whole};
 use crate::stage::Stage;
 
 #[test]
-
 fn echo_prints_as_many_frames_as_it_was_asked_for_with_every_number_of_the_bus() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100", "--until", "1", "--readers", "2"]);

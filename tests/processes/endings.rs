@@ -5,8 +5,8 @@ use bench_dragon_ipc::{
     SourceKind, StatusReader,
 };
 use rustix::process::Signal;
+use test_support::eventually::eventually;
 
-use crate::eventually::eventually;
 use crate::reader::{Reader, Shot, assert_whole};
 use crate::stage::{Server, Stage};
 

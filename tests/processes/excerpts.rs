@@ -5,8 +5,8 @@ use std::path::Path;
 use bench_dragon::recording::{Recorder, RecorderSettings};
 use bench_dragon_ipc::{FrameHeader, HandleState};
 use serde_json::{Value, json};
+use test_support::process::Process;
 
-use crate::process::Process;
 use crate::reader::{Reader, Shot, assert_whole};
 use crate::replay::{assert_paced, contacts, hashes_of_recorded, hashes_of_shots, recorded, replay};
 use crate::stage::Stage;
@@ -174,7 +174,8 @@ fn what_cannot_be_played_is_told_in_one_line() {
         (&["--rate", "0"], "error: invalid value '0' for '--rate <FACTOR>': must be from 0.01 to 100\n"),
         (&["--rate", "nan"], "error: invalid value 'nan' for '--rate <FACTOR>': must be from 0.01 to 100\n"),
     ] {
-        let ended: crate::process::Ended = Process::start(stage.command(&[&["replay", "a.mcap"], args].concat())).end();
+        let ended: test_support::process::Ended =
+            Process::start(stage.command(&[&["replay", "a.mcap"], args].concat())).end();
         assert_eq!((ended.code(), ended.stdout.as_str(), ended.stderr.as_str()), (Some(2), "", error), "{args:?}");
     }
     let ended = stage.run(&["replay", "a.mcap", "--loop", "0"]);

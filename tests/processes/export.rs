@@ -7,16 +7,16 @@ use std::path::Path;
 use bench_dragon::recording::{Recorder, RecorderSettings};
 use bench_dragon_ipc::{FrameHeader, HandleState};
 use serde_json::json;
+use test_support::process::Ended;
+use test_support::pytest;
 
-use crate::process::Ended;
-use crate::pytest;
 use crate::stage::{Stage, program};
 
 /// Runs `export` in the stage's folder.
 fn export(stage: &Stage, args: &[&str]) -> Ended {
     let mut command = program(&[&["export"], args].concat());
     command.current_dir(stage.path(""));
-    crate::process::Process::start(command).end()
+    test_support::process::Process::start(command).end()
 }
 
 /// A recording of a bench at these show times, in milliseconds.

@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use crate::process::{Ended, Process};
+use test_support::process::{Ended, Process};
+
 use crate::stage::program;
 
 fn solve(args: &[&str], folder: &Path) -> Ended {

@@ -9,10 +9,9 @@ use std::process::Command;
 use std::time::Duration;
 
 use tempfile::TempDir;
-
-use crate::eventually::within;
-use crate::process::{Ended, Process};
-use crate::pytest::pytest;
+use test_support::eventually::within;
+use test_support::process::{Ended, Process};
+use test_support::pytest::pytest;
 
 /// What `tests/run` calls beyond the programs of the tests themselves.
 const TOOLS: [&str; 12] = ["bash", "cat", "dirname", "id", "mkdir", "mktemp", "rm", "sed", "sort", "tail", "wc", "env"];

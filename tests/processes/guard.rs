@@ -4,9 +4,9 @@ use std::fs;
 
 use bench_dragon_ipc::{Request, ShowState};
 use serde_json::Value;
+use test_support::process::Process;
 
 use crate::lying_source::LyingSource;
-use crate::process::Process;
 use crate::reader::{Reader, Shot};
 use crate::releases::assert_released;
 use crate::seed::Seed;

@@ -3,7 +3,7 @@
 use std::io::{Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream};
 
-use crate::eventually::DEADLINE;
+use test_support::eventually::DEADLINE;
 
 /// What was answered.
 #[derive(Debug)]

@@ -12,8 +12,8 @@ use nix::sys::ptrace::{self, Options};
 use nix::sys::signal::Signal;
 use nix::sys::wait::{WaitPidFlag, WaitStatus, waitpid};
 use nix::unistd::Pid;
+use test_support::process::Process;
 
-use crate::process::Process;
 use crate::reader::Reader;
 use crate::stage::Stage;
 

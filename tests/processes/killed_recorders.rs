@@ -12,8 +12,8 @@ use std::time::Duration;
 
 use bench_dragon::recording::{FrameReader, RecordedFrame, repair};
 use bench_dragon::system::clock::monotonic_ns;
+use test_support::pytest;
 
-use crate::pytest;
 use crate::record::await_frames;
 use crate::seed::Seed;
 use crate::stage::Stage;

@@ -4,13 +4,12 @@ use std::time::Duration;
 
 use bench_dragon::config::Config;
 use bench_dragon_ipc::{DescriptionReader, FrameSubscriber, ShowState, StatusReader};
+use test_support::eventually::eventually;
 
-use crate::eventually::eventually;
 use crate::reader::{Reader, assert_accounted_for};
 use crate::stage::Stage;
 
 #[test]
-
 fn a_late_subscriber_receives_the_frames_from_then_on() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100"]);
@@ -38,7 +37,7 @@ fn a_late_subscriber_is_given_the_description_of_the_run() {
     let description = eventually("the description is there", || reader.poll().expect("the bus is readable"));
     assert_eq!(description.run_id, server.run_id);
     let config = Config::from_toml(&description.toml).expect("the description is a whole configuration");
-    assert_eq!((config.rate_hz(), config.time_scale()), (250, 0.5));
+    assert_eq!((config.tables().serve.rate_hz, config.tables().serve.time_scale), (250, 0.5));
     assert_eq!(config.to_toml(), description.toml, "every key is written out");
     drop(reader);
     server.stop();

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use rustix::process::Signal;
 use serde_json::json;
+use test_support::process::Ended;
 
-use crate::process::Ended;
 use crate::reader::Reader;
 use crate::releases::assert_released;
 use crate::stage::Stage;

@@ -5,8 +5,9 @@ use std::fs;
 use std::os::unix::ffi::OsStrExt as _;
 use std::process::Command;
 
-use crate::process::{Ended, Process};
-use crate::skip::is_possible;
+use test_support::process::{Ended, Process};
+use test_support::skip::is_possible;
+
 use crate::stage::{Stage, program};
 
 /// The program under limits that a shell sets.

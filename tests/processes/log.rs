@@ -2,7 +2,8 @@
 
 use std::process::Command;
 
-use crate::process::{Ended, Process};
+use test_support::process::{Ended, Process};
+
 use crate::stage::Stage;
 
 /// Kills a server, and runs the next one, which clears away what the first has left.

@@ -7,11 +7,11 @@ use std::net::SocketAddr;
 
 use rustix::process::Signal;
 use serde_json::{Value, json};
+use test_support::eventually::{eventually, eventually_from};
+use test_support::process::{Ended, Process};
+use test_support::pytest;
 
-use crate::eventually::{eventually, eventually_from};
 use crate::http::{Reply, ask, get};
-use crate::process::{Ended, Process};
-use crate::pytest;
 use crate::reader::Reader;
 use crate::stage::Stage;
 

@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use bench_dragon_ipc::{Alert, AlertKind, AlertSubscriber};
 use serde_json::{Value, json};
+use test_support::eventually::eventually;
+use test_support::process::Process;
 
-use crate::eventually::eventually;
-use crate::process::Process;
 use crate::reader::Reader;
 use crate::releases::assert_released;
 use crate::stage::{Server, Stage};

@@ -4,8 +4,8 @@
 use std::fs;
 
 use serde_json::{Value, json};
+use test_support::process::{Ended, Process};
 
-use crate::process::{Ended, Process};
 use crate::stage::{Stage, program};
 
 /// The paper's turnaround with an exit arc so tight that handle 1 stops.

@@ -5,8 +5,8 @@ use bench_dragon_geometry::dragon::ChainSolver;
 use bench_dragon_ipc::ShowState;
 use glam::DVec2;
 use serde_json::Value;
+use test_support::process::Process;
 
-use crate::process::Process;
 use crate::reader::{Reader, Shot, assert_whole};
 use crate::releases::{assert_released, release};
 use crate::stage::{Stage, program};

@@ -4,8 +4,9 @@ use std::ffi::OsStr;
 use std::fs;
 use std::path::Path;
 
-use crate::process::{Ended, Process};
-use crate::pytest;
+use test_support::process::{Ended, Process};
+use test_support::pytest;
+
 use crate::stage::program;
 
 fn solve_poses(args: &[&str], folder: &Path) -> Ended {

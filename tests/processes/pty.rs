@@ -9,8 +9,7 @@ use std::thread::{self, JoinHandle};
 use nix::fcntl::OFlag;
 use nix::pty::{PtyMaster, grantpt, posix_openpt, ptsname_r, unlockpt};
 use rustix::process::{Pid, Signal, kill_process};
-
-use crate::eventually::eventually;
+use test_support::eventually::eventually;
 
 /// Both ends of the terminal.
 #[derive(Debug)]

@@ -3,11 +3,11 @@
 
 use std::ffi::OsStr;
 
-use crate::pytest::{run, run_at};
+use test_support::pytest::{run, run_at};
+
 use crate::stage::Stage;
 
 #[test]
-
 fn the_stock_iceoryx2_package_reads_the_bus_live() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "20", "--time-scale", "2", "--catch-up", "10"]);

@@ -3,8 +3,8 @@
 use std::time::Instant;
 
 use bench_dragon_ipc::{Continuity, Frame, FrameHeader, FrameSubscriber, HandleState, ShowState, frame_bytes};
+use test_support::eventually::{DEADLINE, eventually_from};
 
-use crate::eventually::{DEADLINE, eventually_from};
 use crate::stage::Stage;
 
 /// A frame, copied out of shared memory.

@@ -2,8 +2,8 @@
 
 use bench_dragon_ipc::service::{Member, Role};
 use bench_dragon_ipc::{FrameSubscriber, ReaderReport, ReaderReports};
+use test_support::eventually::eventually;
 
-use crate::eventually::eventually;
 use crate::reader::Reader;
 use crate::stage::Stage;
 

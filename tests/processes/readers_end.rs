@@ -6,7 +6,6 @@ use crate::reader::{Reader, assert_accounted_for};
 use crate::stage::Stage;
 
 #[test]
-
 fn a_killed_reader_neither_stops_the_server_nor_the_other_readers() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100"]);

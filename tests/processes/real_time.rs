@@ -8,14 +8,14 @@ use std::thread;
 use bench_dragon::config::Config;
 use bench_dragon::system::processors::Processors;
 use rustix::process::geteuid;
+use test_support::process::Process;
+use test_support::skip::{is_possible, skip};
 use thread_priority::{
     RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy, set_thread_priority_and_policy,
     thread_native_id,
 };
 
-use crate::process::Process;
 use crate::reader::{Reader, assert_whole};
-use crate::skip::{is_possible, skip};
 use crate::stage::Stage;
 
 /// The kernel's numbers of its scheduling policies.
@@ -124,7 +124,7 @@ fn a_show_hands_what_it_is_asked_for_to_its_server() {
     stage.run(&show).expect_clean();
     let text = fs::read_to_string(stage.path("out/config.toml")).expect("the show leaves its configuration");
     let config = Config::from_toml(&text).expect("a server has read it");
-    assert_eq!((config.cpu().map(|cpu| cpu.to_string()), config.spin_us()), (Some(cpu), 20));
+    assert_eq!((config.tables().serve.cpu.map(|cpu| cpu.to_string()), config.tables().serve.spin_us), (Some(cpu), 20));
     assert!(text.contains("priority = \"other\""), "{text}");
 }
 

@@ -7,9 +7,9 @@ use bench_dragon::output::Counted;
 use bench_dragon::recording::FrameReader;
 use bench_dragon_ipc::{DescriptionReader, FrameHeader};
 use serde_json::{Value, json};
+use test_support::eventually::eventually;
+use test_support::pytest;
 
-use crate::eventually::eventually;
-use crate::pytest;
 use crate::reader::{Reader, Shot, assert_whole};
 use crate::releases::assert_released;
 use crate::stage::Stage;

@@ -9,9 +9,9 @@ use bench_dragon::recording::{FrameReader, RecordedFrame, Recorder, RecorderSett
 use bench_dragon::source::replay::PlaybackClock;
 use bench_dragon_ipc::{DescriptionReader, FrameHeader, HandleState, ShowState, StatusReader};
 use serde_json::{Value, json};
+use test_support::eventually::eventually;
+use test_support::process::Process;
 
-use crate::eventually::eventually;
-use crate::process::Process;
 use crate::reader::{Reader, Shot, assert_whole};
 use crate::releases::assert_released;
 use crate::stage::Stage;

@@ -5,9 +5,10 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::eventually::eventually;
-use crate::process::{Ended, Process};
-use crate::skip::{can_start, is_possible};
+use test_support::eventually::eventually;
+use test_support::process::{Ended, Process};
+use test_support::skip::{can_start, is_possible};
+
 use crate::stage::Stage;
 
 const NOBODY: &str = "65534";

@@ -4,7 +4,6 @@ use crate::reader::{Reader, assert_accounted_for};
 use crate::stage::Stage;
 
 #[test]
-
 fn a_second_server_is_refused_and_told_the_first_ones_pid() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100"]);

@@ -4,10 +4,11 @@ use std::os::unix::net::UnixDatagram;
 use std::process::Command;
 use std::time::Instant;
 
-use crate::eventually::DEADLINE;
-use crate::process::Process;
+use test_support::eventually::DEADLINE;
+use test_support::process::Process;
+use test_support::skip::has_programs;
+
 use crate::reader::Reader;
-use crate::skip::has_programs;
 use crate::stage::Stage;
 
 /// The service manager's end.

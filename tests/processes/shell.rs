@@ -5,9 +5,9 @@ use std::path::Path;
 use std::process::Command;
 
 use tempfile::TempDir;
+use test_support::process::Process;
+use test_support::skip::has_programs;
 
-use crate::process::Process;
-use crate::skip::has_programs;
 use crate::stage::program;
 use crate::terminal::in_terminal;
 

@@ -5,10 +5,10 @@ use std::fs;
 use bench_dragon_ipc::{Continuity, FrameHeader, ShowState, Status, StatusReader};
 use rustix::process::Signal;
 use serde_json::{Value, json};
+use test_support::eventually::eventually;
+use test_support::process::{Ended, Process};
 
 use crate::children::{await_child, children, kill, send};
-use crate::eventually::eventually;
-use crate::process::{Ended, Process};
 use crate::reader::{Reader, Shot};
 use crate::record;
 use crate::releases::assert_released;
@@ -145,7 +145,10 @@ fn a_configuration_is_played_and_kept_in_the_shows_folder() {
     assert_released(&json!({ "frames": summary["frames"]["recorded"], "overruns": summary["overruns"] }), 26);
     let kept = fs::read_to_string(stage.path("out/config.toml")).expect("a configuration");
     let config = bench_dragon::config::Config::from_toml(&kept).expect("a whole configuration");
-    assert_eq!((config.rate_hz(), config.time_scale(), config.dragon().dimensions().benches()), (50, 2.0, 20));
+    assert_eq!(
+        (config.tables().serve.rate_hz, config.tables().serve.time_scale, config.dragon().dimensions().benches()),
+        (50, 2.0, 20)
+    );
     assert_eq!(record::read(&stage.path("out/recording.mcap")).0[0].bench_count, 20);
 }
 

@@ -5,14 +5,13 @@ use std::net::UdpSocket;
 
 use rustix::process::Signal;
 use serde_json::json;
+use test_support::eventually::eventually;
 
 use crate::children::{await_child, children, kill, send};
-use crate::eventually::eventually;
 use crate::show::Playing;
 use crate::stage::Stage;
 
 #[test]
-
 fn configured_commands_run_beside_the_show_and_are_started_again() {
     let receiver = UdpSocket::bind("127.0.0.1:0").expect("a port");
     let to = receiver.local_addr().expect("it is bound");

@@ -5,14 +5,13 @@ use std::fs;
 use bench_dragon::system::clock::monotonic_ns;
 use rustix::process::Signal;
 use serde_json::{Value, json};
+use test_support::eventually::eventually;
 
 use crate::children::{await_child, kill, send};
-use crate::eventually::eventually;
 use crate::show::{CALM, Playing};
 use crate::stage::Stage;
 
 #[test]
-
 fn the_summary_has_the_lateness_and_latency_of_all_servers_and_monitors() {
     let playing = Playing::start(&["--auto-resume"]);
     let pid = playing.show.pid();

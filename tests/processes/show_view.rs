@@ -4,10 +4,10 @@ use std::net::TcpListener;
 
 use rustix::process::Signal;
 use serde_json::{Value, json};
+use test_support::eventually::eventually;
+use test_support::process::Process;
 
 use crate::children::{await_child, children, kill};
-use crate::eventually::eventually;
-use crate::process::Process;
 use crate::stage::Stage;
 
 const SHOW: [&str; 9] = ["show", "--out", "out", "--rate", "50", "--start-at", "100", "--view=127.0.0.1:0", "--format"];

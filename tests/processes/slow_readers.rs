@@ -6,9 +6,9 @@ use bench_dragon_ipc::service::{MAX_BORROWED_FRAMES, frame_buffer};
 use bench_dragon_ipc::{FrameSubscriber, HandleState};
 use rustix::process::Signal;
 use serde_json::Value;
+use test_support::eventually::eventually;
+use test_support::process::Process;
 
-use crate::eventually::eventually;
-use crate::process::Process;
 use crate::reader::{Reader, Shot, assert_whole};
 use crate::releases::assert_released;
 use crate::stage::{Server, Stage};

@@ -11,8 +11,7 @@ use std::thread;
 use bench_dragon_ipc::{Domain, Instance};
 use serde_json::Value;
 use tempfile::TempDir;
-
-use crate::process::{Ended, Process};
+use test_support::process::{Ended, Process};
 
 /// Declared first in a test, so that it is dropped last, when every process and reader is gone.
 #[derive(Debug)]

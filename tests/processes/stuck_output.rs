@@ -6,10 +6,10 @@ use std::process::{Command, Stdio};
 use bench_dragon_ipc::{AlertKind, AlertSubscriber, StatusReader};
 use rustix::process::Signal;
 use serde_json::Value;
+use test_support::eventually::eventually;
+use test_support::process::Process;
 
 use crate::children::{await_child, children, kill};
-use crate::eventually::eventually;
-use crate::process::Process;
 use crate::pty::Pty;
 use crate::stage::{Stage, program};
 

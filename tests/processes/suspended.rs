@@ -4,9 +4,9 @@ use bench_dragon::system::clock::monotonic_ns;
 use bench_dragon_ipc::{FrameHeader, StatusReader};
 use rustix::process::Signal;
 use serde_json::Value;
+use test_support::eventually::eventually;
+use test_support::process::Process;
 
-use crate::eventually::eventually;
-use crate::process::Process;
 use crate::reader::{Reader, Shot, assert_whole};
 use crate::releases::{missed, release};
 use crate::stage::Stage;

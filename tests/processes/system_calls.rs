@@ -11,10 +11,10 @@ use nix::sys::ptrace::{self, Options};
 use nix::sys::wait::{WaitPidFlag, WaitStatus, waitpid};
 use nix::unistd::Pid;
 use rustix::process::{Signal, kill_process};
+use test_support::eventually::{DEADLINE, eventually};
+use test_support::process::Process;
+use test_support::skip::skip;
 
-use crate::eventually::{DEADLINE, eventually};
-use crate::process::Process;
-use crate::skip::skip;
 use crate::stage::{Server, Stage};
 use crate::steady_desk::send_timecode;
 

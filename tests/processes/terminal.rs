@@ -2,8 +2,8 @@
 
 use std::process::Command;
 
-use crate::process::Process;
-use crate::skip::has_programs;
+use test_support::process::Process;
+use test_support::skip::has_programs;
 
 /// Runs a line of a shell in a terminal, and returns all that came onto it; `None` where there is no `script`.
 pub(crate) fn in_terminal(line: &str, environment: &[(&str, &str)]) -> Option<String> {

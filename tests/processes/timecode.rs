@@ -6,10 +6,10 @@ use std::process::ChildStdin;
 
 use bench_dragon_ipc::{FrameHeader, ShowState};
 use serde_json::{Value, json};
+use test_support::process::Process;
+use test_support::pytest::python;
 
 use crate::children::{await_child, kill};
-use crate::process::Process;
-use crate::pytest::python;
 use crate::reader::{Reader, Shot};
 use crate::releases::periods;
 use crate::stage::{Server, Stage};

@@ -4,9 +4,9 @@ use std::fs;
 use std::process::Command;
 
 use rustix::process::{Pid, Signal, kill_process};
+use test_support::eventually::eventually_from;
+use test_support::process::Process;
 
-use crate::eventually::eventually_from;
-use crate::process::Process;
 use crate::stage::Stage;
 
 /// What the shell says when it waits for a command.

@@ -6,9 +6,9 @@ use bench_dragon::config::Config;
 use bench_dragon_geometry::dragon::ChainSolver;
 use bench_dragon_ipc::FrameHeader;
 use serde_json::{Value, json};
+use test_support::process::Process;
 
 use crate::poses::assert_near;
-use crate::process::Process;
 use crate::reader::{Reader, assert_whole};
 use crate::record;
 use crate::releases::{assert_released, release};

@@ -5,9 +5,9 @@ use std::fs;
 use bench_dragon::recording::{FrameReader, Recorded, Recorder, RecorderSettings};
 use bench_dragon_ipc::ShowState;
 use serde_json::{Value, json};
+use test_support::eventually::eventually;
+use test_support::process::{Ended, Process};
 
-use crate::eventually::eventually;
-use crate::process::{Ended, Process};
 use crate::reader::Reader;
 use crate::record::await_frames;
 use crate::stage::{Server, Stage, program};
@@ -215,8 +215,8 @@ fn copy_with_a_changed_bit(stage: &Stage, tick: u64) {
                 *x_m = if frame.header.tick == tick { changed } else { *x_m };
                 recorder.frame(&frame.header, &frame.handles).expect("a frame");
             }
-            Recorded::Command(event) => recorder.command(&event, 0).expect("an event"),
-            Recorded::Alert(_) => {}
+            Recorded::Command(event) => recorder.record(&event, 0).expect("an event"),
+            _ => {}
         }
     }
     recorder.finish().expect("a finished recording");

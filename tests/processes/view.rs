@@ -6,11 +6,11 @@ use std::process::Command;
 use std::thread;
 
 use serde_json::Value;
+use test_support::process::Process;
+use test_support::pytest::{self, expect_passed, pytest, python};
+use test_support::skip::{has_programs, is_possible};
 
-use crate::process::Process;
-use crate::pytest::{self, expect_passed, pytest, python};
 use crate::reader::{Reader, assert_accounted_for};
-use crate::skip::{has_programs, is_possible};
 use crate::stage::{Stage, program};
 
 /// What a Python program of a view has to know.

@@ -10,11 +10,11 @@ use bench_dragon_ipc::ShowState;
 use glam::DVec2;
 use rustix::process::Signal;
 use serde_json::{Value, json};
+use test_support::process::Process;
+use test_support::skip::{has_programs, is_possible};
 
 use crate::browser::{Browser, View};
-use crate::process::Process;
 use crate::reader::{Reader, Shot};
-use crate::skip::{has_programs, is_possible};
 use crate::stage::Stage;
 
 /// Before the middle of the show, so that the page has a forecast and nothing touches.

@@ -3,9 +3,9 @@
 use std::fs;
 
 use rustix::process::Signal;
+use test_support::process::Process;
 
 use crate::browser::{Browser, View};
-use crate::process::Process;
 use crate::record::await_frames;
 use crate::replay::replay;
 use crate::stage::Stage;

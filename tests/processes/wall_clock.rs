@@ -10,11 +10,11 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use bench_dragon::system::clock::monotonic_ns;
 use bench_dragon_ipc::ShowState;
+use test_support::process::Process;
+use test_support::skip::has_programs;
 
-use crate::process::Process;
 use crate::reader::{Reader, assert_whole};
 use crate::record;
-use crate::skip::has_programs;
 use crate::stage::Stage;
 
 const HOUR_S: i64 = 3600;

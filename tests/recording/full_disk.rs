@@ -9,13 +9,11 @@ use std::{
 
 use bench_dragon::recording::{Kept, RecordError, Recorder, RepairError, repair};
 use tempfile::tempdir;
+use test_support::process::Process;
+use test_support::skip::is_possible;
 
-use crate::{
-    dance::{self, BENCHES},
-    kill::{FOLDER, arguments},
-    process::Process,
-    skip::is_possible,
-};
+use crate::dance::{self, BENCHES};
+use crate::kill::{FOLDER, arguments};
 
 /// Mounts a small disk that exists for this process alone and vanishes with it, then becomes the test program.
 const ON_A_SMALL_DISK: &str = r#"mount -t tmpfs -o size=8m none "$BENCH_DRAGON_TEST_FOLDER" && exec "$@""#;

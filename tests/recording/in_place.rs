@@ -45,7 +45,7 @@ impl Small {
                 recorder.describe(dance::RUN_ID, dance::TOML).expect("the configuration");
             }
             recorder.frame(header, handles).expect("a frame");
-            recorder.alert(&dance::alert(header.tick), header.published_ns).expect("an alert");
+            recorder.record(&dance::alert(header.tick), header.published_ns).expect("an alert");
         }
         recorder.finish().expect("a finished recording");
         let mut bytes = fs::read(&path).expect("the recording");

@@ -12,13 +12,11 @@ use std::{
 
 use bench_dragon::recording::{Recorder, repair};
 use tempfile::tempdir;
+use test_support::eventually::eventually;
+use test_support::process::Process;
+use test_support::skip::is_possible;
 
-use crate::{
-    dance::{self, BENCHES},
-    eventually::eventually,
-    process::Process,
-    skip::is_possible,
-};
+use crate::dance::{self, BENCHES};
 
 /// Tells a test that plays a recording process where to record.
 pub(crate) const FOLDER: &str = "BENCH_DRAGON_TEST_FOLDER";

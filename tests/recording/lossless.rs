@@ -1,14 +1,13 @@
 //! A recording holds what was sent.
 
-use bench_dragon::recording::{FrameReader, RecordError, Recorder, RecorderProgress, schema};
+use bench_dragon::recording::{FrameReader, RecordError, Recorder, RecorderProgress, Topic};
 use bench_dragon_ipc::{FrameHeader, HandleState};
 use tempfile::tempdir;
+use test_support::eventually::eventually_from;
 
 use crate::dance::{self, BENCHES, OFFSET_NS, RUN_ID, TOML};
-use crate::eventually::eventually_from;
 
 #[test]
-
 fn every_frame_comes_back_bit_for_bit() {
     let folder = tempdir().expect("a folder");
     let frames = dance::frames(400, BENCHES);
@@ -49,9 +48,9 @@ fn log_time_is_unix_time_of_the_sending() {
 fn poses_come_thirty_times_a_second() {
     let folder = tempdir().expect("a folder");
     let path = dance::record(dance::settings(folder.path()), &dance::frames(2_000, 5));
-    let poses = dance::log_times_ns(&path, schema::POSES);
+    let poses = dance::log_times_ns(&path, Topic::Poses.name());
     assert!((60..=61).contains(&poses.len()), "{} poses in 2 s", poses.len());
-    let frames = dance::log_times_ns(&path, schema::FRAMES);
+    let frames = dance::log_times_ns(&path, Topic::Frames.name());
     assert!(poses.iter().all(|pose| frames.binary_search(pose).is_ok()), "a pose has the time of its frame");
 }
 
@@ -94,7 +93,7 @@ fn a_finished_file_has_an_index_of_everything() {
     for dance::Frame { header, handles } in dance::frames(300, BENCHES) {
         recorder.frame(&header, &handles).expect("a frame");
     }
-    recorder.alert(&dance::alert(299), 7).expect("an alert");
+    recorder.record(&dance::alert(299), 7).expect("an alert");
     let recorded = recorder.finish().expect("a finished recording");
     assert_eq!((recorded.frames, recorded.alerts, &recorded.files), (300, 1, &vec![path.clone()]));
     assert_eq!(recorded.bytes, path.metadata().expect("a file").len());
@@ -123,7 +122,7 @@ fn progress_counts_what_has_been_written_without_waiting_for_more() {
     let mut recorder = Recorder::start(settings).expect("a recorder");
     let dance::Frame { header, handles } = dance::frame(0, BENCHES);
     recorder.frame(&header, &handles).expect("a frame");
-    recorder.alert(&dance::alert(0), 7).expect("an alert");
+    recorder.record(&dance::alert(0), 7).expect("an alert");
     let is_written = |progress: &RecorderProgress| {
         let bytes = path.metadata().expect("a file").len();
         (progress.frames, progress.alerts, progress.bytes_written) == (1, 1, bytes)

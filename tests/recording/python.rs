@@ -4,9 +4,9 @@ use std::{fs, io::Write, path::Path};
 
 use bench_dragon::recording::{Recorder, repair};
 use tempfile::tempdir;
+use test_support::pytest::{expect_passed, pytest};
 
 use crate::dance::{self, BENCHES, Frame, OFFSET_NS, RUN_ID, TOML};
-use crate::pytest::{expect_passed, pytest};
 
 const FRAMES: u64 = 250;
 
@@ -20,7 +20,7 @@ fn write_whole(folder: &Path) {
         recorder.frame(header, handles).expect("a frame");
         expected.write_all(&bench_dragon_ipc::frame_bytes(header, handles)).expect("the bytes of a frame");
     }
-    recorder.alert(&dance::alert(FRAMES - 1), 6_000_000_000_000).expect("an alert");
+    recorder.record(&dance::alert(FRAMES - 1), 6_000_000_000_000).expect("an alert");
     recorder.finish().expect("a finished recording");
 }
 

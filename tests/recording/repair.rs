@@ -13,9 +13,9 @@ use bench_dragon::recording::{
 };
 use proptest::prelude::*;
 use tempfile::{TempDir, tempdir};
+use test_support::eventually::eventually;
 
 use crate::dance::{self, Frame, TOML};
-use crate::eventually::eventually;
 
 /// Bytes of a record before its body: its kind and its length.
 const RECORD_HEAD_BYTES: u64 = 9;

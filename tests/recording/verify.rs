@@ -43,18 +43,17 @@ impl Tape {
                 let ended_ns = schedule.due_ns() + Schedule::from_epoch_ns(missed, RATE_HZ).expect("a short time") + 2;
                 assert_eq!(schedule.advance(ended_ns), missed, "the test misses as many as it wants");
             }
-            simulation.tick(missed, false, |simulation| {
-                for (_, request) in requests.iter().filter(|(at, _)| *at == tick) {
-                    let reply = match simulation.motion.request(*request) {
-                        Ok(()) => CommandReply::accepted(RUN_ID, tick),
-                        Err(refusal) => CommandReply::refused(RUN_ID, tick, refusal),
-                    };
-                    let command = Command { sender: Sender::Ctl.to_wire(), ..request.to_wire() };
-                    tape.record(CommandEvent::answered(&command, &reply), schedule.overruns());
-                }
-                None
-            });
-            let header = simulation.header(RUN_ID, tick, schedule.due_ns(), config.time_scale());
+            simulation.begin_tick(missed, false);
+            for (_, request) in requests.iter().filter(|(at, _)| *at == tick) {
+                let reply = match simulation.motion.request(*request) {
+                    Ok(()) => CommandReply::accepted(RUN_ID, tick),
+                    Err(refusal) => CommandReply::refused(RUN_ID, tick, refusal),
+                };
+                let command = Command { sender: Sender::Ctl.to_wire(), ..request.to_wire() };
+                tape.record(CommandEvent::answered(&command, &reply), schedule.overruns());
+            }
+            simulation.advance(None);
+            let header = simulation.header(RUN_ID, tick, schedule.due_ns(), config.tables().serve.time_scale);
             let mut handles = vec![HandleState::default(); config.dragon().dimensions().handles()];
             simulation.write(&mut handles);
             tape.frames.push((header, handles));
@@ -76,7 +75,7 @@ impl Tape {
             recorder.frame(header, handles).expect("a frame");
         }
         for event in &self.events {
-            recorder.command(event, EPOCH_NS).expect("an event");
+            recorder.record(event, EPOCH_NS).expect("an event");
         }
         recorder.finish().expect("a finished recording");
     }

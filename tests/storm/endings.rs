@@ -7,8 +7,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use rustix::process::Signal;
+use test_support::process::Process;
 
-use crate::process::Process;
 use crate::random::Random;
 use crate::stage::Stage;
 use crate::troupe::{Failure, PATIENCE};

@@ -14,12 +14,6 @@
 #[path = "../processes/children.rs"]
 #[allow(dead_code, reason = "the storm uses a part of it")]
 mod children;
-#[path = "../processes/eventually.rs"]
-#[allow(dead_code, reason = "the storm uses a part of it")]
-mod eventually;
-#[path = "../processes/process.rs"]
-#[allow(dead_code, reason = "the storm uses a part of it")]
-mod process;
 #[path = "../processes/stage.rs"]
 #[allow(dead_code, reason = "the storm uses a part of it")]
 mod stage;

@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 use bench_dragon::recording::repair;
 use rustix::process::Signal;
 use serde_json::Value;
+use test_support::process::Process;
 
 use crate::books::{Books, Phase};
 use crate::children::{children, send};
-use crate::process::Process;
 use crate::random::Random;
 use crate::stage::Stage;
 use crate::troupe::{Failure, LOOK_PERIOD, PATIENCE, START_UP};

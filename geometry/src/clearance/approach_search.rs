@@ -7,8 +7,8 @@
 
 use glam::DVec2;
 
-use super::coverage::{BoardCoverage, drift_m};
-use super::pose::{BenchPose, Pose};
+use super::pair::{Pair, PairPose};
+use super::pose::Pose;
 use super::search::{ClearanceSearch, PairClearance};
 use crate::dragon::board::Approach;
 use crate::dragon::meter::{Meter, Spent};
@@ -20,9 +20,7 @@ const STRIDE_LINKS: f64 = 0.25;
 /// A stride is halved this often for pieces: 256 a link.
 const HALVINGS: u32 = 6;
 
-/// What it takes to look at a pair's bounds on a way, in steps of work.
-const STEPS_PER_LOOK: u64 = 16;
-/// The same to keep a piece, which bounds how many are kept.
+/// What it takes to keep a piece, in steps of work, which bounds how many are kept.
 const STEPS_PER_PIECE: u64 = 100;
 
 /// A short part of a pair's way on which its clearance may be under the limit.
@@ -45,15 +43,6 @@ pub(crate) enum Pairs {
     /// benches, once every handle has come to where the one before it stood there (see
     /// [`ContactSearch`](super::ContactSearch)).
     UnrepeatedSince(f64),
-}
-
-/// Where a pair's clearance may fall under a limit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct MarginViolation {
-    /// Lower index first; not neighbours.
-    pub(crate) benches: [usize; 2],
-    /// Travel of the head up to which it is at or over the limit.
-    pub(crate) travel_m: f64,
 }
 
 /// Searches ways for pairs that come near.
@@ -136,42 +125,41 @@ impl<'a> ApproachSearch<'a> {
         limit_m: &impl Fn() -> f64,
         sink: &mut impl FnMut(Piece),
     ) -> Result<(), Spent> {
-        let spent = self.meter().spent(self.earlier.travel_m);
+        let reached_m = self.earlier.travel_m;
         self.later.place_head(self.dragon, to_m);
         self.later.extend_to(self.dragon, usize::MAX);
-        for benches in self.pairs_within(limit_m()).ok_or(spent)? {
-            if self.meter().is_spent() {
-                return Err(spent);
-            }
+        for benches in self.pairs_within(limit_m()).ok_or(self.meter().spent(reached_m))? {
+            self.meter().check(reached_m)?;
             let pair = Pair { dragon: self.dragon, benches };
-            pair.halve(&pair.at(&self.earlier), &pair.at(&self.later), HALVINGS, limit_m, sink);
+            pair.halve(&pair.at(&self.earlier).into(), &pair.at(&self.later).into(), HALVINGS, limit_m, sink);
         }
         std::mem::swap(&mut self.earlier, &mut self.later);
-        if self.meter().is_spent() { Err(spent) } else { Ok(()) }
+        self.meter().check(reached_m)
     }
 
     /// Walks on to `to_m`, at most a stride away, unless a pair's clearance falls under the limit on the way: then it stays
     /// where it is. No clearance is under the limit where it stands.
     ///
-    /// Up to the violation that is returned, every clearance is proved to be at or over the limit; there, a bound that is met
-    /// to `resolution_m` of travel can no longer tell.
-    pub(crate) fn walk_over(&mut self, to_m: f64, limit_m: f64, resolution_m: f64) -> Result<(), MarginViolation> {
+    /// # Errors
+    /// The travel up to which every clearance is proved to be at or over the limit; there, a bound that is met to
+    /// `resolution_m` of travel can no longer tell.
+    pub(crate) fn walk_over(&mut self, to_m: f64, limit_m: f64, resolution_m: f64) -> Result<(), f64> {
         self.later.place_head(self.dragon, to_m);
         self.later.extend_to(self.dragon, usize::MAX);
         // Where there are too many of them, or the meter is spent, nothing is proved.
-        let nothing = MarginViolation { benches: [0, 2], travel_m: self.earlier.travel_m };
+        let nothing = self.earlier.travel_m;
         let pairs = self.pairs_within(limit_m).ok_or(nothing)?;
-        let violations = pairs.into_iter().take_while(|_| !self.meter().is_spent()).filter_map(|benches| {
+        let violations_m = pairs.into_iter().take_while(|_| !self.meter().is_spent()).filter_map(|benches| {
             let pair = Pair { dragon: self.dragon, benches };
-            let travel_m = pair.violation_m(&pair.at(&self.earlier), &pair.at(&self.later), limit_m, resolution_m)?;
-            Some(MarginViolation { benches, travel_m })
+            let (earlier, later) = (pair.at(&self.earlier).into(), pair.at(&self.later).into());
+            pair.violation_m(&earlier, &later, limit_m, resolution_m)
         });
-        let first = violations.min_by(|one, other| one.travel_m.total_cmp(&other.travel_m));
+        let first_m = violations_m.min_by(f64::total_cmp);
         if self.meter().is_spent() {
             return Err(nothing);
         }
-        if let Some(violation) = first {
-            return Err(violation);
+        if let Some(violation_m) = first_m {
+            return Err(violation_m);
         }
         std::mem::swap(&mut self.earlier, &mut self.later);
         Ok(())
@@ -187,9 +175,7 @@ impl<'a> ApproachSearch<'a> {
     /// The pairs whose clearance may be under the limit somewhere on the way; none where there are too many.
     fn pairs_within(&mut self, limit_m: f64) -> Option<Vec<[usize; 2]>> {
         let Self { dragon, earlier, later, .. } = self;
-        let drifts_m: Vec<f64> = (0..earlier.boards.len())
-            .map(|bench| drift_m(dragon, bench, &earlier.bench_pose(bench), &later.bench_pose(bench)))
-            .collect();
+        let drifts_m: Vec<f64> = (0..earlier.boards.len()).map(|bench| earlier.drift_m(later, dragon, bench)).collect();
         if !self.repeats() {
             let furthest_m = drifts_m.iter().copied().fold(0.0, f64::max);
             let reach_m = limit_m + 2.0 * furthest_m;
@@ -212,45 +198,25 @@ impl<'a> ApproachSearch<'a> {
 impl Dragon {
     /// How two benches lie to each other with the head at a travel of the run.
     pub(crate) fn approach(&self, benches: [usize; 2], travel_m: f64) -> Approach {
-        Pair { dragon: self, benches }.solve(travel_m).approach
+        Moment::from(Pair { dragon: self, benches }.solve(travel_m)).approach
     }
-}
-
-/// Two benches.
-struct Pair<'a> {
-    dragon: &'a Dragon,
-    benches: [usize; 2],
 }
 
 /// Two benches at one travel.
 struct Moment {
-    travel_m: f64,
-    poses: [BenchPose; 2],
+    pose: PairPose,
     approach: Approach,
 }
 
-impl Moment {
-    fn new(travel_m: f64, first: BenchPose, second: BenchPose) -> Self {
-        Self { travel_m, approach: first.board.approach(&second.board), poses: [first, second] }
+impl From<PairPose> for Moment {
+    fn from(pose: PairPose) -> Self {
+        Self { approach: pose.benches[0].board.approach(&pose.benches[1].board), pose }
     }
 }
 
 impl Pair<'_> {
-    fn at(&self, pose: &Pose) -> Moment {
-        let [first, second] = self.benches;
-        Moment::new(pose.travel_m, pose.bench_pose(first), pose.bench_pose(second))
-    }
-
-    /// Solves the chain as far as the second bench.
-    fn solve(&self, travel_m: f64) -> Moment {
-        let mut chain = self.dragon.chain(travel_m).expect("the travel lies within the run");
-        let mut bench_pose = |bench, ahead| {
-            let front = chain.nth(ahead).expect("the chain reaches the second bench");
-            let rear = chain.next().expect("the chain reaches the second bench");
-            BenchPose::new(self.dragon, bench, front, rear)
-        };
-        let [first, second] = self.benches;
-        Moment::new(travel_m, bench_pose(first, first), bench_pose(second, second - first - 2))
+    fn middle(&self, earlier: &Moment, later: &Moment) -> Moment {
+        self.solve(0.5 * (earlier.pose.travel_m + later.pose.travel_m)).into()
     }
 
     fn halve(
@@ -261,19 +227,18 @@ impl Pair<'_> {
         limit_m: &impl Fn() -> f64,
         sink: &mut impl FnMut(Piece),
     ) {
-        self.dragon.meter().add(STEPS_PER_LOOK);
-        if self.dragon.meter().is_spent() || self.least_m(earlier, later) >= limit_m() {
+        if !self.may_look() || self.least_m(earlier, later) >= limit_m() {
             return;
         }
         if halvings == 0 {
             self.dragon.meter().add(STEPS_PER_PIECE);
             return sink(Piece {
                 benches: self.benches,
-                travels_m: [earlier.travel_m, later.travel_m],
+                travels_m: [earlier.pose.travel_m, later.pose.travel_m],
                 clearances_m: [earlier.approach.clearance_m, later.approach.clearance_m],
             });
         }
-        let middle = self.solve(0.5 * (earlier.travel_m + later.travel_m));
+        let middle = self.middle(earlier, later);
         self.halve(earlier, &middle, halvings - 1, limit_m, sink);
         self.halve(&middle, later, halvings - 1, limit_m, sink);
     }
@@ -281,22 +246,20 @@ impl Pair<'_> {
     /// Where the bound of the clearance first falls under the limit, on pieces as short as the resolution; `None` where it
     /// does not. At most log₂ of their number of pieces are halved at a time.
     fn violation_m(&self, earlier: &Moment, later: &Moment, limit_m: f64, resolution_m: f64) -> Option<f64> {
-        self.dragon.meter().add(STEPS_PER_LOOK);
-        if self.dragon.meter().is_spent() || self.least_m(earlier, later) >= limit_m {
+        if !self.may_look() || self.least_m(earlier, later) >= limit_m {
             return None;
         }
-        if later.travel_m - earlier.travel_m <= resolution_m || earlier.approach.clearance_m < limit_m {
-            return Some(earlier.travel_m);
+        if later.pose.travel_m - earlier.pose.travel_m <= resolution_m || earlier.approach.clearance_m < limit_m {
+            return Some(earlier.pose.travel_m);
         }
-        let middle = self.solve(0.5 * (earlier.travel_m + later.travel_m));
+        let middle = self.middle(earlier, later);
         self.violation_m(earlier, &middle, limit_m, resolution_m)
             .or_else(|| self.violation_m(&middle, later, limit_m, resolution_m))
     }
 
     /// A bound that the clearance does not fall under on the way.
     fn least_m(&self, earlier: &Moment, later: &Moment) -> f64 {
-        let [first, second] =
-            [0, 1].map(|i| BoardCoverage::new(self.dragon, self.benches[i], &earlier.poses[i], &later.poses[i]));
+        let [first, second] = self.coverages(&earlier.pose, &later.pose);
         let gap_m = |direction: DVec2| first.gap_m(&second, direction);
         let gaps_m = [earlier, later].map(|moment| gap_m(moment.approach.direction));
         let least_m = first.least_between_m(&second, [earlier, later].map(|moment| moment.approach.clearance_m));

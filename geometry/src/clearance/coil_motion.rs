@@ -1,62 +1,56 @@
 //! How two benches on a coil move, seen from the one further ahead.
 //!
-//! On the spiral r = b·θ take x, the angle θ of the front handle of the bench further ahead, for the parameter and its
-//! direction for that of a turning frame. A handle at the angle θ, with q = dθ/dx, has in this frame the radius b·θ and
-//! the angle θ − x, so its velocity is (b·q, r·(q − 1)) and its acceleration (b·q' − r·(q − 1)², r·q' + 2b·q·(q − 1)),
-//! radially and across. What is needed, then, is how near q is to 1.
+//! **Terms.** On the spiral r = b·θ, take x, the angle θ of the front handle of the bench further ahead, for the parameter, and its
+//! direction for that of a turning frame. A link lies between the angles x and y = F(x), with δ = y − x < π.
 //!
-//! A link between the angles x and y = F(x), δ = y − x < π, has x² + y² − 2x·y·cos δ = (d/b)². Differentiated, with
-//! D = x·y·sin δ + y − x·cos δ, t = tan(δ/2) and z = 1/x + 1/y:
-//!
-//! - f := 1 − F' = (x + y)·(1 − cos δ)/D, so 0 < f ≤ z·t;
-//! - F'' = (f·(2·sin δ·(y + x·F') − x·y·cos δ·f) − f² − 2F'·(1 − cos δ))/D, so |F''| ≤ z²·t·(2 + t²)·(1 + z²).
-//!
-//! As F' < 1, z and t are greatest at the later end of a way. While the dragon walks, F' > 0, and q is the product of
-//! the F' of the links ahead: 0 ≤ 1 − q ≤ Σ z·t, and |q'| ≤ Σ |F''|.
-//!
-//! A bench's heading u turns by ψ in its own frame, the one in which its front handle only moves inward, so |ψ'| ≤
-//! (sum of the handles' speeds)/d and |u''| ≤ (sum of their accelerations)/d there. In the frame of x it turns by
-//! ψ'·q + q − 1, from which its rate and the rate of that follow.
+//! 1. A handle at the angle θ, with q = dθ/dx, has in this frame the radius b·θ and the angle θ − x. So its velocity is
+//!    (b·q, r·(q − 1)) and its acceleration (b·q' − r·(q − 1)², r·q' + 2b·q·(q − 1)), radially and across. What is needed is how
+//!    near q is to 1.
+//! 2. x² + y² − 2x·y·cos δ = (d/b)². Differentiated, with D = x·y·sin δ + y − x·cos δ, t = tan(δ/2) and z = 1/x + 1/y:
+//!    - f := 1 − F' = (x + y)·(1 − cos δ)/D, so 0 < f ≤ z·t;
+//!    - F'' = (f·(2·sin δ·(y + x·F') − x·y·cos δ·f) − f² − 2F'·(1 − cos δ))/D, so |F''| ≤ z²·t·(2 + t²)·(1 + z²).
+//! 3. As F' < 1, z and t are greatest at the later end of a motion.
+//! 4. While the dragon walks, F' > 0, and q is the product of the F' of the links ahead: 0 ≤ 1 − q ≤ Σ z·t, and |q'| ≤ Σ |F''|.
+//! 5. A bench's heading u turns by ψ in its own frame, the one in which its front handle only moves inward. There |ψ'| ≤ (sum of the
+//!    handles' speeds)/d and |u''| ≤ (sum of their accelerations)/d.
+//! 6. In the frame of x it turns by ψ'·q + q − 1, from which its rate and the rate of that follow.
 
 use std::f64::consts::FRAC_PI_2;
 
 use glam::DVec2;
 
-use super::pair_motion::BenchMotion;
+use super::pair_motion::{BenchMotion, PairMotion};
 use super::pose::Pose;
 use crate::dragon::Dragon;
 
-/// Bounds on the motion of two benches from one pose to a later one, per radian of x, if all of it is on the coil of the
-/// route.
-pub(super) fn on_coil(
-    dragon: &Dragon,
-    [first, second]: [usize; 2],
-    earlier: &Pose,
-    later: &Pose,
-) -> Option<[BenchMotion; 2]> {
-    let coil = dragon.route().coil()?;
-    let b = coil.radius_per_radian_m;
-    let angle = |pose: &Pose, handle: usize| coil.angle(pose.handles[handle].parameter);
-    let mut front_angle = angle(later, first)?;
-    let mut sum = Lag::default();
-    let mut benches = [None; 2];
-    for bench in first..=second {
-        let rear_angle = angle(later, bench + 1)?;
-        let link = Lag::between(front_angle, rear_angle)?;
-        let ahead = sum;
-        sum = Lag { lag: sum.lag + link.lag, rate: sum.rate + link.rate };
-        if bench == first || bench == second {
-            let [front_m, rear_m] = [b * angle(earlier, bench)?, b * angle(earlier, bench + 1)?];
-            let handles = [HandleMotion::new(b, front_m, ahead), HandleMotion::new(b, rear_m, sum)];
-            let own_rear = HandleMotion::new(b, rear_m, link);
-            benches[usize::from(bench == second)] = Some(bench_motion(dragon, bench, b, handles, own_rear));
+impl PairMotion {
+    /// The motion of two benches from one pose to a later one, per radian of x, if all of it is on the coil of the route.
+    pub(super) fn on_coil(dragon: &Dragon, [first, second]: [usize; 2], earlier: &Pose, later: &Pose) -> Option<Self> {
+        let coil = dragon.route().coil()?;
+        let b = coil.radius_per_radian_m;
+        let angle = |pose: &Pose, handle: usize| coil.angle(pose.handles[handle].parameter);
+        let mut front_angle = angle(later, first)?;
+        let mut sum = Lag::default();
+        let mut benches = [None; 2];
+        for bench in first..=second {
+            let rear_angle = angle(later, bench + 1)?;
+            let link = Lag::between(front_angle, rear_angle)?;
+            let ahead = sum;
+            sum = Lag { lag: sum.lag + link.lag, rate: sum.rate + link.rate };
+            if bench == first || bench == second {
+                let [front_m, rear_m] = [b * angle(earlier, bench)?, b * angle(earlier, bench + 1)?];
+                let handles = [HandleMotion::new(b, front_m, ahead), HandleMotion::new(b, rear_m, sum)];
+                let own_rear = HandleMotion::new(b, rear_m, link);
+                benches[usize::from(bench == second)] = Some(bench_motion(dragon, bench, b, handles, own_rear));
+            }
+            front_angle = rear_angle;
         }
-        front_angle = rear_angle;
+        let benches = [benches[0]?, benches[1]?];
+        Some(Self { benches, overhang_m: dragon.dimensions().overhang_m(), is_on_coil: true })
     }
-    Some([benches[0]?, benches[1]?])
 }
 
-/// Bounds on how a handle falls behind another one: 1 − q and |q'|. For a single link they are z·t and |F''|.
+/// Bounds on how a handle falls behind another one: 1 − q and |q'| (4). For a single link they are z·t and |F''| (2).
 #[derive(Clone, Copy, Debug, Default)]
 struct Lag {
     lag: f64,
@@ -83,7 +77,7 @@ struct HandleMotion {
 }
 
 impl HandleMotion {
-    /// A handle at most `radius_m` from the centre that falls behind so.
+    /// A handle at most `radius_m` from the centre that falls behind so (1).
     fn new(b: f64, radius_m: f64, Lag { lag, rate }: Lag) -> Self {
         let lag = lag.min(1.0);
         Self {
@@ -95,7 +89,7 @@ impl HandleMotion {
     }
 }
 
-/// A bench with its two handles seen from the pair's first bench, and its rear handle seen from its own.
+/// A bench with its two handles seen from the pair's first bench, and its rear handle seen from its own (5, 6).
 fn bench_motion(
     dragon: &Dragon,
     bench: usize,

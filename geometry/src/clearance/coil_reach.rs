@@ -1,42 +1,37 @@
-//! Which turns of a coil benches reach, and so which of them can touch at all.
+//! Which turns of a coil benches reach, and so which benches can touch at all.
 //!
-//! On the spiral r = b·θ with pitch p = 2π·b let a point near a bench have the *excess* e = |x| − b·φ, where φ is its
-//! polar angle counted on from those of the bench's handles: how far outside its own turn it lies. If two benches have a
-//! point in common, its two angles differ by a whole number m of turns, and so its two excesses by m·p.
+//! **Terms.** The coil is the spiral r = b·θ with pitch p = 2π·b about its own centre, from which all distances are counted. The
+//! *excess* of a point near a bench is e = |x| − b·φ: how far outside its own turn the point lies. φ is its polar angle, counted
+//! on from those of the bench's handles. A bench has the link d, holes h from its ends and the width w. o is the distance from a
+//! hole to the corners around it. Its front handle A stands at the angle θ and the radius r, or further out; its rear handle is B.
+//! K is the curvature at θ, and K·d < 2. The perpendicular from the centre onto the link is q long. Seen from its foot, A lies τ
+//! ahead and B τ' behind.
 //!
-//! Take a bench with link d, holes h from its ends and width w, and let o be the distance from a hole to the corners
-//! around it. Let its front handle A stand at the angle θ and the radius r or further out, its rear handle be B, and
-//! K·d < 2 with the curvature K at θ, so that the link's arc s is at least d and at most (2/K)·asin(K·d/2) (see `run`).
-//! Seen from the foot of the perpendicular from the centre onto the link, which is q long, A lies τ ahead and B τ' behind.
-//!
-//! - τ + τ' = d and τ'² − τ² = |B|² − |A|² = 2b·∫ θ/√(1 + θ²) ds, which is from 2b·d·θ/√(1 + θ²) to 2b·s. That bounds
-//!   τ and τ', and with q² = |A|² − τ² also q.
-//! - Across the board, away from the centre, e grows, and along it e is convex, if (q − w/2)² ≥ 2b·(τ' + h): in the
-//!   direction ψ from the perpendicular, its derivatives are cos ψ ± (b/|x|)·sin ψ and
-//!   (cos² ψ ± (2b/|x|)·cos ψ·sin ψ)/|x|.
-//! - So e is greatest at an outer corner. As e = 0 at the handles, it is there D(q, τ) + b·asin(o/r) or D(q, τ') at
-//!   most, with D(q, τ) = |(q + w/2, τ + h)| − |(q, τ)|. That falls with q and grows with τ if h·q ≥ τ·w/2, and is
-//!   never over o.
-//! - And e is least on the inner edge: (q − w/2)/cos ψ − b·ψ − |A| − b·atan(τ/q) ≥
-//!   −(w/2 + (|A| − q) + b·atan(τ/q) + b²/(2q − w)).
-//!
-//! The angles of a board are those of its handles, give or take asin(o/r). A body bench in between keeps two benches
-//! apart if its link, which turns by d/√(b² + |B|²) at least, turns by more than 2·asin(o/r). The bench behind then has
-//! the larger angles, so m ≥ 1, and it stands at r + p − b·(s/r + 2·asin(o/r)) or further out. All these bounds hold
-//! the better, the further out the front handle stands.
-//!
-//! On a way out, A is the rear handle and B the front one, and all is the same. Counted from its own half turn, a bench
-//! there and one on the way in have angles that differ by an odd number of half turns at a common point, and excesses
-//! that differ by p/2 or more, either way round. All other benches have at least a part of their link's stretch between
-//! the two ways, within the circle of radius R. Both their handles then have |x|² ≤ R² + p·d/2, as above, if K·d < 2
-//! there, and |x| ≤ R + 2·d in any case; and none of their points is further out than that and o.
-//!
-//! Boards within a clearance c of each other have a point in common once each is grown by c/2 on every side. So the
-//! same bounds rule out clearances of c and less, with h + c/2 and w + c in place of h and w.
+//! 1. If two benches have a point in common, its two angles differ by a whole number m of turns, and so its two excesses by m·p.
+//! 2. The link's arc s is at least d and at most (2/K)·asin(K·d/2): see `run`.
+//! 3. τ + τ' = d, and τ'² − τ² = |B|² − |A|² = 2b·∫ θ/√(1 + θ²) ds, which is from 2b·d·θ/√(1 + θ²) to 2b·s. That bounds τ and
+//!    τ', and with q² = |A|² − τ² also q.
+//! 4. Across the board, away from the centre, e grows, and along it e is convex, if (q − w/2)² ≥ 2b·(τ' + h). For in the direction
+//!    ψ from the perpendicular, its derivatives are cos ψ ± (b/|x|)·sin ψ and (cos² ψ ± (2b/|x|)·cos ψ·sin ψ)/|x|.
+//! 5. So e is greatest at an outer corner. As e = 0 at the handles, it is there at most D(q, τ) + b·asin(o/r) or D(q, τ'), with
+//!    D(q, τ) = |(q + w/2, τ + h)| − |(q, τ)|. D falls with q, grows with τ if h·q ≥ τ·w/2, and is never over o.
+//! 6. And e is least on the inner edge: (q − w/2)/cos ψ − b·ψ − |A| − b·atan(τ/q) ≥
+//!    −(w/2 + (|A| − q) + b·atan(τ/q) + b²/(2q − w)).
+//! 7. The angles of a board are those of its handles, give or take asin(o/r).
+//! 8. A link turns by at least d/√(b² + |B|²). A body bench whose link turns by more than 2·asin(o/r) keeps the benches before and
+//!    behind it apart: the bench behind has the larger angles (7), so m ≥ 1 (1).
+//! 9. The bench behind it then stands at r + p − b·(s/r + 2·asin(o/r)) or further out.
+//! 10. Bounds 2 to 9 hold the better, the further out the front handle stands.
+//! 11. On a way out, A is the rear handle and B the front one, and 2 to 10 hold. Counted from its own half turn, a bench there and
+//!     one on the way in have angles that differ by an odd number of half turns at a common point, and excesses that differ by p/2
+//!     or more, either way round.
+//! 12. All other benches have at least a part of their link's arc between the two ways, within the circle of radius R. If K·d < 2
+//!     there, both their handles have |x|² ≤ R² + p·d/2, as in 3; in any case they have |x| ≤ R + 2·d. No point of these benches
+//!     is further out than that and o.
+//! 13. Boards within a clearance c of each other have a point in common once each is grown by c/2 on every side. So the same bounds
+//!     rule out clearances of c and less, with h + c/2 and w + c in place of h and w.
 
 use std::f64::consts::TAU;
-
-use glam::DVec2;
 
 use crate::dragon::Dragon;
 use crate::dragon::dimensions::Dimensions;
@@ -49,8 +44,8 @@ const ANGLE_TOLERANCE: f64 = 1e-4;
 /// The benches of a dragon on the coil of its route.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CoilReach {
-    coil: Coil,
-    /// Of the boards, grown by half of the clearance on every side.
+    pub(super) coil: Coil,
+    /// Of the boards, grown by half of the clearance on every side (13).
     dimensions: Dimensions,
     /// A bound on |curvature| between the way in and the way out.
     turn_curvature: f64,
@@ -67,23 +62,8 @@ impl CoilReach {
         })
     }
 
-    /// θ at a parameter, or none beyond the coil.
-    pub(super) fn angle(&self, parameter: f64) -> Option<f64> {
-        self.coil.angle(parameter)
-    }
-
-    /// The coil's centre.
-    pub(super) fn centre(&self) -> DVec2 {
-        self.coil.centre
-    }
-
-    /// The parameter with this θ.
-    pub(super) fn parameter(&self, angle: f64) -> f64 {
-        self.coil.parameter(angle)
-    }
-
     /// The greatest number of turns out at which `bench` may touch another one behind it, with its front handle at
-    /// `angle` or further out, or none if it cannot be told. Zero rules out all of these contacts.
+    /// `angle` or further out; none where the bounds do not hold. Zero rules out all of these contacts (1, 8, 9).
     pub(super) fn turns(&self, bench: usize, angle: f64) -> Option<f64> {
         let b = self.coil.radius_per_radian_m;
         let ahead = self.stand(bench, angle)?;
@@ -95,7 +75,7 @@ impl CoilReach {
         self.keeps_apart(angle).then(|| (reach_m / (TAU * b)).floor())
     }
 
-    /// By how much the angles of a board may exceed those of its handles if they are at `angle` or further out.
+    /// By how much the angles of a board may exceed those of its handles at `angle` or further out (7).
     pub(super) fn overhang_angle(&self, angle: f64) -> f64 {
         (self.dimensions.overhang_m() / (self.coil.radius_per_radian_m * angle)).min(1.0).asin()
     }
@@ -118,7 +98,7 @@ impl CoilReach {
         Some(way_out.begin + (angle - self.coil.end_angle))
     }
 
-    /// Whether `bench` touches none behind it, with its rear handle at `angle` on the way out.
+    /// Whether `bench` touches none behind it, with its rear handle at `angle` on the way out (11, 12).
     fn is_clear_out(&self, bench: usize, angle: f64) -> Option<bool> {
         let (b, end_angle) = (self.coil.radius_per_radian_m, self.coil.end_angle);
         let (ours, theirs) = (self.stand(bench, angle)?, self.stand(1, end_angle)?);
@@ -129,8 +109,8 @@ impl CoilReach {
         Some(passes_turn && same_way_m < TAU * b && other_way_m < 0.5 * TAU * b)
     }
 
-    /// Distance from the centre that no bench reaches whose handles are not both on one of the two ways; none without a way
-    /// out.
+    /// Distance from the centre that no bench reaches whose handles are not both on one of the two ways (12); none without a
+    /// way out.
     fn turn_reach_m(&self) -> Option<f64> {
         let b = self.coil.radius_per_radian_m;
         let (radius_m, link_m) = (self.coil.way_out?.turn_radius_m, self.dimensions.link_m(1));
@@ -144,10 +124,10 @@ impl CoilReach {
     pub(super) fn beyond(&self, distance_m: f64) -> Option<f64> {
         let body = self.stand(1, self.coil.end_angle)?;
         let angle = (distance_m + body.inward_m) / self.coil.radius_per_radian_m;
-        Some(self.parameter(angle.max(self.coil.end_angle) + self.overhang_angle(self.coil.end_angle)))
+        Some(self.coil.parameter(angle.max(self.coil.end_angle) + self.overhang_angle(self.coil.end_angle)))
     }
 
-    /// Bounds for a bench with its front handle at `angle` or further out, where they can be told.
+    /// Bounds for a bench with its front handle at `angle` or further out, where they hold (2 to 6).
     fn stand(&self, bench: usize, angle: f64) -> Option<Stand> {
         let b = self.coil.radius_per_radian_m;
         let (link_m, hole_m) = (self.dimensions.link_m(bench), self.dimensions.hole_offset_m());
@@ -157,14 +137,17 @@ impl CoilReach {
         if half_bend >= 1.0 {
             return None;
         }
+        // 2, 3
         let stretch = half_bend.asin() / half_bend;
         let ahead_m = (0.5 * link_m - b * angle / squared.sqrt()).max(b * stretch - 0.5 * link_m);
         let behind_m = 0.5 * link_m + b * stretch;
         let foot_m = ((b * angle).powi(2) - ahead_m * ahead_m).max(0.0).sqrt();
+        // 4
         let edge_m = foot_m - half_width_m;
         if edge_m <= 0.0 || edge_m * edge_m < 2.0 * b * (behind_m + hole_m) {
             return None;
         }
+        // 5, and 6 for `inward_m`
         let corner_m = |along_m: f64| {
             if hole_m * foot_m >= along_m * half_width_m {
                 (foot_m + half_width_m).hypot(along_m + hole_m) - foot_m.hypot(along_m)
@@ -182,9 +165,9 @@ impl CoilReach {
         })
     }
 
-    /// Whether two benches with one between them have no angle in common, with the front handle of the latter at `angle`
-    /// or further out; and whether the angles of a board's corners grow with those of its handles, which they do where
-    /// θ + asin(o/(b·θ)) grows.
+    /// Whether two benches with one between them have no angle in common, with the front handle of the latter at `angle` or
+    /// further out (8); and whether the angles of a board's corners grow with those of its handles, which they do where θ +
+    /// asin(o/(b·θ)) grows.
     fn keeps_apart(&self, angle: f64) -> bool {
         let b = self.coil.radius_per_radian_m;
         let (link_m, overhang_m) = (self.dimensions.link_m(1), self.dimensions.overhang_m());
@@ -195,7 +178,7 @@ impl CoilReach {
     }
 }
 
-/// What is known of a bench on the coil.
+/// Bounds for a bench on the coil.
 struct Stand {
     /// Angle between its handles, at most.
     turn: f64,
@@ -209,6 +192,7 @@ struct Stand {
 mod tests {
     use std::sync::Arc;
 
+    use glam::DVec2;
     use proptest::prelude::*;
 
     use super::*;
@@ -274,7 +258,7 @@ mod tests {
             let route = turnaround.route();
             let Ok(dragon) = Dragon::new(dimensions, Arc::new(route.clone())) else { return Ok(()) };
             let reach = CoilReach::of(&dragon, 0.0).expect("the way in is a coil");
-            let Some(clear_from) = reach.clear_out_from(route.parameter(dragon.end_travel_m())) else { return Ok(()) };
+            let Some(clear_from) = reach.clear_out_from(dragon.end_parameter) else { return Ok(()) };
             let from_m = route.travel(clear_from);
             let travel_m = from_m + part * part * (dragon.end_travel_m() - from_m);
             let mut solver = ChainSolver::new(&dragon);

@@ -7,7 +7,6 @@ use glam::DVec2;
 
 use super::coil_reach::CoilReach;
 use super::contact::{Contact, PairEvent};
-use super::coverage::drift_of_walks_m;
 use super::follower::Follower;
 use super::pose::Pose;
 use super::search::ClearanceSearch;
@@ -105,7 +104,7 @@ impl ContactSearch {
             clearance_m,
             reach,
             clear_to_m: reach.and_then(|reach| clear_to_m(dragon, &reach)).unwrap_or(f64::NEG_INFINITY),
-            clear_from: reach.and_then(|reach| clear_from(dragon, &reach)).unwrap_or(f64::INFINITY),
+            clear_from: reach.and_then(|reach| reach.clear_out_from(dragon.end_parameter)).unwrap_or(f64::INFINITY),
             earlier: Pose::default(),
             later: Pose::default(),
             beginning: Vec::new(),
@@ -297,22 +296,22 @@ impl ContactSearch {
         earlier.extend_to(dragon, leading);
         later.extend_to(dragon, leading);
         let limit = reach.and_then(|reach| {
-            let Some(front_angle) = reach.angle(later.handles[0].parameter) else {
+            let Some(front_angle) = reach.coil.angle(later.handles[0].parameter) else {
                 let reach_m = |bench| {
-                    furthest_m(&earlier.boards[bench], reach.centre()) + drift_between(dragon, bench, earlier, later)
+                    furthest_m(&earlier.boards[bench], reach.coil.centre) + earlier.drift_m(later, dragon, bench)
                 };
                 return reach.beyond(*clearance_m + (0..leading).map(reach_m).fold(0.0, f64::max));
             };
             let turns = reach.turns(0, front_angle)?.max(reach.turns(1, front_angle)?);
-            let rear_angle = reach.angle(earlier.handles[leading].parameter)?;
-            Some(reach.parameter(rear_angle + TAU * turns + 2.0 * reach.overhang_angle(front_angle)))
+            let rear_angle = reach.coil.angle(earlier.handles[leading].parameter)?;
+            Some(reach.coil.parameter(rear_angle + TAU * turns + 2.0 * reach.overhang_angle(front_angle)))
         });
         later.extend_while(dragon, |_, parameter| limit.is_none_or(|limit| parameter >= limit));
         earlier.extend_to(dragon, later.boards.len());
     }
 
     fn drift_m(&self, bench: usize) -> f64 {
-        drift_between(&self.dragon, bench, &self.earlier, &self.later)
+        self.earlier.drift_m(&self.later, &self.dragon, bench)
     }
 
     /// The first touch of any of the collected pairs.
@@ -327,10 +326,6 @@ impl ContactSearch {
     }
 }
 
-fn drift_between(dragon: &Dragon, bench: usize, earlier: &Pose, later: &Pose) -> f64 {
-    drift_of_walks_m(dragon, bench, earlier.walks_m(later, bench))
-}
-
 /// Distance from a point to the board's furthest point.
 fn furthest_m(board: &Board, from: DVec2) -> f64 {
     board.corners().into_iter().map(|corner| corner.distance(from)).fold(0.0, f64::max)
@@ -339,11 +334,6 @@ fn furthest_m(board: &Board, from: DVec2) -> f64 {
 /// Travel up to which the bounds of the coil rule out all contacts.
 fn clear_to_m(dragon: &Dragon, reach: &CoilReach) -> Option<f64> {
     let start = dragon.route().parameter(dragon.start_travel_m());
-    let angle = reach.clear_from(reach.angle(start)?)?;
-    Some(dragon.route().travel(reach.parameter(angle)))
-}
-
-/// Parameter of a bench's rear handle from which on the bounds of the way out rule out all contacts.
-fn clear_from(dragon: &Dragon, reach: &CoilReach) -> Option<f64> {
-    reach.clear_out_from(dragon.route().parameter(dragon.end_travel_m()))
+    let angle = reach.clear_from(reach.coil.angle(start)?)?;
+    Some(dragon.route().travel(reach.coil.parameter(angle)))
 }

@@ -36,13 +36,17 @@ impl BoardCoverage {
     pub(super) fn new(dragon: &Dragon, bench: usize, earlier: &BenchPose, later: &BenchPose) -> Self {
         let walk_m = later.front_travel_m - earlier.front_travel_m;
         let motion = LinkMotion::new(dragon, bench, earlier, later);
-        let drift_m = drift_m(dragon, bench, earlier, later);
+        let drift_m = drift_m(dragon, bench, earlier.walks_m(later));
+        // A, and E for a point at most so far from the board's centre.
+        let corner = motion.acceleration + dragon.dimensions().overhang_m() * motion.turn_rate;
+        let distance_m = earlier.board.radius_m() + drift_m;
+        let fixed_point = motion.acceleration + 2.0 * motion.turn * motion.ratio + distance_m * motion.turn_rate;
         let [a, b] = [earlier, later].map(|bench_pose| bench_pose.board.corners());
         Self {
             ends: [earlier.board, later.board],
             corners: [a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3]],
-            bulge_m: 0.125 * of_corner(&motion, dragon.dimensions().overhang_m()) * walk_m * walk_m,
-            skin_m: 0.125 * of_fixed_point(&motion, earlier.board.radius_m() + drift_m) * walk_m * walk_m,
+            bulge_m: 0.125 * corner * walk_m * walk_m,
+            skin_m: 0.125 * fixed_point * walk_m * walk_m,
             drift_m,
         }
     }
@@ -75,29 +79,12 @@ impl BoardCoverage {
     }
 }
 
-/// How far a point of a bench's board may get from where it is at either pose, on the way between them.
+/// How far a point of a bench's board may get from where it is at either end of a way on which its handles walk these arcs.
 ///
 /// The handles get no further than the arcs that they walk. A corner is a handle plus a vector of length ρ fixed to the
 /// board, and the heading changes by at most the two arcs over d. Of all points of a rigid board a corner moves
 /// furthest.
-pub(super) fn drift_m(dragon: &Dragon, bench: usize, earlier: &BenchPose, later: &BenchPose) -> f64 {
-    let front_m = later.front_travel_m - earlier.front_travel_m;
-    let rear_m = later.rear_travel_m - earlier.rear_travel_m;
-    drift_of_walks_m(dragon, bench, [front_m, rear_m])
-}
-
-/// The same from the arcs that the two handles walk.
-pub(super) fn drift_of_walks_m(dragon: &Dragon, bench: usize, [front_m, rear_m]: [f64; 2]) -> f64 {
+pub(super) fn drift_m(dragon: &Dragon, bench: usize, [front_m, rear_m]: [f64; 2]) -> f64 {
     let turn = (front_m + rear_m) / dragon.dimensions().link_m(bench);
     front_m.max(rear_m) + dragon.dimensions().overhang_m() * turn
-}
-
-/// A, for a corner `overhang_m` from its handle.
-fn of_corner(motion: &LinkMotion, overhang_m: f64) -> f64 {
-    motion.acceleration + overhang_m * motion.turn_rate
-}
-
-/// E, for a point at most `distance_m` from the board's centre.
-fn of_fixed_point(motion: &LinkMotion, distance_m: f64) -> f64 {
-    motion.acceleration + 2.0 * motion.turn * motion.ratio + distance_m * motion.turn_rate
 }

@@ -7,46 +7,43 @@
 //! link whose sine is bounded too, and what both handles' accelerations are across the link turns it.
 
 use super::link_motion::LinkMotion;
-use super::pair_motion::BenchMotion;
+use super::pair_motion::{BenchMotion, PairMotion};
 use super::pose::Pose;
 use crate::dragon::Dragon;
 
-/// Bounds on the motion of two benches from one pose to a later one, or infinities.
-pub(super) fn along_curve(
-    dragon: &Dragon,
-    [first, second]: [usize; 2],
-    earlier: &Pose,
-    later: &Pose,
-) -> [BenchMotion; 2] {
-    let mut front = HandleMotion { speed: 1.0, speed_rate: 0.0 };
-    let mut benches = [BenchMotion::default(); 2];
-    for bench in first..=second {
-        let poses = [earlier.bench_pose(bench), later.bench_pose(bench)];
-        let link = LinkMotion::new(dragon, bench, &poses[0], &poses[1]);
-        let ratio = poses
-            .iter()
-            .map(|bench_pose| bench_pose.rear.speed_ratio / bench_pose.front.speed_ratio)
-            .fold(0.0, f64::max);
-        let walk_m = poses[1].front_travel_m - poses[0].front_travel_m;
-        let rear = front.rear(link.ratio.min(ratio + 0.5 * link.ratio_rate * walk_m), link.ratio_rate);
-        if bench == first || bench == second {
-            let across = |handle: HandleMotion| link.curvature * handle.speed * handle.speed;
-            let turned_m = |handle: HandleMotion| link.sine * handle.speed_rate + across(handle);
-            let link_m = dragon.dimensions().link_m(bench);
-            let turn = link.sine * (front.speed + rear.speed) / link_m;
-            benches[usize::from(bench == second)] = BenchMotion {
-                speed_m: front.speed.max(rear.speed),
-                along_m: front.speed_rate.max(rear.speed_rate),
-                across_m: across(front).max(across(rear)),
-                sine: link.sine,
-                curvature: link.curvature,
-                turn,
-                turn_rate: (turned_m(front) + turned_m(rear)) / link_m + turn * turn,
-            };
+impl PairMotion {
+    /// The motion of two benches from one pose to a later one, on any route.
+    pub(super) fn along_curve(dragon: &Dragon, [first, second]: [usize; 2], earlier: &Pose, later: &Pose) -> Self {
+        let mut front = HandleMotion { speed: 1.0, speed_rate: 0.0 };
+        let mut benches = [BenchMotion::default(); 2];
+        for bench in first..=second {
+            let poses = [earlier.bench_pose(bench), later.bench_pose(bench)];
+            let link = LinkMotion::new(dragon, bench, &poses[0], &poses[1]);
+            let ratio = poses
+                .iter()
+                .map(|bench_pose| bench_pose.rear.speed_ratio / bench_pose.front.speed_ratio)
+                .fold(0.0, f64::max);
+            let walk_m = poses[1].front_travel_m - poses[0].front_travel_m;
+            let rear = front.rear(link.ratio.min(ratio + 0.5 * link.ratio_rate * walk_m), link.ratio_rate);
+            if bench == first || bench == second {
+                let across = |handle: HandleMotion| link.curvature * handle.speed * handle.speed;
+                let turned_m = |handle: HandleMotion| link.sine * handle.speed_rate + across(handle);
+                let link_m = dragon.dimensions().link_m(bench);
+                let turn = link.sine * (front.speed + rear.speed) / link_m;
+                benches[usize::from(bench == second)] = BenchMotion {
+                    speed_m: front.speed.max(rear.speed),
+                    along_m: front.speed_rate.max(rear.speed_rate),
+                    across_m: across(front).max(across(rear)),
+                    sine: link.sine,
+                    curvature: link.curvature,
+                    turn,
+                    turn_rate: (turned_m(front) + turned_m(rear)) / link_m + turn * turn,
+                };
+            }
+            front = rear;
         }
-        front = rear;
+        Self { benches, overhang_m: dragon.dimensions().overhang_m(), is_on_coil: false }
     }
-    benches
 }
 
 /// Bounds on a handle's motion.

@@ -14,9 +14,9 @@ use std::ops::ControlFlow;
 use glam::DVec2;
 
 use super::contact::{Contact, PairEvent};
-use super::coverage::BoardCoverage;
+use super::pair::{Pair, PairPose};
 use super::pair_motion::{GRAZE_M, PairMotion};
-use super::pose::{BenchPose, Pose};
+use super::pose::Pose;
 use crate::dragon::Dragon;
 use crate::dragon::board::{Approach, Board};
 
@@ -28,13 +28,9 @@ const RESOLUTION_M: f64 = 1e-11;
 /// cost as much as many looks, so that only a pair that stays unsettled for ten halvings is worth them.
 const RENEWAL: f64 = 1.0 / 1024.0;
 
-/// What it takes to look at a pair's bounds on a way, in steps of work.
-const STEPS_PER_LOOK: u64 = 16;
-
 /// Follows one pair.
 pub(super) struct Follower<'a> {
-    dragon: &'a Dragon,
-    benches: [usize; 2],
+    pair: Pair<'a>,
     clearance_m: f64,
     /// Length of the way.
     length_m: f64,
@@ -44,21 +40,22 @@ pub(super) struct Follower<'a> {
 
 /// The pair at one travel.
 struct Moment {
-    travel_m: f64,
-    poses: [BenchPose; 2],
+    pose: PairPose,
     /// How much further apart than the clearance the boards are, below 0 where they are nearer. With a clearance of 0 it is
     /// the largest gap across an edge, whose sign is the same.
     gap_m: f64,
 }
 
 impl Moment {
-    fn new(travel_m: f64, first: BenchPose, second: BenchPose, clearance_m: f64) -> Self {
+    #[inline]
+    fn new(pose: PairPose, clearance_m: f64) -> Self {
+        let [first, second] = &pose.benches;
         let gap_m = if clearance_m == 0.0 {
             first.board.separation(&second.board).0
         } else {
             first.board.clearance(&second.board) - clearance_m
         };
-        Self { travel_m, poses: [first, second], gap_m }
+        Self { pose, gap_m }
     }
 
     fn touching(&self) -> bool {
@@ -66,7 +63,7 @@ impl Moment {
     }
 
     fn approach(&self) -> Approach {
-        self.poses[0].board.approach(&self.poses[1].board)
+        self.pose.benches[0].board.approach(&self.pose.benches[1].board)
     }
 
     /// The direction in which the clearance is measured, from either board to the other, along and across that board.
@@ -74,7 +71,8 @@ impl Moment {
         let direction = self.approach().direction;
         let seen_from =
             |board: &Board, direction: DVec2| direction.rotate(DVec2::new(board.heading.x, -board.heading.y));
-        [seen_from(&self.poses[0].board, direction), seen_from(&self.poses[1].board, -direction)]
+        let [first, second] = &self.pose.benches;
+        [seen_from(&first.board, direction), seen_from(&second.board, -direction)]
     }
 }
 
@@ -91,35 +89,18 @@ impl<'a> Follower<'a> {
     ) -> ControlFlow<PairEvent> {
         dragon.meter().add((benches[1] - benches[0]) as u64);
         let motion = PairMotion::on_coil(dragon, benches, earlier, later);
-        let follower = Self { dragon, benches, clearance_m, length_m: later.travel_m - earlier.travel_m, motion };
-        let at = |pose: &Pose| {
-            Moment::new(pose.travel_m, pose.bench_pose(benches[0]), pose.bench_pose(benches[1]), clearance_m)
-        };
+        let pair = Pair { dragon, benches };
+        let follower = Self { pair, clearance_m, length_m: later.travel_m - earlier.travel_m, motion };
+        let at = |pose| Moment::new(pair.at(pose), clearance_m);
         follower.walk(&at(earlier), &at(later), sink)
     }
 
     /// The same on a part of the way, with bounds on that.
     fn renewed(&self, earlier: &Moment, later: &Moment) -> Self {
-        let [from, to] = [earlier, later].map(|moment| {
-            let mut pose = Pose::default();
-            pose.place_head(self.dragon, moment.travel_m);
-            pose.extend_to(self.dragon, self.benches[1] + 1);
-            pose
-        });
-        let motion = PairMotion::along_curve(self.dragon, self.benches, &from, &to);
-        Self { length_m: later.travel_m - earlier.travel_m, motion: Some(motion), ..*self }
-    }
-
-    /// The pair at a travel within the run; solves the chain as far as the pair's second bench.
-    fn solve(&self, travel_m: f64) -> Moment {
-        let mut chain = self.dragon.chain(travel_m).expect("the travel lies within the run");
-        let mut bench_pose = |bench, ahead| {
-            let front = chain.nth(ahead).expect("the chain reaches the second bench");
-            let rear = chain.next().expect("the chain reaches the second bench");
-            BenchPose::new(self.dragon, bench, front, rear)
-        };
-        let [first, second] = self.benches;
-        Moment::new(travel_m, bench_pose(first, first), bench_pose(second, second - first - 2), self.clearance_m)
+        let Pair { dragon, benches } = self.pair;
+        let [from, to] = [earlier, later].map(|moment| Pose::of(dragon, moment.pose.travel_m, benches[1] + 1));
+        let motion = PairMotion::along_curve(dragon, benches, &from, &to);
+        Self { length_m: later.pose.travel_m - earlier.pose.travel_m, motion: Some(motion), ..*self }
     }
 
     fn walk(
@@ -128,19 +109,19 @@ impl<'a> Follower<'a> {
         later: &Moment,
         sink: &mut impl FnMut(PairEvent) -> ControlFlow<PairEvent>,
     ) -> ControlFlow<PairEvent> {
-        self.dragon.meter().add(STEPS_PER_LOOK);
-        if self.dragon.meter().is_spent() || self.settled(earlier, later) {
+        if !self.pair.may_look() || self.settled(earlier, later) {
             return ControlFlow::Continue(());
         }
-        let length_m = later.travel_m - earlier.travel_m;
-        if length_m <= RENEWAL * self.length_m && !self.motion.is_some_and(|motion| motion.is_on_coil()) {
+        let (earlier_m, later_m) = (earlier.pose.travel_m, later.pose.travel_m);
+        let length_m = later_m - earlier_m;
+        if length_m <= RENEWAL * self.length_m && !self.motion.is_some_and(|motion| motion.is_on_coil) {
             return self.renewed(earlier, later).walk(earlier, later, sink);
         }
-        let middle_m = 0.5 * (earlier.travel_m + later.travel_m);
-        if length_m <= RESOLUTION_M || middle_m <= earlier.travel_m || middle_m >= later.travel_m {
+        let middle_m = 0.5 * (earlier_m + later_m);
+        if length_m <= RESOLUTION_M || middle_m <= earlier_m || middle_m >= later_m {
             return self.change(earlier, later).map_or(ControlFlow::Continue(()), sink);
         }
-        let middle = self.solve(middle_m);
+        let middle = Moment::new(self.pair.solve(middle_m), self.clearance_m);
         self.walk(earlier, &middle, sink)?;
         self.walk(&middle, later, sink)
     }
@@ -151,7 +132,7 @@ impl<'a> Follower<'a> {
             return false;
         }
         let is_settled = self.motion.is_some_and(|motion| {
-            let encounter = motion.between(&earlier.poses, &later.poses);
+            let encounter = motion.between(&earlier.pose.benches, &later.pose.benches);
             if earlier.touching() {
                 return encounter.stays_touching(self.clearance_m);
             }
@@ -166,8 +147,7 @@ impl<'a> Follower<'a> {
 
     /// The same from what either board may cover, whenever the other one is where.
     fn settled_separately(&self, earlier: &Moment, later: &Moment) -> bool {
-        let [first, second] =
-            [0, 1].map(|i| BoardCoverage::new(self.dragon, self.benches[i], &earlier.poses[i], &later.poses[i]));
+        let [first, second] = self.pair.coverages(&earlier.pose, &later.pose);
         if earlier.touching() {
             return first.stays_touching(&second, -earlier.gap_m.min(later.gap_m));
         }
@@ -175,7 +155,7 @@ impl<'a> Follower<'a> {
             return true;
         }
         [earlier, later].into_iter().any(|moment| {
-            let (_, axis) = moment.poses[0].board.separation(&moment.poses[1].board);
+            let (_, axis) = moment.pose.benches[0].board.separation(&moment.pose.benches[1].board);
             [axis, moment.approach().direction]
                 .into_iter()
                 .any(|direction| first.gap_m(&second, direction) > self.clearance_m)
@@ -184,8 +164,8 @@ impl<'a> Follower<'a> {
 
     fn change(&self, earlier: &Moment, later: &Moment) -> Option<PairEvent> {
         let contact = |moment: &Moment| Contact {
-            travel_m: later.travel_m,
-            benches: self.benches,
+            travel_m: later.pose.travel_m,
+            benches: self.pair.benches,
             point: moment.approach().point,
         };
         match (earlier.touching(), later.touching()) {

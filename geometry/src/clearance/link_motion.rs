@@ -4,10 +4,10 @@
 //! route's curvature there is at most some K. With s the arc walked by the front handle, p and r the handles, u the
 //! heading, and α and β the angles between the heading and the tangents at front and rear:
 //!
-//! - |p'| = 1 and |p''| ≤ K;
-//! - |r'| = g = cos α / cos β (rigid link), |r''| ≤ |g'| + K·g²;
-//! - |u'| = ω ≤ (sin α + g·sin β) / d, for u turns by what the handles move across it, and |u''| ≤ (|p''| + |r''|) / d;
-//! - |α'| ≤ K + ω and |β'| ≤ K·g + ω, so |g'| ≤ sin α·(K + ω)/cos β + sin β·(K·g + ω)/cos² β.
+//! 1. |p'| = 1 and |p''| ≤ K;
+//! 2. |r'| = g = cos α / cos β (rigid link), |r''| ≤ |g'| + K·g²;
+//! 3. |u'| = ω ≤ (sin α + g·sin β) / d, for u turns by what the handles move across it, and |u''| ≤ (|p''| + |r''|) / d;
+//! 4. |α'| ≤ K + ω and |β'| ≤ K·g + ω, so |g'| ≤ sin α·(K + ω)/cos β + sin β·(K·g + ω)/cos² β.
 
 use super::pose::BenchPose;
 use crate::dragon::Dragon;

@@ -11,6 +11,7 @@ mod follower;
 mod grid;
 mod link_motion;
 mod near_pairs;
+mod pair;
 mod pair_motion;
 mod pose;
 mod proven_travel;

@@ -11,6 +11,7 @@ use std::cmp::Ordering;
 use std::ops::ControlFlow;
 
 use super::grid::{Disc, Grid};
+use crate::dragon::Dimensions;
 use crate::dragon::board::Board;
 
 /// A list is made for this many poses, moving on as they did before: more make it longer, fewer make it more often.
@@ -151,7 +152,7 @@ impl NearPairs {
             for &second in others {
                 let gap_m = board.gap_m(&boards[second as usize]);
                 pairs[count] = NearPair { benches: [first.min(second), first.max(second)], gap_m };
-                count += usize::from(first.abs_diff(second) > 1 && gap_m <= *horizon_m);
+                count += usize::from(Dimensions::is_pair(first as usize, second as usize) && gap_m <= *horizon_m);
             }
             if count > 2 * most {
                 let (_, last, _) = pairs[..count].select_nth_unstable_by(most - 1, NearPair::order);

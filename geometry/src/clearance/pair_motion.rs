@@ -17,10 +17,7 @@
 
 use glam::DVec2;
 
-use super::coil_motion::on_coil;
-use super::curve_motion::along_curve;
-use super::pose::{BenchPose, Pose};
-use crate::dragon::Dragon;
+use super::pose::BenchPose;
 
 /// Gap up to which boards are in touch, in metres: a few times the rounding of a handle's position.
 pub(super) const GRAZE_M: f64 = 1e-12;
@@ -28,9 +25,10 @@ pub(super) const GRAZE_M: f64 = 1e-12;
 /// Bounds on the motion of a pair over a way and all parts of it, per unit of the parameter, or infinities.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PairMotion {
-    benches: [BenchMotion; 2],
-    overhang_m: f64,
-    is_on_coil: bool,
+    pub(super) benches: [BenchMotion; 2],
+    pub(super) overhang_m: f64,
+    /// Whether the bounds are those of a coil, which are much the same on every part of a way.
+    pub(super) is_on_coil: bool,
 }
 
 /// Bounds on a bench's motion.
@@ -53,23 +51,6 @@ pub(super) struct BenchMotion {
 }
 
 impl PairMotion {
-    /// The motion of two benches from one pose to a later one, if it is on the coil of the route.
-    pub(super) fn on_coil(dragon: &Dragon, benches: [usize; 2], earlier: &Pose, later: &Pose) -> Option<Self> {
-        let benches = on_coil(dragon, benches, earlier, later)?;
-        Some(Self { benches, overhang_m: dragon.dimensions().overhang_m(), is_on_coil: true })
-    }
-
-    /// The same on any route.
-    pub(super) fn along_curve(dragon: &Dragon, benches: [usize; 2], earlier: &Pose, later: &Pose) -> Self {
-        let benches = along_curve(dragon, benches, earlier, later);
-        Self { benches, overhang_m: dragon.dimensions().overhang_m(), is_on_coil: false }
-    }
-
-    /// Whether the bounds are those of a coil, which are much the same on every part of a way.
-    pub(super) fn is_on_coil(&self) -> bool {
-        self.is_on_coil
-    }
-
     /// The pair on a part of the way.
     pub(super) fn between(&self, earlier: &[BenchPose; 2], later: &[BenchPose; 2]) -> Encounter {
         let stretch = if self.is_on_coil {
@@ -190,16 +171,10 @@ mod tests {
 
     use proptest::prelude::*;
 
+    use super::super::pose::Pose;
     use super::*;
-    use crate::dragon::Dimensions;
+    use crate::dragon::{Dimensions, Dragon};
     use crate::route::{Route, Turnaround};
-
-    fn pose(dragon: &Dragon, travel_m: f64) -> Pose {
-        let mut pose = Pose::default();
-        pose.place_head(dragon, travel_m);
-        pose.extend_to(dragon, usize::MAX);
-        pose
-    }
 
     fn spirals() -> impl Strategy<Value = Arc<Route>> {
         (0.3..3.0_f64, 1.0..12.0_f64).prop_map(|(pitch_m, turns)| {
@@ -227,7 +202,8 @@ mod tests {
             let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
             let from_m = start_m + part * (end_m - start_m);
             let to_m = (from_m + length_m).min(end_m);
-            let poses = [from_m, from_m + between * (to_m - from_m), to_m].map(|travel_m| pose(&dragon, travel_m));
+            let poses = [from_m, from_m + between * (to_m - from_m), to_m]
+                .map(|travel_m| Pose::of(&dragon, travel_m, usize::MAX));
             Some((dragon, [first, first + gap], poses))
         })
     }

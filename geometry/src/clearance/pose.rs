@@ -1,5 +1,6 @@
 //! The dragon at one travel, or as much of it as is wanted, from the head.
 
+use super::coverage::drift_m;
 use crate::dragon::Dragon;
 use crate::dragon::board::Board;
 use crate::dragon::chain::Handle;
@@ -15,6 +16,14 @@ pub(super) struct Pose {
 }
 
 impl Pose {
+    /// The first `benches` benches, or all, with the head at a travel of the run.
+    pub(super) fn of(dragon: &Dragon, travel_m: f64, benches: usize) -> Self {
+        let mut pose = Self::default();
+        pose.place_head(dragon, travel_m);
+        pose.extend_to(dragon, benches);
+        pose
+    }
+
     /// Puts the dragon's head at `travel_m`, which must lie within the run, and nothing behind it.
     pub(super) fn place_head(&mut self, dragon: &Dragon, travel_m: f64) {
         self.travel_m = travel_m;
@@ -30,7 +39,7 @@ impl Pose {
         self.extend_while(dragon, |index, _| index < benches);
     }
 
-    /// Puts up benches behind those that stand already as long as `wanted` is true of the index and place of their front
+    /// Puts up benches behind those that stand already as long as `wanted` is true of the index and parameter of their front
     /// handles.
     pub(super) fn extend_while(&mut self, dragon: &Dragon, wanted: impl Fn(usize, f64) -> bool) {
         let mut chain = dragon.chain_behind(self.boards.len(), &self.handles[self.boards.len()]);
@@ -52,9 +61,10 @@ impl Pose {
         !self.handles.is_empty() && self.travel_m == travel_m
     }
 
-    /// What a bench's two handles walk up to a later pose.
-    pub(super) fn walks_m(&self, later: &Self, bench: usize) -> [f64; 2] {
-        [bench, bench + 1].map(|handle| later.handle_travels_m[handle] - self.handle_travels_m[handle])
+    /// How far a point of a bench's board may get from where it is at either pose, on the way to a later one.
+    pub(super) fn drift_m(&self, later: &Self, dragon: &Dragon, bench: usize) -> f64 {
+        let walked_m = |handle: usize| later.handle_travels_m[handle] - self.handle_travels_m[handle];
+        drift_m(dragon, bench, [bench, bench + 1].map(walked_m))
     }
 
     pub(super) fn bench_pose(&self, bench: usize) -> BenchPose {
@@ -84,5 +94,10 @@ impl BenchPose {
     pub(super) fn new(dragon: &Dragon, bench: usize, front: Handle, rear: Handle) -> Self {
         let [front_travel_m, rear_travel_m] = [front, rear].map(|handle| dragon.route().travel(handle.parameter));
         Self { front, rear, front_travel_m, rear_travel_m, board: dragon.board(bench, &front, &rear) }
+    }
+
+    /// What the two handles walk up to a later pose.
+    pub(super) fn walks_m(&self, later: &Self) -> [f64; 2] {
+        [later.front_travel_m - self.front_travel_m, later.rear_travel_m - self.rear_travel_m]
     }
 }

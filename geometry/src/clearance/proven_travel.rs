@@ -7,7 +7,7 @@
 //! *Guarantee.* No clearance is under the margin on proven travel, up to the rounding of the poses, some 10⁻¹² m. Proven
 //! travel ends at most [`RESOLUTION_M`] before the first violation that the bound can see.
 
-use super::approach_search::{ApproachSearch, MarginViolation, Pairs};
+use super::approach_search::{ApproachSearch, Pairs};
 use super::search::PairClearance;
 use crate::dragon::Dragon;
 
@@ -22,7 +22,8 @@ pub struct ProvenTravel<'a> {
     margin_m: f64,
     begin_m: f64,
     end_m: f64,
-    violation: Option<MarginViolation>,
+    /// Whether a violation follows.
+    is_ended: bool,
 }
 
 impl<'a> ProvenTravel<'a> {
@@ -34,7 +35,7 @@ impl<'a> ProvenTravel<'a> {
         let mut search = ApproachSearch::new(dragon, Pairs::UnrepeatedSince(travel_m), travel_m);
         match search.nearest() {
             Some(nearest) if nearest.clearance_m < margin_m => Err(nearest),
-            _ => Ok(Self { dragon, search, margin_m, begin_m: travel_m, end_m: travel_m, violation: None }),
+            _ => Ok(Self { dragon, search, margin_m, begin_m: travel_m, end_m: travel_m, is_ended: false }),
         }
     }
 
@@ -45,14 +46,14 @@ impl<'a> ProvenTravel<'a> {
         let stride_m = ApproachSearch::stride_m(self.dragon);
         self.dragon.meter().restart();
         for stride in 0..=handles / self.dragon.dimensions().handles() {
-            if self.violation.is_some() || self.end_m >= to_m {
+            if self.is_ended || self.end_m >= to_m {
                 return;
             }
             let next_m = to_m.min(self.end_m + stride_m);
             match self.search.walk_over(next_m, self.margin_m, RESOLUTION_M) {
                 Ok(()) => self.end_m = next_m,
                 Err(_) if self.dragon.meter().is_spent() && stride > 0 => return,
-                Err(violation) => (self.end_m, self.violation) = (violation.travel_m, Some(violation)),
+                Err(violation_m) => (self.end_m, self.is_ended) = (violation_m, true),
             }
         }
     }
@@ -74,6 +75,6 @@ impl<'a> ProvenTravel<'a> {
 
     /// Whether it can grow no further.
     pub fn is_whole(&self) -> bool {
-        self.violation.is_some() || self.end_m >= self.dragon.end_travel_m()
+        self.is_ended || self.end_m >= self.dragon.end_travel_m()
     }
 }

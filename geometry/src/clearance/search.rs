@@ -7,7 +7,7 @@
 use glam::DVec2;
 
 use super::near_pairs::{MAX_PAIRS, NearPairs};
-use crate::dragon::board::Board;
+use crate::dragon::board::{Approach, Board};
 
 /// Two benches and how near they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,9 +21,12 @@ pub struct PairClearance {
 }
 
 impl PairClearance {
+    pub(crate) fn new(benches: [usize; 2], Approach { clearance_m, point, .. }: Approach) -> Self {
+        Self { benches, clearance_m, point }
+    }
+
     pub(super) fn of(boards: &[Board], benches: [usize; 2]) -> Self {
-        let approach = boards[benches[0]].approach(&boards[benches[1]]);
-        Self { benches, clearance_m: approach.clearance_m, point: approach.point }
+        Self::new(benches, boards[benches[0]].approach(&boards[benches[1]]))
     }
 
     pub(super) fn order(&self, other: &Self) -> std::cmp::Ordering {

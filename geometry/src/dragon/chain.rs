@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use super::Dragon;
 use super::dimensions::Dimensions;
-use super::link::{Link, MAX_STEPS};
+use super::link::Link;
 use super::meter::Meter;
 use crate::route::{Route, RoutePoint};
 
@@ -56,19 +56,9 @@ pub struct Chain<'a> {
 }
 
 impl<'a> Chain<'a> {
-    /// A chain whose head stands at `travel_m`, whether or not a dragon can walk there: it ends at a link that nowhere
+    /// A chain whose head stands at a parameter, whether or not a dragon can walk there: it ends at a link that nowhere
     /// behind meets the route.
-    pub(crate) fn new(route: &'a Route, dimensions: &'a Dimensions, meter: &'a Meter, travel_m: f64) -> Self {
-        Self::from_parameter(route, dimensions, meter, route.parameter(travel_m))
-    }
-
-    /// The same with the head at a parameter.
-    pub(crate) fn from_parameter(
-        route: &'a Route,
-        dimensions: &'a Dimensions,
-        meter: &'a Meter,
-        parameter: f64,
-    ) -> Self {
+    pub(crate) fn new(route: &'a Route, dimensions: &'a Dimensions, meter: &'a Meter, parameter: f64) -> Self {
         Self { route, dimensions, meter, last: Some((parameter, route.point(parameter), 1.0)), handed_out: 0 }
     }
 
@@ -86,10 +76,8 @@ impl<'a> Chain<'a> {
 
     fn follow_link(&self) -> Option<(f64, RoutePoint, f64)> {
         let (parameter, front, speed_ratio) = self.last?;
-        let link = Link { route: self.route, front, length_m: self.dimensions.link_m(self.handed_out - 1) };
-        let rear = link.rear(parameter);
-        self.meter.add(u64::from(rear.map_or(MAX_STEPS, |rear| rear.looks)));
-        let rear = rear?;
+        let length_m = self.dimensions.link_m(self.handed_out - 1);
+        let rear = Link { route: self.route, front, length_m, meter: self.meter }.rear(parameter)?;
         Some((rear.parameter, rear.point, speed_ratio * rear.speed_ratio()))
     }
 }

@@ -19,72 +19,10 @@ pub const MOST_PER_LINK: f64 = 20.0;
 /// A board is at most this many times as long as it is wide.
 pub const MOST_PER_WIDTH: f64 = 100.0;
 
-/// Why dimensions cannot be those of a dragon.
-#[derive(Clone, Copy, Debug, Error, PartialEq)]
-pub enum DimensionsError {
-    /// Not a number of benches.
-    #[error("benches is {0}, must be from 1 to {MAX_BENCHES}")]
-    Benches(usize),
-    /// Not the length or the width of a board.
-    #[error("{key} is {}, must be from {lowest} to {highest}", Number(*value))]
-    Size {
-        /// The configuration's name of the value.
-        key: &'static str,
-        /// Metres.
-        value: f64,
-        /// Least allowed value.
-        lowest: f64,
-        /// Greatest allowed value.
-        highest: f64,
-    },
-    /// Not a place for a hole.
-    #[error(
-        "hole_offset_m is {}, must be at least 0 and under {}, half of the shortest bench",
-        Number(*value),
-        Number(*limit)
-    )]
-    HoleOffset {
-        /// Metres.
-        value: f64,
-        /// Metres.
-        limit: f64,
-    },
-    /// Hinges too near to each other for the board between them.
-    #[error(
-        "hole_offset_m is {}: the hinges of a bench with {key} {} are {} m apart, must be at least {}",
-        Number(*hole_offset_m),
-        Number(*length_m),
-        Number(*link_m),
-        Number(*least_m)
-    )]
-    Link {
-        /// The configuration's name of the bench's length.
-        key: &'static str,
-        /// Length of the board in metres.
-        length_m: f64,
-        /// Metres.
-        hole_offset_m: f64,
-        /// Metres from hinge to hinge.
-        link_m: f64,
-        /// Least allowed value, [`LEAST_LINK_M`] or more for a large board.
-        least_m: f64,
-    },
-    /// A board too narrow for its length.
-    #[error(
-        "width_m is {}, must be at least {}, a hundredth of {key} {}",
-        Number(*width_m),
-        Number(length_m / MOST_PER_WIDTH),
-        Number(*length_m)
-    )]
-    Narrow {
-        /// The configuration's name of the board's length.
-        key: &'static str,
-        /// Metres.
-        length_m: f64,
-        /// Metres.
-        width_m: f64,
-    },
-}
+/// Why dimensions cannot be those of a dragon: the configuration's name of the value, the value, and what is allowed.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{0}")]
+pub struct DimensionsError(String);
 
 /// The benches of a dragon: a board each, with two hinge holes `hole_offset_m` from its ends. Bench 0 is the head.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,6 +35,10 @@ pub struct Dimensions {
 }
 
 impl Dimensions {
+    /// Benches at the head that do not repeat others: the head, and the first body bench. All benches behind them are alike, so each
+    /// comes to stand where the one before it stood, with the same benches behind it.
+    pub(crate) const LEADING: usize = 2;
+
     /// Dimensions of a dragon, in metres.
     ///
     /// ```
@@ -123,26 +65,40 @@ impl Dimensions {
         width_m: f64,
         hole_offset_m: f64,
     ) -> Result<Self, DimensionsError> {
+        let refuse = |message: String| Err(DimensionsError(message));
         if !(1..=MAX_BENCHES).contains(&benches) {
-            return Err(DimensionsError::Benches(benches));
+            return refuse(format!("benches is {benches}, must be from 1 to {MAX_BENCHES}"));
         }
         let lengths = [("head_length_m", head_length_m), ("body_length_m", body_length_m)];
-        for (key, length_m) in lengths {
-            require(key, length_m, &LENGTH_M)?;
+        let [head, body] = lengths;
+        for ((key, value), allowed) in [(head, LENGTH_M), (body, LENGTH_M), (("width_m", width_m), WIDTH_M)] {
+            if !allowed.contains(&value) {
+                let (value, lowest, highest) = (Number(value), allowed.start(), allowed.end());
+                return refuse(format!("{key} is {value}, must be from {lowest} to {highest}"));
+            }
         }
-        require("width_m", width_m, &WIDTH_M)?;
         let limit = 0.5 * head_length_m.min(body_length_m);
         if !(hole_offset_m >= 0.0 && hole_offset_m < limit) {
-            return Err(DimensionsError::HoleOffset { value: hole_offset_m, limit });
+            let (offset_m, limit) = (Number(hole_offset_m), Number(limit));
+            return refuse(format!(
+                "hole_offset_m is {offset_m}, must be at least 0 and under {limit}, half of the shortest bench"
+            ));
         }
         for (key, length_m) in lengths {
             let link_m = length_m - 2.0 * hole_offset_m;
             let least_m = LEAST_LINK_M.max(length_m.max(width_m) / MOST_PER_LINK);
             if link_m < least_m {
-                return Err(DimensionsError::Link { key, length_m, hole_offset_m, link_m, least_m });
+                let [offset_m, length_m, link_m, least_m] = [hole_offset_m, length_m, link_m, least_m].map(Number);
+                return refuse(format!(
+                    "hole_offset_m is {offset_m}: the hinges of a bench with {key} {length_m} are {link_m} m apart, \
+                     must be at least {least_m}"
+                ));
             }
             if length_m > MOST_PER_WIDTH * width_m {
-                return Err(DimensionsError::Narrow { key, length_m, width_m });
+                let [width_m, least_m, length_m] = [width_m, length_m / MOST_PER_WIDTH, length_m].map(Number);
+                return refuse(format!(
+                    "width_m is {width_m}, must be at least {least_m}, a hundredth of {key} {length_m}"
+                ));
             }
         }
         Ok(Self { benches, head_length_m, body_length_m, width_m, hole_offset_m })
@@ -176,11 +132,12 @@ impl Dimensions {
         self.benches + 1
     }
 
-    /// How many benches at the head each have a link of their own or follow one: behind them, all benches are alike, so that a
-    /// bench stands where the one before it has stood, with as much behind it.
-    pub(crate) const LEADING: usize = 2;
+    /// Whether two benches make a pair, whose clearance counts: neighbours on a hinge do not.
+    pub(crate) fn is_pair(one: usize, other: usize) -> bool {
+        one.abs_diff(other) > 1
+    }
 
-    /// The benches that make a pair with the one of this index and lie behind it: its neighbour on the hinge does not.
+    /// The benches behind one that make a pair with it, among so many benches.
     pub(crate) fn partners(bench: usize, benches: usize) -> Range<usize> {
         bench + 2..benches
     }
@@ -225,11 +182,4 @@ impl Dimensions {
     pub fn overhang_m(&self) -> f64 {
         self.hole_offset_m.hypot(0.5 * self.width_m)
     }
-}
-
-fn require(key: &'static str, value: f64, allowed: &RangeInclusive<f64>) -> Result<(), DimensionsError> {
-    if allowed.contains(&value) {
-        return Ok(());
-    }
-    Err(DimensionsError::Size { key, value, lowest: *allowed.start(), highest: *allowed.end() })
 }

@@ -1,10 +1,11 @@
 //! One link of the chain: from the parameter of its front handle to that of its rear handle.
 
+use super::meter::Meter;
 use crate::route::{Route, RoutePoint};
 
 /// Bound on steps of the walk back. A step covers a good part of the distance that is lacking, so only a link that
 /// spans very many turns of the route comes near it.
-pub(crate) const MAX_STEPS: u32 = 10_000;
+const MAX_STEPS: u32 = 10_000;
 
 /// Bound on steps towards a bracketed crossing: in the worst case every second one halves the bracket.
 const MAX_REFINEMENTS: usize = 128;
@@ -22,8 +23,6 @@ pub(crate) struct RearEnd {
     pub(crate) cos_front: f64,
     /// The same at the rear handle.
     pub(crate) cos_rear: f64,
-    /// Points of the route that were looked at.
-    pub(crate) looks: u32,
 }
 
 impl RearEnd {
@@ -38,12 +37,13 @@ impl RearEnd {
     }
 }
 
-/// A link of `length_m` metres whose front handle stands on `front`.
+/// A link of `length_m` metres whose front handle stands on `front`. The points of the route that it looks at count on the meter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Link<'a> {
     pub(crate) route: &'a Route,
     pub(crate) front: RoutePoint,
     pub(crate) length_m: f64,
+    pub(crate) meter: &'a Meter,
 }
 
 /// A point of the walk back, seen from the front handle.
@@ -79,6 +79,7 @@ impl Link<'_> {
             }
             sight = self.look(self.route.step_back(sight.parameter, self.safe_step(&sight)));
         }
+        self.meter.add(u64::from(MAX_STEPS));
         None
     }
 
@@ -159,17 +160,13 @@ impl Link<'_> {
             sight = self.look(next);
             looks += 1;
         }
-        self.rear_end(&sight, looks)
-    }
-
-    fn rear_end(&self, sight: &WalkPoint, looks: u32) -> RearEnd {
+        self.meter.add(u64::from(looks));
         let chord = self.front.position - sight.point.position;
         RearEnd {
             parameter: sight.parameter,
             point: sight.point,
             cos_front: chord.dot(self.front.tangent) / sight.distance_m,
             cos_rear: sight.growth,
-            looks,
         }
     }
 }

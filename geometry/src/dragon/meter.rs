@@ -94,6 +94,11 @@ impl Meter {
         Spent { most: self.0.as_ref().map_or(u64::MAX, |count| count.most), reached_m }
     }
 
+    /// Ends a search that is finished up to this travel where the limit is reached.
+    pub(crate) fn check(&self, reached_m: f64) -> Result<(), Spent> {
+        if self.is_spent() { Err(self.spent(reached_m)) } else { Ok(()) }
+    }
+
     /// A meter of its own with half of what is left.
     pub(crate) fn half(&self) -> Self {
         if self.is_limited() { Self::of(self.left() / 2) } else { Self::unlimited() }

@@ -76,6 +76,8 @@ pub struct Dragon {
     dimensions: Dimensions,
     route: Arc<Route>,
     run: Run,
+    /// Parameter of the head at the run's end.
+    pub(crate) end_parameter: f64,
     meter: Meter,
 }
 
@@ -104,7 +106,7 @@ impl Dragon {
             return Err(DragonError::TooMuchWork(placing.spent(route.start_travel_m())));
         }
         let run = run.map_err(|handle| DragonError::CannotStand { handle, link_m: dimensions.link_m(handle - 1) })?;
-        Ok(Self { dimensions, route, run, meter })
+        Ok(Self { dimensions, end_parameter: route.parameter(run.end_travel_m), route, run, meter })
     }
 
     /// The same dragon, with all work for it counted on this meter.
@@ -149,7 +151,7 @@ impl Dragon {
     /// The travel must lie within the run.
     pub fn chain(&self, travel_m: f64) -> Result<Chain<'_>, TravelOutOfRange> {
         self.require_travel(travel_m)?;
-        Ok(Chain::new(self.route(), &self.dimensions, &self.meter, travel_m))
+        Ok(Chain::new(self.route(), &self.dimensions, &self.meter, self.route.parameter(travel_m)))
     }
 
     /// Refuses a travel beyond the run.

@@ -1,11 +1,11 @@
-//! The body's handles behind one place of the route.
+//! The body's handles behind one parameter of the route.
 //!
-//! All body links are alike, so each handle from the second on stands where the same function f of the place of the one
-//! before puts it. Behind a parameter x the body stands on the orbit x, f(x), f(f(x))…, whichever handle stands at x: a
+//! All body links are alike, so each handle from the second on stands where the same function f of the parameter of the
+//! one before puts it. Behind a parameter x the body stands on the orbit x, f(x), f(f(x))…, whichever handle stands at x: a
 //! dragon that walks on by one bench stands on the same orbit, one station further on.
 
 use super::Dragon;
-use super::link::{Link, MAX_STEPS, RearEnd};
+use super::link::{Link, RearEnd};
 use crate::numerics::{Slope, rising_root};
 
 /// How exactly handle 1 is brought to a parameter, in metres: a chain's own rounding is some 10⁻¹³ m.
@@ -20,15 +20,6 @@ pub(crate) struct Station {
     pub(crate) speed_ratio: f64,
 }
 
-/// The head before handle 1.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Head {
-    /// Parameter on the route.
-    pub(crate) parameter: f64,
-    /// Speed of handle 1 ÷ speed of the head.
-    pub(crate) speed_ratio: f64,
-}
-
 impl Dragon {
     /// The stations behind `parameter`, which comes first. It ends at a link that nowhere behind meets the route.
     pub(crate) fn orbit(&self, parameter: f64) -> impl Iterator<Item = Station> {
@@ -40,18 +31,16 @@ impl Dragon {
         })
     }
 
-    /// Parameter of handle 1 with the head at `head_parameter`.
-    pub(crate) fn first_handle(&self, head_parameter: f64) -> Option<f64> {
-        self.rear(0, head_parameter).map(|rear| rear.parameter)
-    }
-
-    /// The head with handle 1 at `parameter`, which must lie on the way that handle 1 walks during the run.
+    /// The head's parameter with handle 1 at `parameter`, which must lie on the way that handle 1 walks during the run; and the
+    /// speed of handle 1 ÷ that of the head.
     ///
     /// Newton's method on the parameter of handle 1, which grows with that of the head all through the run. In metres it is
     /// known to some 10⁻¹².
-    pub(crate) fn head_before(&self, parameter: f64) -> Head {
-        let end = self.route.parameter(self.end_travel_m()).max(parameter);
-        let guess = self.route.parameter(self.route.travel(parameter) + self.dimensions.link_m(0));
+    pub(crate) fn head_before(&self, parameter: f64) -> (f64, f64) {
+        let end = self.end_parameter.max(parameter);
+        let ahead_m = self.dimensions.link_m(0);
+        let near = parameter + ahead_m / self.route.point(parameter).speed_m_per_unit;
+        let guess = self.route.parameter_near(self.route.travel(parameter) + ahead_m, near);
         let mut speed_ratio = 1.0;
         let head_parameter = rising_root(parameter..=end, guess, ROUNDING_M, |head_parameter| {
             let rear = self.rear(0, head_parameter).expect("handle 1 stands all through the run");
@@ -61,14 +50,13 @@ impl Dragon {
                 growth: speed_ratio * self.route.point(head_parameter).speed_m_per_unit,
             }
         });
-        Head { parameter: head_parameter, speed_ratio }
+        (head_parameter, speed_ratio)
     }
 
-    fn rear(&self, bench: usize, front_parameter: f64) -> Option<RearEnd> {
+    /// The rear handle of a bench whose front handle stands at `front_parameter`.
+    pub(crate) fn rear(&self, bench: usize, front_parameter: f64) -> Option<RearEnd> {
         let route = self.route();
-        let link = Link { route, front: route.point(front_parameter), length_m: self.dimensions.link_m(bench) };
-        let rear = link.rear(front_parameter);
-        self.meter.add(u64::from(rear.map_or(MAX_STEPS, |rear| rear.looks)));
-        rear
+        let (front, length_m) = (route.point(front_parameter), self.dimensions.link_m(bench));
+        Link { route, front, length_m, meter: &self.meter }.rear(front_parameter)
     }
 }

@@ -5,15 +5,15 @@
 //! (the rear handle's speed has no bound: the crossing that it stands on vanishes), or where a nearer crossing appears.
 //!
 //! Whether a link walks depends on the parameter of its front handle alone, and all body links are alike. So a *fault* is a
-//! place of the route, one for the head's link and one for each parameter that a body link does not get past.
+//! parameter of the route, one for the head's link and one for each parameter that a body link does not get past.
 
 use std::fmt::{self, Display, Formatter};
 
 use super::chain::Chain;
 use super::dimensions::Dimensions;
-use super::link::{Link, MAX_STEPS, RearEnd};
+use super::link::{Link, RearEnd};
 use super::meter::Meter;
-use crate::numerics::turning_point;
+use crate::numerics::{peak, turning_point};
 use crate::route::Route;
 
 /// A stretch that the curvature bound does not clear is looked at this many times per link length.
@@ -32,9 +32,6 @@ const BRISK: f64 = 1.5;
 /// What a rear handle could walk, at a speed without bound, while the front handle walks [`TOLERANCE`]: the root of that,
 /// over a curvature of 1/100 m or more.
 const LEAST_JUMP_M: f64 = 1e-5;
-
-/// Part of an interval that golden section leaves out: 1 − 1/φ.
-const GOLDEN: f64 = 0.381_966_011_250_105_1;
 
 /// Part of the way between two looks to which the parameter of a dip is known: its depth is then, as a square of that, right
 /// to rounding.
@@ -98,7 +95,7 @@ impl Run {
     /// far.
     fn shorten(&mut self, route: &Route, dimensions: &Dimensions, meter: &Meter, bench: usize, fault: &Fault) {
         let arrived = |travel_m| {
-            let handle = Chain::new(route, dimensions, meter, travel_m).nth(bench);
+            let handle = Chain::new(route, dimensions, meter, route.parameter(travel_m)).nth(bench);
             handle.is_none_or(|handle| handle.parameter >= fault.parameter)
         };
         if arrived(self.end_travel_m) {
@@ -111,7 +108,7 @@ impl Run {
 
 /// Parameters of all handles at the route's start, or the first handle that has none or would not move forward.
 fn standing_parameters(route: &Route, dimensions: &Dimensions, meter: &Meter) -> Result<Vec<f64>, usize> {
-    let parameters: Vec<f64> = Chain::new(route, dimensions, meter, route.start_travel_m())
+    let parameters: Vec<f64> = Chain::new(route, dimensions, meter, route.parameter(route.start_travel_m()))
         .take_while(|handle| !meter.is_spent() && handle.speed_ratio > 0.0 && handle.speed_ratio.is_finite())
         .map(|handle| handle.parameter)
         .collect();
@@ -202,7 +199,7 @@ impl Faults<'_> {
     ///
     /// The link's angle with the tangent at its front handle changes by at most |κ| + 2/d per metre as long as the rear
     /// handle is the slower one, as it is where it comes near to a stop. So its cosine dips under 0 only if at either
-    /// look it is no more than that over half of the way; where it may, golden section looks for where it is least.
+    /// look it is no more than that over half of the way; where it may, the least cosine is searched for.
     fn dip(&self, (from, start): (f64, &RearEnd), (to, end): (f64, &RearEnd)) -> Option<f64> {
         let cosine = |parameter| self.rear(parameter).map_or(f64::NEG_INFINITY, |rear| rear.cos_front);
         let arc_m = self.route.travel(to) - self.route.travel(from);
@@ -211,22 +208,8 @@ impl Faults<'_> {
         if start.cos_front.min(end.cos_front) > 0.5 * rate * arc_m {
             return None;
         }
-        let (mut low, mut high) = (from, to);
-        let inner = |low: f64, high: f64| low + GOLDEN * (high - low);
-        let mut near = (inner(low, high), cosine(inner(low, high)));
-        let mut far = (inner(high, low), cosine(inner(high, low)));
-        while near.1.min(far.1) > 0.0 && high - low > DIP_TOLERANCE * (to - from) {
-            if near.1 < far.1 {
-                high = far.0;
-                far = near;
-                near = (inner(low, high), cosine(inner(low, high)));
-            } else {
-                low = near.0;
-                near = far;
-                far = (inner(high, low), cosine(inner(high, low)));
-            }
-        }
-        [near, far].into_iter().find(|&(_, least)| least <= 0.0).map(|(parameter, _)| parameter)
+        let lowest = peak(from, to, DIP_TOLERANCE * (to - from), |parameter| -cosine(parameter));
+        (lowest.value >= 0.0).then_some(lowest.at)
     }
 
     /// Whether a rear handle cannot have walked from one end to the other.
@@ -236,9 +219,7 @@ impl Faults<'_> {
     }
 
     fn rear(&self, front_parameter: f64) -> Option<RearEnd> {
-        let link = Link { route: self.route, front: self.route.point(front_parameter), length_m: self.length_m };
-        let rear = link.rear(front_parameter);
-        self.meter.add(u64::from(rear.map_or(MAX_STEPS, |rear| rear.looks)));
-        rear
+        let &Self { route, length_m, meter } = self;
+        Link { route, front: route.point(front_parameter), length_m, meter }.rear(front_parameter)
     }
 }

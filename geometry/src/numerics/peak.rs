@@ -1,7 +1,7 @@
 //! Where a function of one variable is largest.
 
 /// Part of an interval that golden section leaves out: 1 − 1/φ.
-const GOLDEN: f64 = 0.381_966_011_250_105_1;
+pub(crate) const GOLDEN: f64 = 0.381_966_011_250_105_1;
 
 /// Bound on evaluations; golden section alone shrinks an interval by 10¹⁰ with 48.
 const MAX_EVALUATIONS: usize = 100;

@@ -10,7 +10,16 @@ pub(crate) fn multiply_add<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
     if FUSED { a.mul_add(b, c) } else { a * b + c }
 }
 
-/// Sine and cosine of an angle, to some two units of rounding for |angle| up to 10⁶.
+/// Up to this |angle|, [`sine_and_cosine`] is exact to its bound.
+const ANGLE_LIMIT: f64 = 1e6;
+
+/// Sine and cosine of an angle in radians, off by at most 4·10⁻¹⁶. Quicker than the standard library's, because it is inlined.
+#[inline(always)]
+pub(crate) fn sine_and_cosine_anywhere(angle: f64) -> (f64, f64) {
+    if angle.abs() <= ANGLE_LIMIT { sine_and_cosine::<false>(angle) } else { angle.sin_cos() }
+}
+
+/// Sine and cosine of an angle in radians, off by at most 4·10⁻¹⁶ for |angle| up to 10⁶.
 ///
 /// The angle's nearest multiple of π/2 is subtracted in parts (Cody and Waite, Software Manual for the Elementary
 /// Functions, 1980), and what is left goes into the polynomials of fdlibm's `k_sin` and `k_cos` (Sun Microsystems, 1993).

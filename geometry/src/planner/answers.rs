@@ -1,21 +1,17 @@
 //! The four answers for one setting, each with its derivatives.
 
 use std::fmt::{self, Display, Formatter};
-use std::sync::Arc;
 
 use thiserror::Error;
 
 use super::derivative::{self, Derivatives};
 use super::local::VariedDragon;
 use super::pitch::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
-use super::{
-    ClosestApproach, Infeasible, LargestRatio, Setting, largest_speed_ratio, least_clearance, passage_through,
-};
-use crate::clearance::{Contact, first_contact};
-use crate::dragon::{Dimensions, DimensionsError, Dragon, DragonError, Meter, RunEnd, Spent};
+use super::{Infeasible, Setting, largest_speed_ratio, least_clearance, passage_through};
+use crate::clearance::first_contact;
+use crate::dragon::{Dimensions, DimensionsError, DragonError, Meter, RunEnd, Spent};
 use crate::number::Number;
-use crate::planner::HeadTimetable;
-use crate::route::{PitchFamily, Route, RouteError, RouteSpec, SpiralSpec};
+use crate::route::{PitchFamily, Route, RouteError, SpiralSpec};
 
 /// What is asked of a setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,34 +30,30 @@ impl Quantity {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::FirstContact, Self::LeastClearance, Self::LargestSpeedRatio, Self::SmallestPitch];
 
+    /// Its name in answers, its name in messages, and its unit.
+    fn words(self) -> [&'static str; 3] {
+        match self {
+            Self::FirstContact => ["first_contact_s", "first contact", "s"],
+            Self::LeastClearance => ["least_clearance_m", "least clearance", "m"],
+            Self::LargestSpeedRatio => ["largest_speed_ratio", "largest speed ratio", ""],
+            Self::SmallestPitch => ["smallest_pitch_m", "smallest pitch", "m"],
+        }
+    }
+
     /// Its name in answers, the unit last.
     pub fn key(self) -> &'static str {
-        match self {
-            Self::FirstContact => "first_contact_s",
-            Self::LeastClearance => "least_clearance_m",
-            Self::LargestSpeedRatio => "largest_speed_ratio",
-            Self::SmallestPitch => "smallest_pitch_m",
-        }
+        self.words()[0]
     }
 
     /// The unit that it is given in; none for a ratio.
     pub fn unit(self) -> &'static str {
-        match self {
-            Self::FirstContact => "s",
-            Self::LeastClearance | Self::SmallestPitch => "m",
-            Self::LargestSpeedRatio => "",
-        }
+        self.words()[2]
     }
 }
 
 impl Display for Quantity {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::FirstContact => "first contact",
-            Self::LeastClearance => "least clearance",
-            Self::LargestSpeedRatio => "largest speed ratio",
-            Self::SmallestPitch => "smallest pitch",
-        })
+        formatter.write_str(self.words()[1])
     }
 }
 
@@ -100,41 +92,10 @@ pub enum Unanswered {
     OwnPitch,
 }
 
-/// An answer, and what decides it.
-#[derive(Debug)]
+/// An answer in the quantity's unit, and how to find what it changes by per unit of each parameter.
 pub(super) struct Answer {
-    value: f64,
-    decided_by: Decision,
-}
-
-/// What decides an answer.
-#[derive(Debug)]
-enum Decision {
-    Contact { run: VariedDragon, contact: Contact, timetable: HeadTimetable },
-    Clearance { passage: VariedDragon, closest: ClosestApproach },
-    Ratio { passage: VariedDragon, largest: LargestRatio },
-    TouchingPitch { passage: VariedDragon, contact: Contact },
-    UntouchingPitch(PitchLimit),
-}
-
-impl Answer {
-    /// In the quantity's unit.
-    pub(super) fn value(&self) -> f64 {
-        self.value
-    }
-
-    /// Of the value, per unit of each parameter.
-    pub(super) fn derivatives(&self) -> Derivatives {
-        match &self.decided_by {
-            Decision::Contact { run, contact, timetable } => derivative::of_contact_time(run, contact, timetable),
-            Decision::Clearance { passage, closest } => {
-                derivative::of_least_clearance(passage, closest.travel_m, closest.pair.benches)
-            }
-            Decision::Ratio { passage, largest } => derivative::of_largest_ratio(passage, largest),
-            Decision::TouchingPitch { passage, contact } => derivative::of_touching_pitch(passage, contact),
-            Decision::UntouchingPitch(limit) => derivative::of_untouching_pitch(limit),
-        }
-    }
+    pub(super) value: f64,
+    pub(super) derivatives: Box<dyn Fn() -> Derivatives + Send + Sync>,
 }
 
 /// The answer to one question, whose work counts on the meter.
@@ -150,60 +111,51 @@ pub(super) fn answer(
             let passage = passage(setting, turn_diameter_m, meter)?;
             let (start_m, end_m) = (passage.dragon.start_travel_m(), passage.dragon.end_travel_m());
             let closest = least_clearance(&passage.dragon, start_m, end_m, |_| ())?.ok_or(Unanswered::NoPairs)?;
-            Ok(Answer { value: closest.pair.clearance_m, decided_by: Decision::Clearance { passage, closest } })
+            let (value, benches) = (closest.pair.clearance_m, closest.pair.benches);
+            let derivatives = move || derivative::of_least_clearance(&passage, closest.travel_m, benches);
+            Ok(Answer { value, derivatives: Box::new(derivatives) })
         }
         Quantity::LargestSpeedRatio => {
             let passage = passage(setting, turn_diameter_m, meter)?;
             let largest = largest_speed_ratio(&passage.dragon)?;
-            Ok(Answer { value: largest.ratio, decided_by: Decision::Ratio { passage, largest } })
+            let derivatives = move || derivative::of_largest_ratio(&passage, &largest);
+            Ok(Answer { value: largest.ratio, derivatives: Box::new(derivatives) })
         }
         Quantity::SmallestPitch => pitch(setting, turn_diameter_m, meter),
     }
 }
 
 fn contact_time(setting: &Setting, meter: &Meter) -> Result<Answer, Unanswered> {
-    let run = planned(setting, meter)?;
+    let run = VariedDragon::new(setting.dimensions, setting.route.family(setting.speed_mps)?, meter)?;
     let (start_m, end_m) = (run.dragon.start_travel_m(), run.dragon.end_travel_m());
     let contact = first_contact(&run.dragon, start_m, end_m)?.ok_or(Unanswered::NoContact(run.dragon.run_end()))?;
     let timetable = setting.timetable(end_m);
     let value = timetable.time_s(contact.travel_m);
-    Ok(Answer { value, decided_by: Decision::Contact { run, contact, timetable } })
+    let derivatives = move || derivative::of_contact_time(&run, &contact, &timetable);
+    Ok(Answer { value, derivatives: Box::new(derivatives) })
 }
 
 /// On a turnaround, that of the spiral which starts as far out as the paper's.
 fn pitch(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<Answer, Unanswered> {
-    let start_turns = match setting.route {
-        RouteSpec::Spiral(plan) => plan.start_turns,
-        RouteSpec::Turnaround(_) => SpiralSpec::default().start_turns,
-    };
+    let start_turns = setting.route.spiral().start_turns;
     let SmallestPitch { pitch_m, limit } =
         smallest_pitch(&setting.dimensions, start_turns, turn_diameter_m, 0.0, meter)?;
-    let decided_by = match limit {
-        PitchLimit::Contact(contact) => {
-            let plan = SpiralSpec { pitch_m, start_turns };
-            let passage = spiral_passage(plan, setting.dimensions, turn_diameter_m, meter)?;
-            Decision::TouchingPitch { passage, contact }
-        }
-        limit => Decision::UntouchingPitch(limit),
+    let PitchLimit::Contact(contact) = limit else {
+        return Ok(Answer { value: pitch_m, derivatives: Box::new(move || derivative::of_untouching_pitch(&limit)) });
     };
-    Ok(Answer { value: pitch_m, decided_by })
-}
-
-/// The run as planned.
-fn planned(setting: &Setting, meter: &Meter) -> Result<VariedDragon, Unanswered> {
-    varied(setting.dimensions, setting.route.family(setting.speed_mps)?, meter)
+    let plan = SpiralSpec { pitch_m, start_turns };
+    let passage = spiral_passage(plan, setting.dimensions, turn_diameter_m, meter)?;
+    Ok(Answer { value: pitch_m, derivatives: Box::new(move || derivative::of_touching_pitch(&passage, &contact)) })
 }
 
 /// The passage: on a spiral from the start until the head is on the circle, on a turnaround that of all benches.
 fn passage(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<VariedDragon, Unanswered> {
-    match setting.route {
-        RouteSpec::Spiral(spec) => spiral_passage(spec, setting.dimensions, turn_diameter_m, meter),
-        RouteSpec::Turnaround(spec) => {
-            let turnaround = spec.turnaround(setting.speed_mps)?;
-            let dragon = passage_through(turnaround, setting.dimensions, meter)?;
-            Ok(VariedDragon { dragon, family: PitchFamily::of_turnaround(turnaround) })
-        }
-    }
+    let Some(spec) = setting.route.as_turnaround() else {
+        return spiral_passage(setting.route.spiral(), setting.dimensions, turn_diameter_m, meter);
+    };
+    let turnaround = spec.turnaround(setting.speed_mps)?;
+    let dragon = passage_through(turnaround, setting.dimensions, meter)?;
+    Ok(VariedDragon { dragon, family: PitchFamily::of_turnaround(turnaround) })
 }
 
 fn spiral_passage(
@@ -212,13 +164,9 @@ fn spiral_passage(
     turn_diameter_m: f64,
     meter: &Meter,
 ) -> Result<VariedDragon, Unanswered> {
-    let spiral = Route::spiral(spec.pitch_m, spec.start_turns)?;
-    let spiral = spiral.to_circle(turn_diameter_m).map_err(|_| Unanswered::StartsInside(turn_diameter_m))?;
-    let passage = varied(dimensions, PitchFamily::of_spiral(spiral), meter)?;
+    Route::spiral(spec.pitch_m, spec.start_turns)?;
+    let spiral = spec.to_circle(turn_diameter_m).map_err(|_| Unanswered::StartsInside(turn_diameter_m))?;
+    let passage = VariedDragon::new(dimensions, PitchFamily::of_spiral(spiral), meter)?;
     Infeasible::check(&passage.dragon)?;
     Ok(passage)
-}
-
-fn varied(dimensions: Dimensions, family: PitchFamily, meter: &Meter) -> Result<VariedDragon, Unanswered> {
-    Ok(VariedDragon { dragon: Dragon::with_meter(dimensions, Arc::clone(family.route()), meter.clone())?, family })
 }

@@ -6,25 +6,14 @@
 //! direction itself turns without effect. Where two such pairs tie there is a kink, and no derivative.
 
 use glam::DVec2;
-use thiserror::Error;
 
 use super::Change;
 use super::chain_variation::HandleVariation;
+use super::derivative::Undefined;
 use crate::dragon::Board;
 
 /// Clearances nearer than this to each other count as equal, in metres: contacts are known to some 10⁻¹¹ m.
 pub(super) const TIE_M: f64 = 1e-9;
-
-/// Why a clearance has no derivative.
-#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-pub enum Kink {
-    /// Two corners are equally near to an edge.
-    #[error("two edges are parallel")]
-    ParallelEdges,
-    /// Two corners or edges decide at once.
-    #[error("a corner meets a corner")]
-    Corners,
-}
 
 /// How a board changes, per metre of what changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,7 +57,7 @@ impl Witness {
     ///
     /// # Errors
     /// Others decide as well.
-    pub fn of(first: &Board, second: &Board) -> Result<Self, Kink> {
+    pub fn of(first: &Board, second: &Board) -> Result<Self, Undefined> {
         let boards = [first, second];
         let mut gaps: Vec<EdgeGap> =
             [0, 1].into_iter().flat_map(|owner| EdgeGap::all(boards[owner], boards[1 - owner], owner)).collect();
@@ -79,10 +68,10 @@ impl Witness {
             return Ok(Self::of_corners(first, second));
         }
         if gap.next_corner_m - gap.gap_m < TIE_M {
-            return Err(Kink::ParallelEdges);
+            return Err(Undefined("the clearance that decides has a kink: two edges are parallel"));
         }
         if gap.gap_m - gaps[1].gap_m < TIE_M || (gap.gap_m > -TIE_M && beyond_m > -TIE_M) {
-            return Err(Kink::Corners);
+            return Err(Undefined("the clearance that decides has a kink: a corner meets a corner"));
         }
         Ok(gap.witness(boards))
     }
@@ -148,10 +137,9 @@ impl EdgeGap {
 
     /// How far the corner's foot lies beyond the end of the edge; negative on it.
     fn beyond_end_m(&self, board: &Board) -> f64 {
-        let foot = self.foot() - board.centre;
-        let [along, across] = [board.heading.dot(foot).abs(), board.heading.perp_dot(foot).abs()];
+        let foot = board.local(self.foot()).abs();
         let is_end = self.normal.dot(board.heading).abs() > 0.5;
-        if is_end { across - board.half_width } else { along - board.half_length }
+        if is_end { foot.y - board.half_width } else { foot.x - board.half_length }
     }
 
     fn witness(&self, boards: [&Board; 2]) -> Witness {
@@ -167,7 +155,5 @@ impl EdgeGap {
 
 /// A point in halves of a board's length and width.
 fn shares(board: &Board, point: DVec2) -> DVec2 {
-    let offset = point - board.centre;
-    let local = DVec2::new(board.heading.dot(offset), board.heading.perp_dot(offset));
-    local / DVec2::new(board.half_length, board.half_width)
+    board.local(point) / DVec2::new(board.half_length, board.half_width)
 }

@@ -65,12 +65,11 @@ pub fn handle_variations(
 ) -> Vec<HandleVariation> {
     let walks = if change == Change::Travel { 1.0 } else { 0.0 };
     let mut variations = Vec::with_capacity(handles.len());
-    if let Some(head) = handles.first() {
-        variations.push(Step { route, change }.on_route(head, walks));
-    }
+    let step = Step { route, change };
+    variations.extend(handles.first().map(|head| step.on_route(head, walks)));
     for (bench, ends) in handles.windows(2).enumerate() {
         let front = variations[bench];
-        variations.push(Step { route, change }.behind(&ends[0], &front, &ends[1], dimensions.link_m(bench), bench));
+        variations.push(step.behind(&ends[0], &front, &ends[1], dimensions.link_m(bench), bench));
     }
     variations
 }

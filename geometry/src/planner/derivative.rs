@@ -18,73 +18,39 @@
 use thiserror::Error;
 
 use super::Parameter;
-use super::board_variation::{Kink, TIE_M};
+use super::board_variation::TIE_M;
 use super::local::{Local, Rates, VariedDragon};
 use super::pitch::PitchLimit;
 use super::speed_limit::LargestRatio;
 use crate::clearance::{ClearanceSearch, Contact};
+use crate::numerics::try_turning_point;
 use crate::planner::HeadTimetable;
 
 /// Travel within which an extremum counts as lying at an end of the passage, or a handle on a seam, in metres.
-const PLACE_TOLERANCE_M: f64 = 1e-8;
+const TRAVEL_TOLERANCE_M: f64 = 1e-8;
 
 /// How far from a given parameter an extremum's exact parameter is looked for, in metres: a clearance known to 10⁻⁹ m leaves its
 /// parameter open by the root of that over the curvature of c, which is seldom under 10⁻³ per metre.
 const LONGEST_REACH_M: f64 = 1e-2;
 
-/// Bound on halvings towards an extremum.
-const MAX_HALVINGS: usize = 60;
+/// Travel to which an extremum is brought, in metres: rounding ends it sooner, except next to t = 0.
+const FINEST_M: f64 = 1e-20;
 
 /// Why there is no derivative.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-pub enum Undefined {
-    /// The clearance that decides has a kink.
-    #[error("the clearance that decides has a kink: {0}")]
-    Kink(#[from] Kink),
-    /// The head brakes for the run's end.
-    #[error("the head brakes for the end of the run there")]
-    Brakes,
-    /// More than one pair touches.
-    #[error("more than one pair touches at once")]
-    Tie,
-    /// Benches overlap from the beginning.
-    #[error("benches touch at the start already")]
-    TouchAtStart,
-    /// The boards graze each other.
-    #[error("the benches only graze each other: any change makes or breaks the contact")]
-    Graze,
-    /// There is no smooth extremum where one was said to be.
-    #[error("it is decided at a kink")]
-    NoSmoothExtremum,
-    /// More than one handle stands on a seam.
-    #[error("more than one handle passes a seam of the route at once")]
-    Seams,
-    /// The end of the passage decides.
-    #[error("it is decided at the end of the passage")]
-    PassageEnd,
-    /// The head's link comes to a stop.
-    #[error("it is decided by handle 1, which comes to a stop")]
-    Stop,
-    /// The spiral's start decides.
-    #[error("it is decided by where the spiral starts")]
-    Start,
-    /// The pitch is what is asked for.
-    #[error("the pitch is the answer, whatever is planned")]
-    OwnPitch,
-}
+#[error("{0}")]
+pub struct Undefined(pub &'static str);
 
 /// A derivative for each parameter, in their order.
 pub(super) type Derivatives = [Result<f64, Undefined>; Parameter::ALL.len()];
 
-fn derivatives(of: impl Fn(Parameter) -> Result<f64, Undefined>) -> Derivatives {
-    Parameter::ALL.map(of)
-}
-
 /// Of the time of the first contact of a run.
 pub(super) fn of_contact_time(varied: &VariedDragon, contact: &Contact, timetable: &HeadTimetable) -> Derivatives {
     let rates = touching_rates(varied, contact);
-    let there = timetable.speed_and_time_rate(contact.travel_m).ok_or(Undefined::Brakes);
-    derivatives(|parameter| {
+    let there = timetable
+        .speed_and_time_rate(contact.travel_m)
+        .ok_or(Undefined("the head brakes for the end of the run there"));
+    Parameter::ALL.map(|parameter| {
         if parameter == Parameter::Speed {
             return there.map(|(_, per_speed)| per_speed);
         }
@@ -101,19 +67,23 @@ fn touching_rates(varied: &VariedDragon, contact: &Contact) -> Result<Rates, Und
     let mut search = ClearanceSearch::default();
     let touching = search.within(&boards, TIE_M);
     if touching.first().is_none_or(|pair| pair.clearance_m < -TIE_M) {
-        return Err(Undefined::TouchAtStart);
+        return Err(Undefined("benches touch at the start already"));
     }
     if touching.len() > 1 {
-        return Err(Undefined::Tie);
+        return Err(Undefined("more than one pair touches at once"));
     }
     let rates = at(varied, contact.travel_m, contact.benches).clearance(contact.benches)?;
-    if rates.travel < 0.0 { Ok(rates) } else { Err(Undefined::Graze) }
+    if rates.travel < 0.0 {
+        Ok(rates)
+    } else {
+        Err(Undefined("the benches only graze each other: any change makes or breaks the contact"))
+    }
 }
 
 /// Of the least clearance over a run, which these benches have at `travel_m`.
 pub(super) fn of_least_clearance(varied: &VariedDragon, travel_m: f64, benches: [usize; 2]) -> Derivatives {
     let extremum = Extremum::of_clearance(varied, travel_m, benches);
-    derivatives(|parameter| extremum?.rate(parameter))
+    Parameter::ALL.map(|parameter| extremum?.rate(parameter))
 }
 
 /// Of the smallest pitch that a contact limits, on the passage at that pitch.
@@ -126,14 +96,14 @@ pub(super) fn of_touching_pitch(passage: &VariedDragon, contact: &Contact) -> De
 pub(super) fn of_untouching_pitch(limit: &PitchLimit) -> Derivatives {
     of_pitch(|parameter| match limit {
         PitchLimit::Width => Ok(if parameter == Parameter::Width { 1.0 } else { 0.0 }),
-        PitchLimit::Start => Err(Undefined::Start),
-        PitchLimit::Stop | PitchLimit::Contact(_) => Err(Undefined::Stop),
+        PitchLimit::Start => Err(Undefined("it is decided by where the spiral starts")),
+        PitchLimit::Stop | PitchLimit::Contact(_) => Err(Undefined("it is decided by handle 1, which comes to a stop")),
     })
 }
 
 fn of_pitch(of_measure: impl Fn(Parameter) -> Result<f64, Undefined>) -> Derivatives {
-    derivatives(|parameter| match parameter {
-        Parameter::Pitch => Err(Undefined::OwnPitch),
+    Parameter::ALL.map(|parameter| match parameter {
+        Parameter::Pitch => Err(Undefined("the pitch is the answer, whatever is planned")),
         Parameter::Speed => Ok(0.0),
         _ => of_measure(parameter),
     })
@@ -142,7 +112,7 @@ fn of_pitch(of_measure: impl Fn(Parameter) -> Result<f64, Undefined>) -> Derivat
 /// Of the largest speed ratio over a run.
 pub(super) fn of_largest_ratio(varied: &VariedDragon, largest: &LargestRatio) -> Derivatives {
     let extremum = Extremum::of_ratio(varied, largest);
-    derivatives(|parameter| extremum?.rate(parameter))
+    Parameter::ALL.map(|parameter| extremum?.rate(parameter))
 }
 
 /// An extremum over the travel, and what it moves with.
@@ -155,10 +125,8 @@ struct Extremum {
 /// What an extremum's travel moves with.
 #[derive(Clone, Copy, Debug)]
 enum Motion {
-    /// It is smooth: whatever it moves with, the value does not change by it.
-    Free,
-    /// The travel is fixed.
-    Fixed,
+    /// The travel is fixed, or the extremum smooth: whatever it moves with, the value does not change by it.
+    Held,
     /// This number stays 0.
     Bound(Rates),
     /// Not known.
@@ -170,9 +138,9 @@ impl Extremum {
         if let Some(motion) = end_motion(varied, travel_m) {
             return Ok(Self { value: at(varied, travel_m, benches).clearance(benches)?, motion });
         }
-        let closing = |travel_m| at(varied, travel_m, benches).closing(benches).map_err(Undefined::from);
+        let closing = |travel_m| at(varied, travel_m, benches).closing(benches);
         let travel_m = stationary(varied, travel_m, closing)?;
-        Ok(Self { value: at(varied, travel_m, benches).clearance(benches)?, motion: Motion::Free })
+        Ok(Self { value: at(varied, travel_m, benches).clearance(benches)?, motion: Motion::Held })
     }
 
     fn of_ratio(varied: &VariedDragon, largest: &LargestRatio) -> Result<Self, Undefined> {
@@ -180,21 +148,21 @@ impl Extremum {
         let local = at(largest.travel_m);
         let value = local.speed_ratio();
         if largest.handle == 0 {
-            return Ok(Self { value, motion: Motion::Free });
+            return Ok(Self { value, motion: Motion::Held });
         }
         if let Some(motion) = end_motion(varied, largest.travel_m) {
             return Ok(Self { value, motion });
         }
-        match *local.on_seams(PLACE_TOLERANCE_M) {
+        match *local.on_seams(TRAVEL_TOLERANCE_M) {
             [] => {
                 let travel_m = stationary(varied, largest.travel_m, |travel_m| Ok(-at(travel_m).speed_ratio().travel))?;
-                Ok(Self { value: at(travel_m).speed_ratio(), motion: Motion::Free })
+                Ok(Self { value: at(travel_m).speed_ratio(), motion: Motion::Held })
             }
             [(handle, seam)] => {
                 let seam = varied.family.seam_variations()[seam];
                 Ok(Self { value, motion: Motion::Bound(local.handle_travel(handle).less_pitch(seam)) })
             }
-            _ => Err(Undefined::Seams),
+            _ => Err(Undefined("more than one handle passes a seam of the route at once")),
         }
     }
 
@@ -202,9 +170,9 @@ impl Extremum {
     fn rate(&self, parameter: Parameter) -> Result<f64, Undefined> {
         let held = self.value.of(parameter);
         match self.motion {
-            Motion::Free | Motion::Fixed => Ok(held),
+            Motion::Held => Ok(held),
             Motion::Bound(bound) => Ok(held - self.value.travel * bound.of(parameter) / bound.travel),
-            Motion::PassageEnd => Err(Undefined::PassageEnd),
+            Motion::PassageEnd => Err(Undefined("it is decided at the end of the passage")),
         }
     }
 }
@@ -212,9 +180,9 @@ impl Extremum {
 /// What an extremum at an end of the run moves with; none if it is at neither.
 fn end_motion(varied: &VariedDragon, travel_m: f64) -> Option<Motion> {
     let (start_m, end_m) = (varied.dragon.start_travel_m(), varied.dragon.end_travel_m());
-    if travel_m <= start_m + PLACE_TOLERANCE_M {
-        Some(Motion::Fixed)
-    } else if travel_m < end_m - PLACE_TOLERANCE_M {
+    if travel_m <= start_m + TRAVEL_TOLERANCE_M {
+        Some(Motion::Held)
+    } else if travel_m < end_m - TRAVEL_TOLERANCE_M {
         None
     } else if varied.family.ends_on_circle() {
         // A spiral ends where the head is on the circle.
@@ -231,28 +199,23 @@ fn stationary(
     slope: impl Fn(f64) -> Result<f64, Undefined>,
 ) -> Result<f64, Undefined> {
     let (start_m, end_m) = (varied.dragon.start_travel_m(), varied.dragon.end_travel_m());
-    let mut reach_m = PLACE_TOLERANCE_M;
-    let (mut low_m, mut high_m) = loop {
+    let mut reach_m = TRAVEL_TOLERANCE_M;
+    let (low_m, high_m) = loop {
         let (low_m, high_m) = ((near_m - reach_m).max(start_m), (near_m + reach_m).min(end_m));
         if slope(low_m)? <= 0.0 && slope(high_m)? >= 0.0 {
             break (low_m, high_m);
         }
         if reach_m > LONGEST_REACH_M {
-            return Err(Undefined::NoSmoothExtremum);
+            return Err(Undefined("it is decided at a kink"));
         }
         reach_m *= 4.0;
     };
     let steepest = slope(low_m)?.abs().max(slope(high_m)?.abs());
-    for _ in 0..MAX_HALVINGS {
-        let middle_m = 0.5 * (low_m + high_m);
-        if middle_m <= low_m || middle_m >= high_m {
-            break;
-        }
-        if slope(middle_m)? < 0.0 { low_m = middle_m } else { high_m = middle_m }
-    }
+    let (low_m, high_m) =
+        try_turning_point(low_m, high_m, FINEST_M, |middle_m| slope(middle_m).map(|slope| slope >= 0.0))?;
     // Where the slope jumps over 0, no halving makes it small.
     let left = slope(low_m)?.abs().min(slope(high_m)?.abs());
-    if left <= steepest.mul_add(1e-3, 1e-9) { Ok(low_m) } else { Err(Undefined::NoSmoothExtremum) }
+    if left <= steepest.mul_add(1e-3, 1e-9) { Ok(low_m) } else { Err(Undefined("it is decided at a kink")) }
 }
 
 fn at(varied: &VariedDragon, travel_m: f64, benches: [usize; 2]) -> Local<'_> {
@@ -261,10 +224,9 @@ fn at(varied: &VariedDragon, travel_m: f64, benches: [usize; 2]) -> Local<'_> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::*;
-    use crate::dragon::{Dimensions, Dragon};
+    use crate::dragon::{Dimensions, Meter};
+    use crate::numerics::turning_point;
     use crate::planner::Setting;
     use crate::route::{RouteSpec, TurnaroundSpec};
 
@@ -273,21 +235,17 @@ mod tests {
 
     fn walk(setting: &Setting) -> VariedDragon {
         let family = setting.route.family(setting.speed_mps).expect("a valid turnaround");
-        let dragon = Dragon::new(setting.dimensions, Arc::clone(family.route())).expect("it stands on its way in");
-        VariedDragon { dragon, family }
+        VariedDragon::new(setting.dimensions, family, &Meter::unlimited()).expect("it stands on its way in")
     }
 
     /// The head's travel with a handle on a seam.
     fn crossing_m(varied: &VariedDragon, handle: usize, seam: usize) -> f64 {
         let dragon = &varied.dragon;
         let parameter = dragon.route().seams()[seam];
-        let (mut low_m, mut high_m) = (dragon.start_travel_m(), dragon.end_travel_m());
-        for _ in 0..80 {
-            let middle_m = 0.5 * (low_m + high_m);
-            let reached = dragon.chain(middle_m).expect("within the run").nth(handle).expect("it has the handle");
-            if reached.parameter < parameter { low_m = middle_m } else { high_m = middle_m }
-        }
-        low_m
+        let (from_m, to_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+        let reached =
+            |travel_m| dragon.chain(travel_m).expect("within the run").nth(handle).expect("it has the handle");
+        turning_point(from_m, to_m, FINEST_M, |travel_m| reached(travel_m).parameter >= parameter).0
     }
 
     fn ratio(varied: &VariedDragon, handle: usize, travel_m: f64) -> f64 {

@@ -31,9 +31,7 @@ pub struct ClosestApproach {
 
 impl ClosestApproach {
     pub(super) fn at(dragon: &Dragon, benches: [usize; 2], travel_m: f64) -> Self {
-        let approach = dragon.approach(benches, travel_m);
-        let pair = PairClearance { benches, clearance_m: approach.clearance_m, point: approach.point };
-        Self { travel_m, pair }
+        Self { travel_m, pair: PairClearance::new(benches, dragon.approach(benches, travel_m)) }
     }
 
     /// The valley of a pair's clearance on a short way.

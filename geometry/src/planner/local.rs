@@ -1,9 +1,12 @@
 //! A dragon at one travel, with how it changes there.
 
+use std::sync::Arc;
+
 use super::Parameter;
-use super::board_variation::{BoardVariation, Kink, Witness};
+use super::board_variation::{BoardVariation, Witness};
 use super::chain_variation::{Change, HandleVariation, handle_variations};
-use crate::dragon::{Board, Dragon, Handle};
+use super::derivative::Undefined;
+use crate::dragon::{Board, Dimensions, Dragon, DragonError, Handle, Meter};
 use crate::route::PitchFamily;
 
 /// A dragon whose route is one of a family over the pitch.
@@ -12,6 +15,13 @@ pub(super) struct VariedDragon {
     pub(super) dragon: Dragon,
     /// The dragon's route.
     pub(super) family: PitchFamily,
+}
+
+impl VariedDragon {
+    /// The dragon on the family's route, all work for which counts on the meter.
+    pub(super) fn new(dimensions: Dimensions, family: PitchFamily, meter: &Meter) -> Result<Self, DragonError> {
+        Ok(Self { dragon: Dragon::with_meter(dimensions, Arc::clone(family.route()), meter.clone())?, family })
+    }
 }
 
 /// How a number changes.
@@ -35,12 +45,9 @@ impl Rates {
         self
     }
 
-    fn each<E>(rate: impl Fn(Change) -> Result<f64, E>) -> Result<Self, E> {
-        let mut rates = Self { travel: rate(Change::Travel)?, measures: [0.0; Parameter::ALL.len()] };
-        for parameter in Parameter::ALL {
-            rates.measures[parameter as usize] = rate(Change::Measure(parameter))?;
-        }
-        Ok(rates)
+    fn each(rate: impl Fn(Change) -> f64) -> Self {
+        let measures = Parameter::ALL.map(|parameter| rate(Change::Measure(parameter)));
+        Self { travel: rate(Change::Travel), measures }
     }
 }
 
@@ -59,13 +66,12 @@ impl<'a> Local<'a> {
     }
 
     /// Of the clearance of two benches.
-    pub(super) fn clearance(&self, benches: [usize; 2]) -> Result<Rates, Kink> {
-        let rate = self.clearance_rate(benches)?;
-        Rates::each(|change| Ok(rate(change)))
+    pub(super) fn clearance(&self, benches: [usize; 2]) -> Result<Rates, Undefined> {
+        self.clearance_rate(benches).map(Rates::each)
     }
 
     /// What tells how the clearance of two benches responds to a change.
-    fn clearance_rate(&self, benches: [usize; 2]) -> Result<impl Fn(Change) -> f64, Kink> {
+    fn clearance_rate(&self, benches: [usize; 2]) -> Result<impl Fn(Change) -> f64, Undefined> {
         let boards = benches.map(|bench| self.board(bench));
         let witness = Witness::of(&boards[0], &boards[1])?;
         Ok(move |change| {
@@ -79,7 +85,7 @@ impl<'a> Local<'a> {
     }
 
     /// How the clearance of two benches changes per metre that the head walks.
-    pub(super) fn closing(&self, benches: [usize; 2]) -> Result<f64, Kink> {
+    pub(super) fn closing(&self, benches: [usize; 2]) -> Result<f64, Undefined> {
         Ok(self.clearance_rate(benches)?(Change::Travel))
     }
 
@@ -112,8 +118,7 @@ impl<'a> Local<'a> {
     }
 
     fn of_handle(&self, handle: usize, rate: impl Fn(&HandleVariation) -> f64) -> Rates {
-        let rates = Rates::each(|change| Ok::<_, std::convert::Infallible>(rate(&self.variations(change)[handle])));
-        rates.unwrap_or_else(|never| match never {})
+        Rates::each(|change| rate(&self.variations(change)[handle]))
     }
 
     fn variations(&self, change: Change) -> Vec<HandleVariation> {

@@ -1,9 +1,12 @@
-//! The passage of a whole dragon through a turn.
+//! The passage of a whole dragon through a turn, and what it must keep so that people can dance it.
 
 use std::sync::Arc;
 
 use thiserror::Error;
 
+use super::least_clearance::{ClosestApproach, least_clearance};
+use super::speed_limit::{LargestRatio, largest_speed_ratio};
+use crate::clearance::{Contact, first_within};
 use crate::dragon::{Dimensions, Dragon, DragonError, Handle, Meter, RunEnd, Spent};
 use crate::numerics::{Slope, rising_root};
 use crate::route::Turnaround;
@@ -46,6 +49,12 @@ impl From<DragonError> for Infeasible {
     }
 }
 
+impl From<Spent> for Infeasible {
+    fn from(spent: Spent) -> Self {
+        Self::TooMuchWork(spent)
+    }
+}
+
 impl Infeasible {
     /// Refuses a dragon that does not come to its route's end.
     ///
@@ -57,6 +66,86 @@ impl Infeasible {
             end => Err(Self::Fault { travel_m: dragon.end_travel_m(), end }),
         }
     }
+}
+
+/// Limits that a dragon keeps on its whole passage through a turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Staging {
+    /// Every pair of boards stays further apart than this, in metres; with 0 they may be as near as they like but do not
+    /// touch.
+    pub clearance_m: f64,
+    /// No handle is faster than the head by more than this factor, 1 or more.
+    pub speed_ratio: f64,
+}
+
+impl Staging {
+    /// Boards that do not touch, and handles of any speed: what can be walked at all.
+    pub const LIMITLESS: Self = Self { clearance_m: 0.0, speed_ratio: f64::INFINITY };
+
+    /// Whether speeds are limited.
+    pub(super) fn limits_speed(&self) -> bool {
+        self.speed_ratio < f64::INFINITY
+    }
+}
+
+/// How a whole dragon gets through a turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TurnPassage {
+    /// Within all limits.
+    Clear {
+        /// Where two benches come nearest; none with fewer than three.
+        closest: Option<ClosestApproach>,
+    },
+    /// Two benches touch, or come within the clearance that is to remain.
+    Contact(Contact),
+    /// A handle is faster than it may be.
+    TooFast(LargestRatio),
+    /// Not at all.
+    Infeasible(Infeasible),
+    /// It is not known: the work that was allowed is done. No two benches touch up to where it came.
+    TooMuchWork(Spent),
+}
+
+/// Walks a whole dragon through a turn, from when all benches are on the way in until the last handle has left the S,
+/// and longer at either end where the turnaround is planned for longer. What `staging` limits is looked for first.
+///
+/// All work counts on the meter. `progress` hears of the share of the work that is done, from any thread.
+pub fn walk_through(
+    turnaround: Turnaround,
+    dimensions: Dimensions,
+    staging: Staging,
+    meter: &Meter,
+    progress: impl Fn(f64) + Sync,
+) -> TurnPassage {
+    let walked = walk_within(turnaround, dimensions, staging, meter, progress);
+    walked.unwrap_or_else(|infeasible| match infeasible {
+        Infeasible::TooMuchWork(spent) => TurnPassage::TooMuchWork(spent),
+        infeasible => TurnPassage::Infeasible(infeasible),
+    })
+}
+
+fn walk_within(
+    turnaround: Turnaround,
+    dimensions: Dimensions,
+    staging: Staging,
+    meter: &Meter,
+    progress: impl Fn(f64) + Sync,
+) -> Result<TurnPassage, Infeasible> {
+    let dragon = passage_through(turnaround, dimensions, meter)?;
+    if staging.limits_speed() {
+        let largest = largest_speed_ratio(&dragon)?;
+        if largest.ratio > staging.speed_ratio {
+            return Ok(TurnPassage::TooFast(largest));
+        }
+    }
+    let (from_m, to_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+    if let Some(contact) = first_within(&dragon, staging.clearance_m, from_m, to_m)? {
+        return Ok(TurnPassage::Contact(contact));
+    }
+    // That no benches touch is known of the whole passage.
+    let closest =
+        least_clearance(&dragon, from_m, to_m, progress).map_err(|spent| Spent { reached_m: to_m, ..spent })?;
+    Ok(TurnPassage::Clear { closest })
 }
 
 /// The dragon whose run is its whole passage through the turn: from when all benches are on the way in, until the last
@@ -80,9 +169,7 @@ pub fn passage_through(turnaround: Turnaround, dimensions: Dimensions, meter: &M
             let dragon = walked(turnaround, dimensions, meter, from_m, left_m.max(planned_m))?;
             return Infeasible::check(&dragon).map(|()| dragon);
         }
-        if meter.is_spent() {
-            return Err(Infeasible::TooMuchWork(meter.spent(from_m)));
-        }
+        meter.check(from_m)?;
         to_m *= 2.0;
     }
     // Outward the spiral straightens, and the tail follows: only a coil wound far tighter than the links takes so long.

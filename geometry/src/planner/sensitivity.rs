@@ -135,8 +135,9 @@ impl Sensitivity {
     fn response(&self, quantity: Quantity, answers: &[(Task, Result<Answer, Unanswered>)]) -> Response {
         let found = |task: Task| &answers.iter().find(|(other, _)| *other == task).expect("every task was done").1;
         let planned = found(Task { quantity, varied: None });
-        let value = |answer: &Result<Answer, Unanswered>| answer.as_ref().map(Answer::value).map_err(Clone::clone);
-        let derivatives = planned.as_ref().map(Answer::derivatives);
+        let value =
+            |answer: &Result<Answer, Unanswered>| answer.as_ref().map(|answer| answer.value).map_err(Clone::clone);
+        let derivatives = planned.as_ref().map(|answer| (answer.derivatives)());
         let curve = |&parameter: &Parameter| {
             let sampled = |step| match parameter {
                 _ if is_its_own(quantity, parameter) => Err(Unanswered::OwnPitch),

@@ -1,8 +1,9 @@
 //! What a choreographer plans with, and any one measure of it changed.
 
-use super::Parameter;
+use std::fmt::{self, Display, Formatter};
+
+use super::HeadTimetable;
 use crate::dragon::{Dimensions, DimensionsError};
-use crate::planner::HeadTimetable;
 use crate::route::RouteSpec;
 
 /// A dragon and its route as planned.
@@ -57,5 +58,56 @@ impl Setting {
             }
         }
         Ok(changed)
+    }
+}
+
+/// A value that a choreographer can vary.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parameter {
+    /// Distance between neighbouring turns of the route, its other measures being held.
+    Pitch,
+    /// Length of the head's board.
+    HeadLength,
+    /// Length of every other board.
+    BodyLength,
+    /// Width of every board.
+    Width,
+    /// Distance of the hinge holes from the ends of the boards.
+    HoleOffset,
+    /// Speed of the head: it changes times alone.
+    Speed,
+}
+
+impl Parameter {
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::Pitch, Self::HeadLength, Self::BodyLength, Self::Width, Self::HoleOffset, Self::Speed];
+
+    /// The configuration's name of the value, and its name in messages.
+    fn names(self) -> [&'static str; 2] {
+        match self {
+            Self::Pitch => ["pitch_m", "pitch"],
+            Self::HeadLength => ["head_length_m", "head length"],
+            Self::BodyLength => ["body_length_m", "body length"],
+            Self::Width => ["width_m", "width"],
+            Self::HoleOffset => ["hole_offset_m", "hole offset"],
+            Self::Speed => ["speed_mps", "speed"],
+        }
+    }
+
+    /// The configuration's name of the value.
+    pub fn key(self) -> &'static str {
+        self.names()[0]
+    }
+
+    /// The unit that the value is given in.
+    pub fn unit(self) -> &'static str {
+        if self == Self::Speed { "m/s" } else { "m" }
+    }
+}
+
+impl Display for Parameter {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        formatter.write_str(self.names()[1])
     }
 }

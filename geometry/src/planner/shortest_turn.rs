@@ -21,19 +21,12 @@
 //! between two radii or ratios tried, at which the same is in the way, clear ones would be missed. Where the set of
 //! clear turns comes down to a tip between two obstacles, as on the paper's turnaround, the tip is found exactly.
 
-use std::f64::consts::PI;
-use std::fmt::{self, Display, Formatter};
-use std::ops::RangeInclusive;
-use std::sync::Arc;
-
 use super::cores::on_all_cores;
 use super::least_clearance::ClosestApproach;
-use super::passage::{Infeasible, passage_through};
-use super::speed_limit::{LargestRatio, largest_speed_ratio};
-use super::staging::Staging;
-use super::turn::{TurnPassage, walk_through};
-use crate::clearance::{Contact, first_within};
-use crate::dragon::{Dimensions, Dragon, DragonError, Meter, RunEnd, Spent};
+use super::obstacle::{Extent, Obstacle, TurnCheck};
+use super::passage::{Staging, TurnPassage, walk_through};
+use crate::dragon::{Dimensions, Meter, Spent};
+use crate::numerics::{GOLDEN, try_turning_point};
 use crate::route::{RADIUS_RATIO, Turnaround};
 
 /// Radii tried, evenly up to the circle's.
@@ -66,17 +59,11 @@ const WIDER_MARGINS_M: [f64; 3] = [1e-4, 1e-3, 1e-2];
 /// As far as the ratios that are clear beside the answer are looked for, in steps of [`TOLERANCE_M`]: a hundredth.
 const FAR: f64 = 1e8;
 
-/// Halvings of the step out to where a ratio is no longer clear.
-const EDGE_HALVINGS: u32 = 12;
+/// Part of the step out to where a ratio is no longer clear to which that is known.
+const EDGE_PART: f64 = 0.75 / 4096.0;
 
 /// What is left between any ratio tried and the least and the greatest that a turn may have: more than [`FAR`] steps.
 const RATIO_ROOM: f64 = 1.02;
-
-/// Benches whose speeds are looked at where only the links are.
-const SPEED_BENCHES: usize = 8;
-
-/// Part of an interval that golden section leaves out: 1 − 1/φ.
-const GOLDEN: f64 = 0.381_966_011_250_105_1;
 
 /// Most steps of a golden section: each leaves 0.62 of the interval, and from a factor of 1.4 to [`NEAREST_RATIOS`] takes 61.
 const GOLDEN_STEPS: u32 = 64;
@@ -97,57 +84,6 @@ pub struct ShortestTurn {
     pub limits: [Option<Obstacle>; 2],
 }
 
-/// What is in the way of a dragon on a turn.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Obstacle {
-    /// A handle would stop or jump.
-    Fault {
-        /// Travel of the head, from where it enters the S.
-        travel_m: f64,
-        /// What would happen.
-        end: RunEnd,
-        /// The piece of the route on which the handle before stands: the way in, the entry arc, the exit arc, the way
-        /// out.
-        piece: usize,
-    },
-    /// Two benches touch, or come within the clearance that is to remain.
-    Contact(Contact),
-    /// A handle is faster than it may be: where any is fastest.
-    TooFast(LargestRatio),
-    /// The dragon cannot stand before it.
-    Dragon(DragonError),
-}
-
-impl Display for Obstacle {
-    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Fault { travel_m, end, .. } => write!(formatter, "{end} after {travel_m:.6} m"),
-            Self::Contact(Contact { travel_m, benches: [first, second], .. }) => {
-                write!(formatter, "benches {first} and {second} come too near after {travel_m:.6} m")
-            }
-            Self::TooFast(LargestRatio { ratio, travel_m, handle }) => {
-                write!(formatter, "handle {handle} is {ratio:.6} times as fast as the head after {travel_m:.6} m")
-            }
-            Self::Dragon(error) => write!(formatter, "{error}"),
-        }
-    }
-}
-
-impl Obstacle {
-    /// Whether the same thing is in the way, wherever it happens: of two contacts, whether the same bench runs into
-    /// others. Any two handles that are too fast count as the same: golden section looks between them.
-    fn resembles(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Self::Fault { end, piece, .. }, Self::Fault { end: other_end, piece: other_piece, .. }) => {
-                (end, piece) == (other_end, other_piece)
-            }
-            (Self::Contact(contact), Self::Contact(other)) => contact.benches[0] == other.benches[0],
-            (Self::Dragon(_), Self::Dragon(_)) | (Self::TooFast(_), Self::TooFast(_)) => true,
-            _ => false,
-        }
-    }
-}
-
 /// The shortest S inside the turning circle of this turnaround that the dragon gets through on its whole passage, within the
 /// limits of `staging`; none if it gets through no S that was tried.
 ///
@@ -166,7 +102,7 @@ pub fn shortest_turn(
     // Where the links alone do not get through, nothing else does.
     let mut from_m = 0.0;
     for extent in [Extent::Links, Extent::OnceRound, Extent::Whole] {
-        let search = Search { turnaround, dimensions, staging, extent, meter };
+        let search = Search { check: TurnCheck { turnaround, dimensions, staging, extent }, meter };
         let Some(tightest) = search.tightest(from_m, &progress)? else { break };
         from_m = tightest.0;
         // Where something else is in the way: once more, looking at more.
@@ -183,17 +119,6 @@ pub fn shortest_turn(
         }
     }
     Ok(None)
-}
-
-/// How much of a passage is looked at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Extent {
-    /// Whether the links walk, and no contacts: what is shortest so, and turns out to be clear, is shortest.
-    Links,
-    /// From the entry until the head has gone once round on the way out.
-    OnceRound,
-    /// The whole passage.
-    Whole,
 }
 
 /// A ratio and what is in its way.
@@ -225,17 +150,14 @@ fn is_allowed(ratio: f64) -> bool {
 }
 
 struct Search<'a> {
-    turnaround: Turnaround,
-    dimensions: Dimensions,
-    staging: Staging,
-    extent: Extent,
+    check: TurnCheck,
     meter: &'a Meter,
 }
 
 impl Search<'_> {
     /// The tightest of the turns that begin no nearer to the centre than `from_m`.
     fn tightest(&self, from_m: f64, progress: &(impl Fn(f64) + Sync)) -> Result<Option<Tightest>, Spent> {
-        let largest_m = 0.5 * self.turnaround.turn_diameter_m();
+        let largest_m = 0.5 * self.check.turnaround.turn_diameter_m();
         let step_m = largest_m / RADII as f64;
         let ratios: Vec<f64> =
             (0..RATIOS).map(|i| LARGEST_RATIO.powf(2.0 * i as f64 / (RATIOS - 1) as f64 - 1.0)).collect();
@@ -268,7 +190,8 @@ impl Search<'_> {
             // However tight the S, the dragon gets through.
             return Ok(Some((clear_m, ratio, [None, None])));
         }
-        let [below, above] = [1.0 - BESIDE, 1.0 + BESIDE].map(|side| self.obstacle(self.meter, tight_m, ratio * side));
+        let [below, above] =
+            [1.0 - BESIDE, 1.0 + BESIDE].map(|side| self.check.obstacle(self.meter, tight_m, ratio * side));
         Ok(Some((clear_m, ratio, [below?, above?])))
     }
 
@@ -276,8 +199,8 @@ impl Search<'_> {
     fn beside(&self, &(least_m, ratio, limits): &Tightest, margin_m: f64) -> Result<Option<ShortestTurn>, Spent> {
         let radius_m = least_m + margin_m;
         let radius_ratio = self.middle_ratio(radius_m, ratio)?;
-        let turnaround = self.turn(radius_m, radius_ratio);
-        match walk_through(turnaround, self.dimensions, self.staging, self.meter, |_| ()) {
+        let turnaround = self.check.turn(radius_m, radius_ratio);
+        match walk_through(turnaround, self.check.dimensions, self.check.staging, self.meter, |_| ()) {
             TurnPassage::Clear { closest } => Ok(Some(ShortestTurn { turnaround, radius_ratio, closest, limits })),
             TurnPassage::TooMuchWork(spent) => Err(spent),
             _ => Ok(None),
@@ -319,7 +242,7 @@ impl Search<'_> {
     }
 
     fn spent(&self) -> Spent {
-        self.meter.spent(self.turnaround.start_travel_m())
+        self.meter.spent(self.check.turnaround.start_travel_m())
     }
 
     /// A clear ratio between two that are not, if what is in the way differs; `finest` is how near contacts are halved in on,
@@ -375,134 +298,18 @@ impl Search<'_> {
     /// About the last clear ratio in one direction from a clear one, or a ratio far from it.
     fn edge(&self, radius_m: f64, ratio: f64, step: f64) -> Result<f64, Spent> {
         let clear = |exponent: f64| -> Result<bool, Spent> {
-            Ok(self.obstacle(self.meter, radius_m, ratio * step.powf(exponent))?.is_none())
+            Ok(self.check.obstacle(self.meter, radius_m, ratio * step.powf(exponent))?.is_none())
         };
         let mut far = 1.0;
         while far < FAR && clear(far)? {
             far *= 4.0;
         }
-        let (mut near, mut far) = (0.25 * far, far);
-        for _ in 0..EDGE_HALVINGS {
-            let middle = 0.5 * (near + far);
-            if clear(middle)? {
-                near = middle;
-            } else {
-                far = middle;
-            }
-        }
+        let (near, _) =
+            try_turning_point(0.25 * far, far, EDGE_PART * far, |exponent| clear(exponent).map(|clear| !clear))?;
         Ok(ratio * step.powf(near))
     }
 
     fn trial(&self, meter: &Meter, radius_m: f64, ratio: f64) -> Result<Trial, Spent> {
-        Ok(Trial { ratio, obstacle: self.obstacle(meter, radius_m, ratio)? })
-    }
-
-    fn turn(&self, radius_m: f64, ratio: f64) -> Turnaround {
-        let turn = Turnaround::new(self.turnaround.pitch_m(), 2.0 * radius_m, ratio);
-        let (start_m, end_m) = (self.turnaround.start_travel_m(), self.turnaround.end_travel_m());
-        turn.and_then(|turn| turn.between(start_m, end_m)).expect("a smaller circle on the same spiral is valid")
-    }
-
-    /// A thing in the way: a fault, or else a contact.
-    fn obstacle(&self, meter: &Meter, radius_m: f64, ratio: f64) -> Result<Option<Obstacle>, Spent> {
-        let turn = self.turn(radius_m, ratio);
-        let round_m = turn.turn_length_m() + 2.0 * PI * (radius_m + turn.pitch_m());
-        let once_round = turn.between(0.0, round_m).expect("once round is ahead");
-        // Faults are those of the first two links, for all others are like the second.
-        let links = self.walked(meter, once_round, self.dimensions.benches().min(2));
-        if let Err(not_walked) = links {
-            return not_walked.obstacle();
-        }
-        if self.staging.limits_speed() {
-            match self.walked(meter, once_round, self.dimensions.benches().min(SPEED_BENCHES)) {
-                Ok(dragon) => {
-                    if let Some(too_fast) = self.too_fast(&dragon, &turn)? {
-                        return Ok(Some(too_fast));
-                    }
-                }
-                Err(not_walked) => return not_walked.obstacle(),
-            }
-        }
-        match self.extent {
-            Extent::Links => Ok(None),
-            Extent::OnceRound => match self.walked(meter, once_round, self.dimensions.benches()) {
-                // The way out first: where links stand steep, as in the S, a search takes longest.
-                Ok(dragon) => {
-                    self.out_of_limits(&dragon, &turn, &[turn.turn_length_m()..=round_m, 0.0..=turn.turn_length_m()])
-                }
-                Err(not_walked) => not_walked.obstacle(),
-            },
-            Extent::Whole => match passage_through(turn, self.dimensions, meter) {
-                Ok(dragon) => self.out_of_limits(&dragon, &turn, &[dragon.start_travel_m()..=dragon.end_travel_m()]),
-                Err(infeasible) => infeasible_turn(infeasible, &turn),
-            },
-        }
-    }
-
-    /// The first limit that a dragon breaks: of clearance on some ways, in their order, or of speed on its run.
-    fn out_of_limits(
-        &self,
-        dragon: &Dragon,
-        turn: &Turnaround,
-        ways_m: &[RangeInclusive<f64>],
-    ) -> Result<Option<Obstacle>, Spent> {
-        for way_m in ways_m {
-            if let Some(contact) = first_within(dragon, self.staging.clearance_m, *way_m.start(), *way_m.end())? {
-                return Ok(Some(Obstacle::Contact(contact)));
-            }
-        }
-        self.too_fast(dragon, turn)
-    }
-
-    /// The fastest handle on a dragon's run, if it is too fast.
-    fn too_fast(&self, dragon: &Dragon, turn: &Turnaround) -> Result<Option<Obstacle>, Spent> {
-        if !self.staging.limits_speed() {
-            return Ok(None);
-        }
-        match largest_speed_ratio(dragon) {
-            Ok(largest) => Ok((largest.ratio > self.staging.speed_ratio).then_some(Obstacle::TooFast(largest))),
-            Err(infeasible) => infeasible_turn(infeasible, turn),
-        }
-    }
-
-    /// A dragon of so many benches that walks all of a turn, or why it does not.
-    fn walked(&self, meter: &Meter, turn: Turnaround, benches: usize) -> Result<Dragon, NotWalked> {
-        let dragon = Dragon::with_meter(self.dimensions.with_benches(benches), Arc::new(turn.route()), meter.clone());
-        let dragon = dragon.map_err(|error| match error {
-            DragonError::TooMuchWork(spent) => NotWalked::TooMuchWork(spent),
-            error => NotWalked::Obstacle(Obstacle::Dragon(error)),
-        })?;
-        let (travel_m, end) = (dragon.end_travel_m(), dragon.run_end());
-        let (RunEnd::HandleStops { handle } | RunEnd::HandleJumps { handle }) = end else { return Ok(dragon) };
-        let ahead = dragon.chain(travel_m).expect("the run's end is in it").nth(handle - 1).expect("the handle ahead");
-        let piece = dragon.route().seams().partition_point(|&seam| seam < ahead.parameter);
-        Err(NotWalked::Obstacle(Obstacle::Fault { travel_m, end, piece }))
-    }
-}
-
-/// What makes a passage infeasible, if it is known.
-fn infeasible_turn(infeasible: Infeasible, turn: &Turnaround) -> Result<Option<Obstacle>, Spent> {
-    match infeasible {
-        Infeasible::Dragon(error) => Ok(Some(Obstacle::Dragon(error))),
-        Infeasible::Fault { travel_m, end } => {
-            Ok(Some(Obstacle::Fault { travel_m, end, piece: turn.route().seams().len() }))
-        }
-        Infeasible::TooMuchWork(spent) => Err(spent),
-    }
-}
-
-/// Why there is no dragon that walks all of a turn.
-enum NotWalked {
-    Obstacle(Obstacle),
-    TooMuchWork(Spent),
-}
-
-impl NotWalked {
-    /// What is in the way, if it is known.
-    fn obstacle(self) -> Result<Option<Obstacle>, Spent> {
-        match self {
-            Self::Obstacle(obstacle) => Ok(Some(obstacle)),
-            Self::TooMuchWork(spent) => Err(spent),
-        }
+        Ok(Trial { ratio, obstacle: self.check.obstacle(meter, radius_m, ratio)? })
     }
 }

@@ -140,44 +140,40 @@ struct Survey<'a> {
 impl Survey<'_> {
     /// Ends the work where the meter is spent.
     fn check_meter(&self) -> Result<(), Infeasible> {
-        let meter = self.dragon.meter();
-        if meter.is_spent() {
-            return Err(Infeasible::TooMuchWork(meter.spent(self.dragon.start_travel_m())));
-        }
-        Ok(())
+        Ok(self.dragon.meter().check(self.dragon.start_travel_m())?)
     }
 
     /// Spots all through the run, the head at its end first and at its beginning last.
     fn spots(&self) -> Vec<Spot> {
         let dragon = self.dragon;
         let route = dragon.route();
-        let [begin_place, end_place] = [dragon.start_travel_m(), dragon.end_travel_m()].map(|travel_m| {
-            dragon.first_handle(route.parameter(travel_m)).expect("handle 1 stands all through the run")
+        let [begin_parameter, end_parameter] = [dragon.start_travel_m(), dragon.end_travel_m()].map(|travel_m| {
+            dragon.rear(0, route.parameter(travel_m)).expect("handle 1 stands all through the run").parameter
         });
         let benches = dragon.dimensions().benches();
         let mut beyond = 0;
-        let last_orbit = dragon.orbit(end_place).take_while(|station| {
+        let last_orbit = dragon.orbit(end_parameter).take_while(|station| {
             dragon.meter().add(SURVEYED_PER_LINK as u64 * STEPS_PER_STATION);
-            beyond += usize::from(station.parameter < begin_place);
+            beyond += usize::from(station.parameter < begin_parameter);
             beyond < benches && !dragon.meter().is_spent()
         });
         let length = last_orbit.count();
-        let link_behind = dragon.orbit(end_place).nth(1).map_or(begin_place, |station| station.parameter);
-        let [low_m, high_m] = [link_behind, end_place].map(|parameter| route.travel(parameter));
+        let link_behind = dragon.orbit(end_parameter).nth(1).map_or(begin_parameter, |station| station.parameter);
+        let [low_m, high_m] = [link_behind, end_parameter].map(|parameter| route.travel(parameter));
         let phases = (1..=SURVEYED_PER_LINK).rev().map(|i| {
             let share = i as f64 / SURVEYED_PER_LINK as f64;
             let parameter =
-                if i == SURVEYED_PER_LINK { end_place } else { route.parameter(low_m + (high_m - low_m) * share) };
+                if i == SURVEYED_PER_LINK { end_parameter } else { route.parameter(low_m + (high_m - low_m) * share) };
             self.spots_of_phase(parameter, length)
         });
         let phases: Vec<Vec<Spot>> = phases.take_while(|_| !dragon.meter().is_spent()).collect();
-        let walked = |spot: &&Spot| spot.parameter > begin_place;
+        let walked = |spot: &&Spot| spot.parameter > begin_parameter;
         let mut spots: Vec<Spot> = (0..length)
             .flat_map(|m| phases.iter().filter_map(move |phase| phase.get(m)))
             .take_while(walked)
             .copied()
             .collect();
-        spots.extend(self.spots_of_phase(begin_place, benches).first());
+        spots.extend(self.spots_of_phase(begin_parameter, benches).first());
         spots
     }
 
@@ -188,10 +184,10 @@ impl Survey<'_> {
         let dimensions = dragon.dimensions();
         let bench = 1.min(dimensions.benches() - 1);
         let stations_ahead = (ARC_PER_CHORD * dimensions.link_m(0) / dimensions.link_m(bench)).ceil() as usize;
-        let end_place = dragon.route().parameter(dragon.end_travel_m());
+        let end_parameter = dragon.end_parameter;
         let spot = |(m, rear): (usize, usize)| {
             let behind = stations[rear].speed_ratio / stations[m].speed_ratio;
-            let head_parameter = m.checked_sub(stations_ahead).map_or(end_place, |ahead| stations[ahead].parameter);
+            let head_parameter = m.checked_sub(stations_ahead).map_or(end_parameter, |ahead| stations[ahead].parameter);
             let ratio = behind * self.head_bound(stations[m].parameter, head_parameter);
             Spot { parameter: stations[m].parameter, handle: rear - m + 1, behind, ratio, travel_m: None }
         };
@@ -214,10 +210,10 @@ impl Survey<'_> {
     /// Solves for the head.
     fn solve(&self, spot: &mut Spot) {
         if spot.travel_m.is_none() {
-            let head = self.dragon.head_before(spot.parameter);
-            let travel_m = self.dragon.route().travel(head.parameter);
+            let (head_parameter, speed_ratio) = self.dragon.head_before(spot.parameter);
+            let travel_m = self.dragon.route().travel(head_parameter);
             spot.travel_m = Some(travel_m.clamp(self.dragon.start_travel_m(), self.dragon.end_travel_m()));
-            spot.ratio = head.speed_ratio * spot.behind;
+            spot.ratio = speed_ratio * spot.behind;
         }
     }
 

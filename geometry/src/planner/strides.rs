@@ -1,7 +1,5 @@
 //! A way cut into strides, and these into stretches for one core at a time.
 
-use std::ops::RangeInclusive;
-
 use crate::clearance::ApproachSearch;
 use crate::dragon::Dragon;
 
@@ -43,7 +41,8 @@ impl Strides {
     /// the work on the dragon's meter.
     pub(super) fn stretch(&self, stretch: usize, dragon: &Dragon) -> Vec<f64> {
         dragon.meter().add(STEPS_PER_STRETCH);
-        self.ends_of(stretch).map(|stride| self.end_m(stride)).collect()
+        let first = stretch * STRIDES_AT_A_TIME;
+        (first..=(first + STRIDES_AT_A_TIME).min(self.count)).map(|stride| self.end_m(stride)).collect()
     }
 
     /// Travel up to which so many stretches go.
@@ -59,10 +58,5 @@ impl Strides {
             behind += 1;
         }
         [self.end_m(behind.saturating_sub(1)), self.end_m(behind + 1)]
-    }
-
-    fn ends_of(&self, stretch: usize) -> RangeInclusive<usize> {
-        let first = stretch * STRIDES_AT_A_TIME;
-        first..=(first + STRIDES_AT_A_TIME).min(self.count)
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::{Kernel, PolarKernel, RoutePoint};
+use super::{Kernel, PolarKernel};
 
 /// Which way an arc turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,18 +80,9 @@ impl CircularArc {
         if passes {
             away.length() + self.radius_m
         } else {
-            [0.0, self.angle].map(|at| self.point(at).position.distance(from)).into_iter().fold(0.0, f64::max)
+            let kernel = self.kernel(0.0, 0.0);
+            kernel.at(0.0).position.distance(from).max(kernel.at(self.angle).position.distance(from))
         }
-    }
-
-    #[inline]
-    pub(super) fn point(&self, turned: f64) -> RoutePoint {
-        let spoke = DVec2::from_angle(self.turn.sign() * turned).rotate(self.begin);
-        let tangent = match self.turn {
-            Turn::Clockwise => -spoke.perp(),
-            Turn::CounterClockwise => spoke.perp(),
-        };
-        RoutePoint { position: self.centre + self.radius_m * spoke, tangent, speed_m_per_unit: self.radius_m }
     }
 
     /// Signed curvature in 1/m.
@@ -109,6 +100,7 @@ impl CircularArc {
             turn,
             radius_m: self.radius_m,
             radius_per_radian_m: 0.0,
+            axis: 0.0,
         })
     }
 }

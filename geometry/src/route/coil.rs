@@ -2,8 +2,8 @@
 
 use glam::DVec2;
 
-use super::segment::Piece;
-use super::{Heading, Segment};
+use super::Segment;
+use super::segment::PlacedSegment;
 
 /// The rear part of a route, up to `end`, where it is a spiral r = b·θ about some centre, walked inward.
 ///
@@ -34,10 +34,10 @@ pub struct WayOut {
 
 impl Coil {
     /// The coil of a route, if its first segment is one.
-    pub(super) fn of(pieces: &[Piece]) -> Option<Self> {
-        let [first, others @ ..] = pieces else { return None };
+    pub(super) fn of(placed: &[PlacedSegment]) -> Option<Self> {
+        let [first, others @ ..] = placed else { return None };
         let Segment::Spiral(spiral) = first.segment else { return None };
-        if spiral.heading() != Heading::Inward {
+        if !spiral.is_inward() {
             return None;
         }
         let coil = Self {
@@ -50,23 +50,14 @@ impl Coil {
         Some(Self { way_out: coil.way_out_of(&spiral, others), ..coil })
     }
 
-    fn way_out_of(&self, spiral: &super::Spiral, others: &[Piece]) -> Option<WayOut> {
+    fn way_out_of(&self, spiral: &super::Spiral, others: &[PlacedSegment]) -> Option<WayOut> {
         let [between @ .., last] = others else { return None };
         let Segment::Spiral(out) = last.segment else { return None };
-        let is_way_out = out.heading() == Heading::Outward
-            && out.is_half_turned(spiral)
-            && out.angle(out.span().0) == self.end_angle;
+        let is_way_out = !out.is_inward() && out.is_half_turned(spiral) && out.angle(out.span().0) == self.end_angle;
         if !is_way_out {
             return None;
         }
-        let furthest_m = between.iter().map(|piece| match piece.segment {
-            Segment::Line(_) => {
-                let ends = [piece.begin_point(), piece.end_point()].map(|end| end.position.distance(self.centre));
-                ends[0].max(ends[1])
-            }
-            Segment::Arc(arc) => arc.furthest_m(self.centre),
-            Segment::Spiral(_) => f64::INFINITY,
-        });
+        let furthest_m = between.iter().map(|between| between.segment.furthest_m(self.centre));
         let turn_radius_m = furthest_m.fold(self.radius_per_radian_m * self.end_angle, f64::max);
         turn_radius_m.is_finite().then_some(WayOut { begin: last.begin, turn_radius_m })
     }

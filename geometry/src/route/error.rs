@@ -57,6 +57,14 @@ pub enum RouteError {
         /// Length of the difference of the two unit tangents.
         turn: f64,
     },
+    /// A route that is walked further than its curve goes.
+    #[error("the route is walked to {} m, must be at most {}, where its last segment ends", Number(*end_travel_m), Number(*curve_end_m))]
+    End {
+        /// Travel at the end.
+        end_travel_m: f64,
+        /// Travel at the end of the last segment.
+        curve_end_m: f64,
+    },
     /// A route that ends before it starts, or out of reach.
     #[error(
         "the route is walked from {} to {} m, must be finite and end after its start",

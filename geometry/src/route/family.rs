@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
-use super::{Route, RoutePoint, Turnaround};
+use super::{Route, Turnaround};
 
 /// The route about one travel, to first order.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,17 +61,15 @@ impl PitchFamily {
     pub fn variation(&self, parameter: f64) -> RouteVariation {
         let (point, travel_m) = (self.route.point(parameter), self.route.travel(parameter));
         let curvature = self.route.curvature(parameter);
-        match &self.shape {
+        let SegmentVariation { position, turn, travel } = match &self.shape {
             // At a fixed angle everything grows as the pitch does.
             Shape::Spiral => {
                 let pitch_m = self.route.pitch_m();
                 SegmentVariation { position: point.position / pitch_m, turn: 0.0, travel: travel_m / pitch_m }
-                    .at_travel(&point, curvature)
             }
-            Shape::Turnaround(turnaround) => {
-                turnaround.variation(point.position, travel_m).at_travel(&point, curvature)
-            }
-        }
+            Shape::Turnaround(turnaround) => turnaround.variation(point.position, travel_m),
+        };
+        RouteVariation { curvature, position: position - travel * point.tangent, turn: turn - travel * curvature }
     }
 
     /// Metres by which the travel of each seam grows, per metre of pitch, in the order of the seams.
@@ -90,15 +88,4 @@ pub(super) struct SegmentVariation {
     pub(super) turn: f64,
     /// Of the travel to the parameter.
     pub(super) travel: f64,
-}
-
-impl SegmentVariation {
-    /// The same at a fixed travel.
-    fn at_travel(self, point: &RoutePoint, curvature: f64) -> RouteVariation {
-        RouteVariation {
-            curvature,
-            position: self.position - self.travel * point.tangent,
-            turn: self.turn - self.travel * curvature,
-        }
-    }
 }

@@ -1,4 +1,5 @@
-//! A segment as plain arithmetic without a branch, so that a loop over many handles becomes vector instructions.
+//! A segment as plain arithmetic in the route's own parameter: a point at a time, or without a branch, so that a loop over many
+//! handles becomes vector instructions.
 //!
 //! A position and its change per unit of the parameter are four numbers: x, y, and their changes, all in metres.
 
@@ -6,9 +7,10 @@
 
 use glam::DVec2;
 
-use crate::numerics::multiply_add;
+use super::RoutePoint;
+use crate::numerics::{multiply_add, sine_and_cosine_anywhere};
 
-/// A segment as the stepper computes it, in the route's own parameter.
+/// A segment in the route's own parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Kernel {
     Line(LineKernel),
@@ -16,6 +18,38 @@ pub(crate) enum Kernel {
 }
 
 impl Kernel {
+    /// The route at a parameter.
+    #[inline]
+    pub(super) fn at(&self, parameter: f64) -> RoutePoint {
+        match self {
+            Self::Line(line) => RoutePoint {
+                position: line.origin + parameter * line.direction,
+                tangent: line.direction,
+                speed_m_per_unit: 1.0,
+            },
+            Self::Polar(polar) => {
+                let angle = polar.angle + polar.turn * parameter;
+                let (radius_m, slope_m) =
+                    (polar.radius_m + polar.radius_per_radian_m * angle, polar.radius_per_radian_m);
+                let (sine, cosine) = sine_and_cosine_anywhere(angle);
+                let spoke = DVec2::new(cosine, sine);
+                let position = polar.centre + radius_m * spoke;
+                if slope_m == 0.0 {
+                    return RoutePoint { position, tangent: polar.turn * spoke.perp(), speed_m_per_unit: radius_m };
+                }
+                // In units of the slope, so that the square of a tiny radius is not 0.
+                let radius = angle - polar.axis;
+                let speed = (1.0 + radius * radius).sqrt();
+                let forward = 1f64.copysign(polar.turn * slope_m);
+                RoutePoint {
+                    position,
+                    tangent: forward / speed * (spoke + radius * spoke.perp()),
+                    speed_m_per_unit: slope_m.abs() * speed,
+                }
+            }
+        }
+    }
+
     /// The parameter at which it begins; it ends where the next one begins.
     #[inline(always)]
     pub(crate) fn begin(&self) -> f64 {
@@ -66,9 +100,16 @@ pub(crate) struct PolarKernel {
     pub(super) radius_m: f64,
     /// Metres.
     pub(super) radius_per_radian_m: f64,
+    /// φ at which the radius of a spiral is 0.
+    pub(super) axis: f64,
 }
 
 impl PolarKernel {
+    /// φ at parameter 0.
+    pub(super) fn angle(&self) -> f64 {
+        self.angle
+    }
+
     /// φ.
     #[inline(always)]
     pub(crate) fn polar<const FUSED: bool>(&self, parameter: f64) -> f64 {
@@ -143,13 +184,12 @@ mod tests {
             pitch_m in 0.2..3.0_f64, centre in (-50.0..50.0_f64, -50.0..50.0_f64), axis in -3.0..3.0_f64, left in any::<bool>(),
         ) {
             let winding = if left { Turn::Clockwise } else { Turn::CounterClockwise };
-            let spiral = Spiral::inward(pitch_m, 10.0).about(centre.into(), axis, winding);
-            let spiral = Segment::Spiral(spiral);
+            let spiral = Segment::Spiral(Spiral::new(pitch_m, f64::INFINITY, 10.0).about(centre.into(), axis, winding));
             let end = spiral.point(-10.0);
             let line = Segment::Line(Line::from_begin(end.position, end.tangent, 5.0));
             let arc = CircularArc::from_begin(line.point(5.0).position, end.tangent, 2.0, 3.0, winding);
-            let route = Route::new(vec![spiral, line, Segment::Arc(arc)], 100.0).expect("the segments are joined");
-            assert_same(&route.between(0.0, 111.0).expect("a valid span"))?;
+            let route = Route::new(&[spiral, line, Segment::Arc(arc)], 100.0, [0.0, 111.0]).expect("the segments are joined");
+            assert_same(&route)?;
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use glam::DVec2;
 
+use super::Kernel;
 use super::kernel::LineKernel;
-use super::{Kernel, RoutePoint};
 
 /// A straight line, with or without a beginning. Its parameter is in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,11 +34,6 @@ impl Line {
 
     pub(super) fn span(&self) -> (f64, f64) {
         (self.begin, self.end)
-    }
-
-    #[inline]
-    pub(super) fn point(&self, at: f64) -> RoutePoint {
-        RoutePoint { position: self.origin + at * self.direction, tangent: self.direction, speed_m_per_unit: 1.0 }
     }
 
     pub(super) fn kernel(&self, begin: f64, offset: f64) -> Kernel {

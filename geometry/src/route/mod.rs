@@ -17,6 +17,7 @@ mod spiral;
 mod turnaround;
 
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 
 use glam::DVec2;
 
@@ -27,12 +28,12 @@ pub use family::{PitchFamily, RouteVariation};
 pub use line::Line;
 pub use segment::Segment;
 pub use spec::{RouteSpec, SpiralSpec, TurnaroundSpec};
-pub use spiral::{Heading, Spiral};
+pub use spiral::Spiral;
 pub use turnaround::Turnaround;
 
 pub(crate) use kernel::{Kernel, PolarKernel};
 
-use segment::Piece;
+use segment::PlacedSegment;
 
 /// How far two segments may be apart at a seam, in shares of the distance from the origin and of 1 m; the same for the
 /// difference of their tangents.
@@ -64,16 +65,17 @@ pub struct RoutePoint {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Route {
-    pieces: Vec<Piece>,
+    segments: Vec<PlacedSegment>,
     seams: Vec<f64>,
+    /// Infinite where there is none.
+    first_seam: f64,
     coil: Option<Coil>,
     start_travel_m: f64,
     end_travel_m: f64,
 }
 
 impl Route {
-    /// The route of these segments, whose first seam is at `seam_travel_m` of travel; with one segment, its end. It is walked
-    /// from there to the end of the last one, unless [`between`](Self::between) says otherwise.
+    /// The route of these segments, walked from one travel to another. The first segment ends at `first_end_m` of travel.
     ///
     /// ```
     /// use bench_dragon_geometry::route::{CircularArc, Line, Route, Segment, Turn};
@@ -81,45 +83,32 @@ impl Route {
     ///
     /// let line = Line::up_to(DVec2::ZERO, DVec2::X);
     /// let arc = CircularArc::from_begin(DVec2::ZERO, DVec2::X, 2.0, 1.0, Turn::CounterClockwise);
-    /// let bend = Route::new(vec![Segment::Line(line), Segment::Arc(arc)], 0.0)?;
-    /// assert_eq!((bend.end_travel_m(), bend.seams()), (2.0, [0.0].as_slice()));
+    /// let bend = Route::new(&[Segment::Line(line), Segment::Arc(arc)], 0.0, [-1.0, 2.0])?;
+    /// assert_eq!((bend.travel(bend.seams()[0]), bend.point(bend.parameter(-1.0)).position), (0.0, -DVec2::X));
     /// # Ok::<(), bench_dragon_geometry::route::RouteError>(())
     /// ```
     ///
     /// # Errors
-    /// The first segment must have no beginning, and it alone; each other one must begin where and as the one before ends.
+    /// The first segment must have no beginning, and it alone; each other one must begin where and as the one before ends. The
+    /// route must start before it ends, and end on its last segment.
     ///
     /// # Panics
     /// Without a segment.
-    pub fn new(segments: Vec<Segment>, seam_travel_m: f64) -> Result<Self, RouteError> {
-        let mut pieces: Vec<Piece> = Vec::with_capacity(segments.len());
-        for (number, segment) in segments.into_iter().enumerate() {
-            let unbounded = segment.span().0 == f64::NEG_INFINITY;
-            if unbounded != (number == 0) {
-                return Err(RouteError::Beginning { segment: number });
-            }
-            pieces.push(match pieces.last() {
-                None => Piece::first(segment, seam_travel_m),
-                Some(before) => Piece::behind(before, segment),
-            });
-        }
-        for (number, pair) in pieces.windows(2).enumerate() {
-            let (before, after) = (pair[0].end_point(), pair[1].begin_point());
-            let gap_m = before.position.distance(after.position);
-            let turn = before.tangent.distance(after.tangent);
-            if !(gap_m <= SEAM_TOLERANCE * (1.0 + before.position.length()) && turn <= SEAM_TOLERANCE) {
-                return Err(RouteError::Seam { segment: number + 1, gap_m, turn });
-            }
-        }
-        let last = pieces.last().expect("a route has a segment");
-        let end_travel_m = last.travel(last.end());
-        Ok(Self {
-            seams: pieces[1..].iter().map(|piece| piece.begin).collect(),
-            coil: Coil::of(&pieces),
-            start_travel_m: if pieces.len() == 1 { f64::NEG_INFINITY } else { seam_travel_m },
+    pub fn new(
+        segments: &[Segment],
+        first_end_m: f64,
+        [start_travel_m, end_travel_m]: [f64; 2],
+    ) -> Result<Self, RouteError> {
+        let segments = joined(segments, first_end_m)?;
+        let route = Self {
+            seams: segments[1..].iter().map(|placed| placed.begin).collect(),
+            first_seam: segments.get(1).map_or(f64::INFINITY, |placed| placed.begin),
+            coil: Coil::of(&segments),
+            start_travel_m,
             end_travel_m,
-            pieces,
-        })
+            segments,
+        };
+        route.between(start_travel_m, end_travel_m)
     }
 
     /// The spiral r = b·θ with pitch 2π·b about the origin, walked clockwise from θ = 2π·`start_turns` into the centre. t = 0 is
@@ -130,29 +119,23 @@ impl Route {
     pub fn spiral(pitch_m: f64, start_turns: f64) -> Result<Self, RouteError> {
         RouteError::check_pitch(pitch_m)?;
         RouteError::check_start_turns(start_turns)?;
-        let spiral = Spiral::inward(pitch_m, 0.0);
+        let spiral = Spiral::new(pitch_m, f64::INFINITY, 0.0);
         let length_m = -spiral.arc_m(-TAU * start_turns);
-        let route = Self::new(vec![Segment::Spiral(spiral)], length_m).expect("one segment has no seam");
-        Ok(Self { start_travel_m: 0.0, ..route })
+        Self::new(&[Segment::Spiral(spiral)], length_m, [0.0, length_m])
     }
 
     /// The same curve, walked from one travel to another.
     ///
     /// # Errors
-    /// Both must be finite, and the start before the end.
+    /// Both must be finite, the start before the end, and the end on the curve.
     pub fn between(self, start_travel_m: f64, end_travel_m: f64) -> Result<Self, RouteError> {
         RouteError::check_span(start_travel_m, end_travel_m)?;
+        let last = self.segments.last().expect("a route has a segment");
+        let curve_end_m = last.travel(last.end());
+        if end_travel_m > curve_end_m + SEAM_TOLERANCE * (1.0 + curve_end_m.abs()) {
+            return Err(RouteError::End { end_travel_m, curve_end_m });
+        }
         Ok(Self { start_travel_m, end_travel_m, ..self })
-    }
-
-    /// A spiral walked only as far as a circle of this diameter about its centre.
-    ///
-    /// # Errors
-    /// The circle must lie inside the start.
-    pub fn to_circle(self, diameter_m: f64) -> Result<Self, RouteError> {
-        let end_travel_m = self.travel(-0.5 * TAU * diameter_m.max(0.0) / self.pitch_m());
-        let start_travel_m = self.start_travel_m;
-        self.between(start_travel_m, end_travel_m)
     }
 
     /// The same curve, whose [`coil`](Self::coil) is not made use of: proofs that rest on it are tested against this one.
@@ -173,16 +156,8 @@ impl Route {
 
     /// The least distance between neighbouring turns of a spiral of the route, in metres; infinite without one.
     pub fn pitch_m(&self) -> f64 {
-        let pitches_m = self.pieces.iter().filter_map(|piece| match piece.segment {
-            Segment::Spiral(spiral) => Some(spiral.pitch_m()),
-            Segment::Line(_) | Segment::Arc(_) => None,
-        });
+        let pitches_m = self.segments.iter().filter_map(|placed| placed.segment.pitch_m());
         pitches_m.fold(f64::INFINITY, f64::min)
-    }
-
-    /// The segments in walking order.
-    pub fn segments(&self) -> impl ExactSizeIterator<Item = &Segment> {
-        self.pieces.iter().map(|piece| &piece.segment)
     }
 
     /// The parameters at which the curvature jumps, in walking order: one less than there are segments.
@@ -197,32 +172,31 @@ impl Route {
 
     /// Signed arc length from t = 0 to a parameter, strictly increasing with it.
     pub fn travel(&self, parameter: f64) -> f64 {
-        self.piece_at(parameter).travel(parameter)
+        self.segment_at(parameter).travel(parameter)
     }
 
     /// The inverse of [`travel`](Self::travel); travel beyond the route's end gives the end.
     pub fn parameter(&self, travel_m: f64) -> f64 {
         let travel_m = travel_m.min(self.end_travel_m);
-        self.piece_of_travel(travel_m).parameter(travel_m)
+        self.segment_of_travel(travel_m).parameter(travel_m)
     }
 
     /// The same as [`parameter`](Self::parameter) but for rounding, quicker where `guess` is near to it.
     pub fn parameter_near(&self, travel_m: f64, guess: f64) -> f64 {
         let travel_m = travel_m.min(self.end_travel_m);
-        self.piece_of_travel(travel_m).parameter_near(travel_m, guess)
+        self.segment_of_travel(travel_m).parameter_near(travel_m, guess)
     }
 
     /// Position, walking direction and speed at a parameter.
     #[inline]
     pub fn point(&self, parameter: f64) -> RoutePoint {
-        let piece = self.piece_at(parameter);
-        piece.segment.point(piece.local(parameter))
+        self.segment_at(parameter).kernel.at(parameter)
     }
 
     /// Signed curvature in 1/m at a parameter, above 0 where the route turns left; at a seam that of the segment before it.
     pub fn curvature(&self, parameter: f64) -> f64 {
-        let piece = self.piece_at(parameter);
-        piece.segment.curvature(piece.local(parameter))
+        let placed = self.segment_at(parameter);
+        placed.segment.curvature(placed.local(parameter))
     }
 
     /// A parameter behind `parameter`: at most `arc_m` of arc behind it, which a caller may rely on, and at least a third of
@@ -231,20 +205,20 @@ impl Route {
     /// Cheaper than [`parameter`](Self::parameter), which would give it exactly.
     pub fn step_back(&self, parameter: f64, arc_m: f64) -> f64 {
         let number = self.number_at(parameter);
-        let piece = &self.pieces[number];
-        let next = parameter - piece.segment.step_back(piece.local(parameter), arc_m);
-        if next >= piece.begin { next } else { self.step_back_over_seams(number, parameter, arc_m) }
+        let placed = &self.segments[number];
+        let next = parameter - placed.segment.step_back(placed.local(parameter), arc_m);
+        if next >= placed.begin { next } else { self.step_back_over_seams(number, parameter, arc_m) }
     }
 
     #[cold]
     fn step_back_over_seams(&self, number: usize, mut parameter: f64, mut left_m: f64) -> f64 {
-        for piece in self.pieces[..=number].iter().rev() {
-            let next = parameter - piece.segment.step_back(piece.local(parameter), left_m.max(0.0));
-            if next >= piece.begin {
+        for placed in self.segments[..=number].iter().rev() {
+            let next = parameter - placed.segment.step_back(placed.local(parameter), left_m.max(0.0));
+            if next >= placed.begin {
                 return next;
             }
-            left_m -= piece.travel(parameter) - piece.begin_travel_m;
-            parameter = piece.begin;
+            left_m -= placed.travel(parameter) - placed.begin_travel_m;
+            parameter = placed.begin;
         }
         parameter
     }
@@ -253,9 +227,9 @@ impl Route {
     pub fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
         let (first, last) = (self.number_at(rear), self.number_of_begin(front));
         if first == last {
-            return self.pieces[first].curvature_bound(rear, front);
+            return self.segments[first].curvature_bound(rear, front);
         }
-        self.pieces[first..=last].iter().map(|piece| piece.curvature_bound(rear, front)).fold(0.0, f64::max)
+        self.segments[first..=last].iter().map(|placed| placed.curvature_bound(rear, front)).fold(0.0, f64::max)
     }
 
     /// How far rounding may move the point at a parameter along the curve, where its speed is `speed_m_per_unit`.
@@ -263,41 +237,67 @@ impl Route {
     /// The parameter and the segment's own one are rounded: where the one is near 0, the other may be large. So are the angle that
     /// follows from it, and the distance from the origin.
     pub fn rounding_m(&self, parameter: f64, speed_m_per_unit: f64) -> f64 {
-        self.piece_at(parameter).rounding_m(parameter, speed_m_per_unit)
+        self.segment_at(parameter).rounding_m(parameter, speed_m_per_unit)
     }
 
-    /// The segments as the stepper computes them, in walking order.
+    /// The segments in the route's parameter, in walking order.
     pub(crate) fn kernels(&self) -> Vec<Kernel> {
-        self.pieces.iter().map(Piece::kernel).collect()
+        self.segments.iter().map(|placed| placed.kernel).collect()
     }
 
     /// The number of the segment that a parameter lies on; a seam lies on the one before it.
     #[inline]
     fn number_at(&self, parameter: f64) -> usize {
-        count_while(&self.seams, |&seam| seam < parameter)
+        if parameter <= self.first_seam { 0 } else { count_while(&self.seams, |&seam| seam < parameter) }
     }
 
     /// The same, a seam lying on the one behind it.
     #[inline]
     fn number_of_begin(&self, parameter: f64) -> usize {
-        count_while(&self.seams, |&seam| seam <= parameter)
+        if parameter < self.first_seam { 0 } else { count_while(&self.seams, |&seam| seam <= parameter) }
     }
 
     #[inline]
-    fn piece_at(&self, parameter: f64) -> &Piece {
-        &self.pieces[self.number_at(parameter)]
+    fn segment_at(&self, parameter: f64) -> &PlacedSegment {
+        &self.segments[self.number_at(parameter)]
     }
 
-    fn piece_of_travel(&self, travel_m: f64) -> &Piece {
-        let number = count_while(&self.pieces[1..], |piece| piece.begin_travel_m < travel_m);
-        &self.pieces[number]
+    fn segment_of_travel(&self, travel_m: f64) -> &PlacedSegment {
+        let number = count_while(&self.segments[1..], |placed| placed.begin_travel_m < travel_m);
+        &self.segments[number]
     }
+}
+
+/// Segments on a route whose first one ends at a travel.
+///
+/// # Errors
+/// The first segment must have no beginning, and it alone; each other one must begin where and as the one before ends.
+fn joined(segments: &[Segment], first_end_m: f64) -> Result<Vec<PlacedSegment>, RouteError> {
+    let mut placed: Vec<PlacedSegment> = Vec::with_capacity(segments.len());
+    for (number, &segment) in segments.iter().enumerate() {
+        let unbounded = segment.span().0 == f64::NEG_INFINITY;
+        if unbounded != (number == 0) {
+            return Err(RouteError::Beginning { segment: number });
+        }
+        placed.push(match placed.last() {
+            None => PlacedSegment::first(segment, first_end_m),
+            Some(before) => PlacedSegment::behind(before, segment),
+        });
+    }
+    for (number, pair) in placed.windows(2).enumerate() {
+        let (before, after) = (pair[0].end_point(), pair[1].begin_point());
+        let gap_m = before.position.distance(after.position);
+        let turn = before.tangent.distance(after.tangent);
+        if !(gap_m <= SEAM_TOLERANCE * (1.0 + before.position.length()) && turn <= SEAM_TOLERANCE) {
+            return Err(RouteError::Seam { segment: number + 1, gap_m, turn });
+        }
+    }
+    Ok(placed)
 }
 
 /// How many of the first items meet a condition that those behind them do not.
 ///
 /// Among a few, comparing one by one is quicker: neighbouring handles lie on the same segment, so the processor foresees it.
-#[inline]
 fn count_while<T>(items: &[T], condition: impl Fn(&T) -> bool) -> usize {
     const FEW: usize = 8;
     if items.len() > FEW {
@@ -308,4 +308,23 @@ fn count_while<T>(items: &[T], condition: impl Fn(&T) -> bool) -> usize {
         count -= 1;
     }
     count
+}
+
+impl Route {
+    /// The route from one travel to another as a line from point to point, both ends included.
+    ///
+    /// The line lies at most `sagitta_m` beside the route, except where the step between two points falls under the least one that
+    /// is allowed: a chord of length s under a curve of curvature κ leaves a sagitta of κ·s²/8.
+    pub fn polyline(&self, from_m: f64, to_m: f64, sagitta_m: f64, steps_m: RangeInclusive<f64>) -> Vec<DVec2> {
+        let mut points = Vec::new();
+        let mut travel_m = from_m;
+        while travel_m < to_m {
+            let parameter = self.parameter(travel_m);
+            points.push(self.point(parameter).position);
+            let step_m = (8.0 * sagitta_m / self.curvature_bound(parameter, parameter)).sqrt();
+            travel_m += step_m.min(*steps_m.end()).max(*steps_m.start());
+        }
+        points.push(self.point(self.parameter(to_m)).position);
+        points
+    }
 }

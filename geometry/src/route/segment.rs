@@ -1,5 +1,7 @@
 //! A segment of a route, and where it lies on the route.
 
+use glam::DVec2;
+
 use super::{CircularArc, Kernel, Line, RoutePoint, Spiral};
 
 /// A segment of a route. Its own parameter grows in walking direction.
@@ -24,13 +26,8 @@ impl Segment {
     }
 
     /// Position, walking direction and speed.
-    #[inline]
     pub fn point(&self, at: f64) -> RoutePoint {
-        match self {
-            Self::Line(line) => line.point(at),
-            Self::Arc(arc) => arc.point(at),
-            Self::Spiral(spiral) => spiral.point(at),
-        }
+        self.kernel(self.span().0, 0.0).at(at)
     }
 
     /// Arc length in metres, counted from wherever suits the segment.
@@ -72,12 +69,41 @@ impl Segment {
         }
     }
 
+    /// The segment in a route's parameter, which begins at `begin` and is less than its own one by `offset`.
+    fn kernel(&self, begin: f64, offset: f64) -> Kernel {
+        match self {
+            Self::Line(line) => line.kernel(begin, offset),
+            Self::Arc(arc) => arc.kernel(begin, offset),
+            Self::Spiral(spiral) => spiral.kernel(begin, offset),
+        }
+    }
+
     /// Distance from the origin to the point that positions are counted from.
     fn reference_distance_m(&self) -> f64 {
         match self {
             Self::Line(line) => line.origin().length(),
             Self::Arc(arc) => arc.centre().length(),
             Self::Spiral(spiral) => spiral.centre().length(),
+        }
+    }
+
+    /// Distance between neighbouring turns, of a kind that has turns.
+    pub(super) fn pitch_m(&self) -> Option<f64> {
+        match self {
+            Self::Spiral(spiral) => Some(spiral.pitch_m()),
+            Self::Line(_) | Self::Arc(_) => None,
+        }
+    }
+
+    /// A bound on the distance from a point to any point of a segment with a beginning; infinite for a kind without one.
+    pub(super) fn furthest_m(&self, from: DVec2) -> f64 {
+        match self {
+            Self::Line(_) => [self.span().0, self.span().1]
+                .map(|at| self.point(at).position.distance(from))
+                .into_iter()
+                .fold(0.0, f64::max),
+            Self::Arc(arc) => arc.furthest_m(from),
+            Self::Spiral(_) => f64::INFINITY,
         }
     }
 
@@ -103,7 +129,7 @@ impl Segment {
 
 /// A segment on its route.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Piece {
+pub(super) struct PlacedSegment {
     pub(super) segment: Segment,
     /// The route's parameter at its beginning; −∞ where it has none.
     pub(super) begin: f64,
@@ -113,8 +139,13 @@ pub(super) struct Piece {
     offset: f64,
     /// A travel, and the segment's own arc length at the same point.
     anchor_m: (f64, f64),
+    /// The segment in the route's parameter.
+    pub(super) kernel: Kernel,
     rounding: Rounding,
 }
+
+/// Error of a sine or cosine, in units of `f64::EPSILON`.
+const SINE_ERROR_EPSILONS: f64 = 2.0;
 
 /// What is rounded on the way from a parameter to a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -128,40 +159,35 @@ struct Rounding {
 }
 
 impl Rounding {
-    fn of(segment: &Segment) -> Self {
-        // The direction from a spiral's centre is rounded once more than θ, unless it is θ.
-        let axis = if let Segment::Spiral(spiral) = segment { spiral.axis().abs() } else { 0.0 };
-        let parameters = if axis == 0.0 { 1.0 } else { 2.0 };
-        Self { parameters, units: axis, from_origin_m: segment.reference_distance_m() }
+    fn of(segment: &Segment, kernel: &Kernel) -> Self {
+        let from_origin_m = segment.reference_distance_m();
+        let Kernel::Polar(polar) = kernel else { return Self { parameters: 1.0, units: 0.0, from_origin_m } };
+        // The direction from a centre is rounded once more than the parameter, unless it is the parameter.
+        let angle = polar.angle().abs();
+        let parameters = if angle == 0.0 { 1.0 } else { 2.0 };
+        Self { parameters, units: angle + SINE_ERROR_EPSILONS, from_origin_m }
     }
 }
 
-impl Piece {
+impl PlacedSegment {
     /// The first segment, which has no beginning and ends at this travel. Its own parameter is the route's.
     pub(super) fn first(segment: Segment, end_travel_m: f64) -> Self {
         let end_arc_m = segment.arc_m(segment.span().1);
-        Self {
-            segment,
-            begin: f64::NEG_INFINITY,
-            begin_travel_m: f64::NEG_INFINITY,
-            offset: 0.0,
-            anchor_m: (end_travel_m, end_arc_m),
-            rounding: Rounding::of(&segment),
-        }
+        let unbounded = f64::NEG_INFINITY;
+        Self::new(segment, (unbounded, unbounded), 0.0, (end_travel_m, end_arc_m))
     }
 
-    /// The segment that begins where another piece ends.
+    /// The segment that begins where another one ends.
     pub(super) fn behind(before: &Self, segment: Segment) -> Self {
         let (begin, begin_travel_m) = (before.end(), before.travel(before.end()));
         let own = segment.span().0;
-        Self {
-            begin,
-            begin_travel_m,
-            offset: own - begin,
-            anchor_m: (begin_travel_m, segment.arc_m(own)),
-            rounding: Rounding::of(&segment),
-            segment,
-        }
+        Self::new(segment, (begin, begin_travel_m), own - begin, (begin_travel_m, segment.arc_m(own)))
+    }
+
+    fn new(segment: Segment, (begin, begin_travel_m): (f64, f64), offset: f64, anchor_m: (f64, f64)) -> Self {
+        let kernel = segment.kernel(begin, offset);
+        let rounding = Rounding::of(&segment, &kernel);
+        Self { segment, begin, begin_travel_m, offset, anchor_m, kernel, rounding }
     }
 
     /// How far rounding may move the point at a parameter of the route.
@@ -217,14 +243,5 @@ impl Piece {
 
     pub(super) fn end_point(&self) -> RoutePoint {
         self.segment.point(self.segment.span().1)
-    }
-
-    /// The segment as the stepper computes it.
-    pub(super) fn kernel(&self) -> Kernel {
-        match &self.segment {
-            Segment::Line(line) => line.kernel(self.begin, self.offset),
-            Segment::Arc(arc) => arc.kernel(self.begin, self.offset),
-            Segment::Spiral(spiral) => spiral.kernel(self.begin, self.offset),
-        }
     }
 }

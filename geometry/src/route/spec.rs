@@ -1,5 +1,7 @@
 //! Routes as they are planned: what a choreographer sets, and the one place that makes routes of it.
 
+use std::f64::consts::PI;
+
 use super::{PitchFamily, Route, RouteError, Turnaround};
 
 /// A route as planned. Times are show times in seconds; the route itself knows travel alone.
@@ -47,6 +49,18 @@ impl Default for TurnaroundSpec {
     }
 }
 
+impl SpiralSpec {
+    /// The spiral, walked only as far as a circle of this diameter about its centre.
+    ///
+    /// # Errors
+    /// Values out of range, and a circle that does not lie inside the start.
+    pub fn to_circle(&self, diameter_m: f64) -> Result<Route, RouteError> {
+        let spiral = Route::spiral(self.pitch_m, self.start_turns)?;
+        let end_travel_m = spiral.travel(-PI * diameter_m.max(0.0) / self.pitch_m);
+        spiral.between(0.0, end_travel_m)
+    }
+}
+
 impl TurnaroundSpec {
     /// The turnaround, walked between the planned times at a speed of the head in m/s.
     ///
@@ -81,28 +95,40 @@ impl RouteSpec {
         }
     }
 
+    /// The turnaround, if it is one.
+    pub fn as_turnaround(&self) -> Option<TurnaroundSpec> {
+        match self {
+            Self::Spiral(_) => None,
+            Self::Turnaround(spec) => Some(*spec),
+        }
+    }
+
+    /// The spiral; on a turnaround the one of its pitch that starts as far out as the paper's.
+    pub fn spiral(&self) -> SpiralSpec {
+        match self {
+            Self::Spiral(spec) => *spec,
+            Self::Turnaround(spec) => SpiralSpec { pitch_m: spec.pitch_m, ..SpiralSpec::default() },
+        }
+    }
+
+    /// Diameter of the circle that the S lies in; on a spiral that of the paper's.
+    pub fn turn_diameter_m(&self) -> f64 {
+        self.as_turnaround().unwrap_or_default().turn_diameter_m
+    }
+
     /// Show time at which the plan begins.
     pub fn start_s(&self) -> f64 {
-        match self {
-            Self::Spiral(_) => 0.0,
-            Self::Turnaround(spec) => spec.start_s,
-        }
+        self.as_turnaround().map_or(0.0, |spec| spec.start_s)
     }
 
     /// Show time at which the plan ends, where it sets one.
     pub fn end_s(&self) -> Option<f64> {
-        match self {
-            Self::Spiral(_) => None,
-            Self::Turnaround(spec) => Some(spec.end_s),
-        }
+        self.as_turnaround().map(|spec| spec.end_s)
     }
 
     /// Distance between neighbouring turns, in metres.
     pub fn pitch_m(&self) -> f64 {
-        match self {
-            Self::Spiral(spec) => spec.pitch_m,
-            Self::Turnaround(spec) => spec.pitch_m,
-        }
+        self.spiral().pitch_m
     }
 
     /// The same with another pitch, which is not checked.

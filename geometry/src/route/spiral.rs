@@ -4,19 +4,10 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec2;
 
-use super::{Kernel, PolarKernel, RoutePoint, Turn};
+use super::{Kernel, PolarKernel, Segment, Turn};
 
 /// What half a turn may be off by, in radians, but for rounding.
 const HALF_TURN_TOLERANCE: f64 = 1e-12;
-
-/// Which way a spiral is walked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Heading {
-    /// Towards its centre; its parameter is −θ.
-    Inward,
-    /// Away from its centre; its parameter is θ.
-    Outward,
-}
 
 /// A part of a spiral: r = b·θ for θ >= 0 about a centre, where θ = 0 lies in the direction of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,8 +17,7 @@ pub struct Spiral {
     axis: f64,
     /// Which way it turns as θ grows.
     winding: Turn,
-    heading: Heading,
-    /// 1 outward, −1 inward: θ is that times the parameter.
+    /// 1 where it is walked outward, −1 inward: θ is that times the parameter.
     sense: f64,
     pitch_m: f64,
     /// b, in metres: the pitch over 2π.
@@ -38,28 +28,37 @@ pub struct Spiral {
 }
 
 impl Spiral {
-    /// The spiral of this pitch (2π·b, in metres) about the origin, without a beginning, walked inward and clockwise as far as
-    /// `end_angle`, 0 or more. θ is counted from +x.
-    pub fn inward(pitch_m: f64, end_angle: f64) -> Self {
+    /// The spiral of this pitch (2π·b, in metres) about the origin, counter-clockwise from +x as θ grows, walked from one θ to
+    /// another: inward where it falls. Both are 0 or more; a spiral that begins at infinity has no beginning.
+    ///
+    /// # Panics
+    /// Where one is below 0, or both are the same.
+    pub fn new(pitch_m: f64, from_angle: f64, to_angle: f64) -> Self {
+        assert!(from_angle.min(to_angle) >= 0.0 && from_angle != to_angle, "a spiral from {from_angle} to {to_angle}");
+        let sense = if from_angle < to_angle { 1.0 } else { -1.0 };
         Self {
             centre: DVec2::ZERO,
             axis: 0.0,
             winding: Turn::CounterClockwise,
-            heading: Heading::Inward,
-            sense: -1.0,
+            sense,
             pitch_m,
             radius_per_radian_m: pitch_m / TAU,
-            begin: f64::NEG_INFINITY,
-            end: -end_angle,
+            begin: sense * from_angle,
+            end: sense * to_angle,
         }
     }
 
-    /// The same spiral turned by half a turn about its centre, and walked outward from where it was to end, as far as
-    /// `end_angle`.
+    /// The same spiral, placed so that it has a given point and tangent at its beginning, and wound this way as θ grows.
+    ///
+    /// # Panics
+    /// Where it has no beginning.
     #[must_use]
-    pub fn half_turned_out(self, end_angle: f64) -> Self {
-        let (axis, begin) = (self.axis + PI, self.angle(self.end));
-        Self { axis, heading: Heading::Outward, sense: 1.0, begin, end: end_angle, ..self }
+    pub fn from_begin(self, position: DVec2, tangent: DVec2, winding: Turn) -> Self {
+        assert!(self.begin.is_finite(), "a spiral without a beginning has no point there");
+        let about_origin = self.about(DVec2::ZERO, 0.0, winding);
+        let axis = Segment::Spiral(about_origin).point(self.begin).tangent.angle_to(tangent);
+        let turned = self.about(DVec2::ZERO, axis, winding);
+        self.about(position - Segment::Spiral(turned).point(self.begin).position, axis, winding)
     }
 
     /// The same spiral about another centre, turned about it so that θ = 0 lies in this direction, and wound this way as θ grows.
@@ -83,20 +82,16 @@ impl Spiral {
         self.radius_per_radian_m
     }
 
-    /// Which way it is walked.
-    pub fn heading(&self) -> Heading {
-        self.heading
+    /// Whether it is walked towards its centre.
+    #[inline]
+    pub fn is_inward(&self) -> bool {
+        self.sense < 0.0
     }
 
     /// θ at a parameter.
     #[inline]
     pub fn angle(&self, at: f64) -> f64 {
         self.sense * at
-    }
-
-    /// The direction from the centre in which θ is 0, in radians.
-    pub(super) fn axis(&self) -> f64 {
-        self.axis
     }
 
     /// Whether this is the other spiral turned by half a turn.
@@ -113,20 +108,6 @@ impl Spiral {
 
     pub(super) fn span(&self) -> (f64, f64) {
         (self.begin, self.end)
-    }
-
-    #[inline]
-    pub(super) fn point(&self, at: f64) -> RoutePoint {
-        let (angle, winding) = (self.angle(at), self.winding.sign());
-        let unit_speed = unit_speed(angle);
-        let spoke = DVec2::from_angle(self.axis + winding * angle);
-        // d/dθ of θ·spoke.
-        let outward = spoke + winding * angle * spoke.perp();
-        RoutePoint {
-            position: self.centre + self.radius_per_radian_m * angle * spoke,
-            tangent: self.sense / unit_speed * outward,
-            speed_m_per_unit: self.radius_per_radian_m * unit_speed,
-        }
     }
 
     /// Arc length from the centre, below 0 on the way inward.
@@ -155,25 +136,18 @@ impl Spiral {
     /// 2. Inward the speed falls, and its mean over any stretch that ends here is at least half of what it is here.
     #[inline]
     pub(super) fn step_back(&self, at: f64, arc_m: f64) -> f64 {
-        let angle = self.angle(at);
-        match self.heading {
-            Heading::Inward => {
-                let unit_arc = arc_m / self.radius_per_radian_m;
-                let unit_speed = unit_speed(angle);
-                2.0 * unit_arc / (unit_speed + (unit_speed * unit_speed + 4.0 * unit_arc).sqrt())
-            }
-            Heading::Outward => arc_m / self.speed_m_per_unit(at),
+        if !self.is_inward() {
+            return arc_m / self.speed_m_per_unit(at);
         }
+        let (unit_arc, angle) = (arc_m / self.radius_per_radian_m, self.angle(at));
+        let unit_speed2 = 1.0 + angle * angle;
+        2.0 * unit_arc / (unit_speed2.sqrt() + (unit_speed2 + 4.0 * unit_arc).sqrt())
     }
 
     /// The greatest |curvature| between two parameters: it falls all the way out.
     #[inline]
     pub(super) fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
-        let nearest = match self.heading {
-            Heading::Inward => front,
-            Heading::Outward => rear,
-        };
-        self.curvature(nearest).abs()
+        self.curvature(if self.is_inward() { front } else { rear }).abs()
     }
 
     /// Signed curvature: |κ| = (2 + θ²) / (b·(1 + θ²)^(3/2)) in 1/m.
@@ -193,6 +167,7 @@ impl Spiral {
             turn,
             radius_m: -slope_m * self.axis,
             radius_per_radian_m: slope_m,
+            axis: self.axis,
         })
     }
 }

@@ -8,6 +8,8 @@
 //! ratio of the radii. It lies in the circle: an arc that enters the circle at E, and ends within, could leave it only
 //! through a second crossing, of which two circles have no more.
 
+use std::f64::consts::{PI, TAU};
+
 use glam::DVec2;
 
 use super::family::SegmentVariation;
@@ -55,14 +57,14 @@ impl Turnaround {
         RouteError::check_pitch(pitch_m)?;
         RouteError::check_turn_diameter(turn_diameter_m, pitch_m)?;
         RouteError::check_radius_ratio(radius_ratio)?;
-        let circle_angle = 0.5 * turn_diameter_m / Spiral::inward(pitch_m, 0.0).radius_per_radian_m();
-        let way_in = Spiral::inward(pitch_m, circle_angle);
-        let entry = way_in.point(-circle_angle);
+        let circle_angle = 0.5 * turn_diameter_m / (pitch_m / TAU);
         let (turn_angle, radii_sum_m) = (2.0 * circle_angle.atan(), 0.5 * turn_diameter_m / circle_angle.atan().sin());
         // A diameter or a pitch at the end of what numbers can hold gives no arcs.
         if !(circle_angle.is_normal() && radii_sum_m.is_normal()) {
             return Err(RouteError::TurnDiameter { turn_diameter_m, pitch_m });
         }
+        let way_in = Spiral::new(pitch_m, f64::INFINITY, circle_angle);
+        let entry = Segment::Spiral(way_in).point(-circle_angle);
         let exit_radius_m = radii_sum_m / (1.0 + radius_ratio);
         let entry_radius_m = radii_sum_m - exit_radius_m;
         Ok(Self {
@@ -90,14 +92,11 @@ impl Turnaround {
     /// The route: four segments, the last of which goes on without end.
     pub fn route(&self) -> Route {
         let [entry_arc, exit_arc] = self.arcs;
-        let way_out = self.way_in.half_turned_out(f64::INFINITY);
-        let segments = vec![
-            Segment::Spiral(self.way_in),
-            Segment::Arc(entry_arc),
-            Segment::Arc(exit_arc),
-            Segment::Spiral(way_out),
-        ];
-        let route = Route::new(segments, 0.0).and_then(|route| route.between(self.start_travel_m, self.end_travel_m));
+        let way_out = Spiral::new(self.pitch_m, self.circle_angle, f64::INFINITY);
+        let way_out = way_out.about(DVec2::ZERO, PI, Turn::CounterClockwise);
+        let segments =
+            [Segment::Spiral(self.way_in), Segment::Arc(entry_arc), Segment::Arc(exit_arc), Segment::Spiral(way_out)];
+        let route = Route::new(&segments, 0.0, [self.start_travel_m, self.end_travel_m]);
         route.expect("the arcs join the spirals, and the span was checked")
     }
 
@@ -133,7 +132,7 @@ impl Turnaround {
 
     /// Where the S begins, on the turning circle.
     pub fn entry(&self) -> DVec2 {
-        self.way_in.point(-self.circle_angle).position
+        Segment::Spiral(self.way_in).point(-self.circle_angle).position
     }
 
     /// Where the S ends, on the turning circle opposite the entry.

@@ -15,7 +15,7 @@ use zenoh::Wait as _;
 use zenoh::bytes::ZBytes;
 
 use super::query_server::{QueryState, Question};
-use super::wire::{COMMAND_BYTES, REPLY_ENCODING, SEEN_BYTES, Seen, WireError, decode_command, decode_seen};
+use super::wire::{COMMAND_BYTES, REPLY_ENCODING, SEEN_BYTES, Seen, decode_seen, read};
 use crate::system::clock::monotonic_ns;
 
 /// How long a command may take from whoever asks to the server and its answer back to here: less than the other side waits.
@@ -26,7 +26,6 @@ const LOOK_PERIOD: Duration = Duration::from_millis(1);
 /// Statuses that are read at a time: one a source.
 const MAX_STATUSES: usize = 4;
 
-/// Passes commands on to the server of this host.
 #[derive(Debug)]
 pub(super) struct CommandForwarder {
     domain: Domain,
@@ -49,24 +48,26 @@ impl CommandForwarder {
         Self { domain, state, key, connection: None }
     }
 
-    /// Passes a command on and answers it.
     pub(super) fn pass_on(&mut self, question: &Question) -> zenoh::Result<()> {
         let query = &question.query;
+        let refuse = |reason: String| {
+            self.state.refused.fetch_add(1, Ordering::Relaxed);
+            query.reply_err(reason).wait()
+        };
         let payload = query.payload().filter(|payload| payload.len() == COMMAND_BYTES);
-        let Some(command) = payload.and_then(|payload| decode_command(&payload.to_bytes()).ok()) else {
-            self.state.refused.fetch_add(1, Ordering::Relaxed);
-            return query.reply_err(format!("a command has {COMMAND_BYTES} bytes")).wait();
+        let Some(command) = payload.and_then(|payload| read(&payload.to_bytes())) else {
+            return refuse(format!("a command has {COMMAND_BYTES} bytes"));
         };
-        let Ok(seen) = query.attachment().map(read_seen).transpose() else {
-            self.state.refused.fetch_add(1, Ordering::Relaxed);
-            return query.reply_err(format!("what is attached to a command has {SEEN_BYTES} bytes")).wait();
-        };
+        let seen = query.attachment().map(read_seen);
+        if seen == Some(None) {
+            return refuse(format!("what is attached to a command has {SEEN_BYTES} bytes"));
+        }
         let reply = match Request::from_wire(&command) {
             _ if question.is_too_many => Err(Refusal::TooMany),
             None => Err(Refusal::Unknown),
             // A guard stands where the server is: what it grants has to reach it, whatever happens to the link.
             Some(Request::Grant { .. }) => Err(Refusal::NotGuarded),
-            Some(request) => self.call(request, seen, question.asked_ns),
+            Some(request) => self.call(request, seen.flatten(), question.asked_ns),
         };
         let reply = reply.unwrap_or_else(|refusal| CommandReply::refused(0, 0, refusal));
         query.reply(&self.key, reply.as_bytes()).encoding(REPLY_ENCODING).express(true).wait()
@@ -74,7 +75,7 @@ impl CommandForwarder {
 
     /// Sends a command to the server, unless it comes too late.
     fn call(&mut self, request: Request, seen: Option<Seen>, asked_ns: u64) -> Result<CommandReply, Refusal> {
-        let age = if self.state.is_closed() { None } else { self.age(seen) };
+        let age = if self.state.is_closed.load(Ordering::Relaxed) { None } else { self.age(seen) };
         let waited = Duration::from_nanos(monotonic_ns().saturating_sub(asked_ns));
         let Some(patience) = age.and_then(|age| PATIENCE.checked_sub(age.max(waited))) else {
             self.state.refused.fetch_add(1, Ordering::Relaxed);
@@ -125,11 +126,8 @@ impl ServerConnection {
     }
 }
 
-fn read_seen(attached: &ZBytes) -> Result<Seen, WireError> {
-    match attached.len() {
-        SEEN_BYTES => decode_seen(&attached.to_bytes()),
-        got => Err(WireError::Length { got, expected: SEEN_BYTES }),
-    }
+fn read_seen(attached: &ZBytes) -> Option<Seen> {
+    (attached.len() == SEEN_BYTES).then(|| decode_seen(&attached.to_bytes())).flatten()
 }
 
 /// How long ago a run was at a tick; `None` where another run is on.

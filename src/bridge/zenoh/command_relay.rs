@@ -14,7 +14,7 @@ use zenoh::{Session, Wait as _};
 
 use super::inbox::Inbox;
 use super::key_prefix::KeyPrefix;
-use super::remote_run::RemoteRun;
+use super::received_run::ReceivedRun;
 use super::wire::{COMMAND_ENCODING, REPLY_BYTES, Seen, decode_reply, encode_seen};
 use crate::source::AskedCommand;
 
@@ -25,7 +25,6 @@ const PATIENCE: Duration = Duration::from_secs(3);
 /// What is waited beyond that for zenoh to say that the time is up.
 const GRACE_NS: u64 = 500_000_000;
 
-/// What came of a command.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CommandAnswer {
     number: u64,
@@ -47,7 +46,8 @@ pub(super) struct CommandRelay {
     key: String,
     asked: Vec<InFlight>,
     next_number: u64,
-    sent: u64,
+    /// Commands passed on.
+    pub(super) sent: u64,
 }
 
 #[derive(Debug)]
@@ -62,11 +62,6 @@ impl CommandRelay {
         Self { key: prefix.commands(), asked: Vec::with_capacity(MAX_ASKED), next_number: 0, sent: 0 }
     }
 
-    /// Commands passed on.
-    pub(super) fn sent(&self) -> u64 {
-        self.sent
-    }
-
     /// Passes a command on, or answers it where that makes no sense. With it goes what has been seen of the show, so that it
     /// is not carried out after it has been answered here as one that had no answer.
     pub(super) fn pass_on(
@@ -74,8 +69,7 @@ impl CommandRelay {
         command: AskedCommand,
         session: &Session,
         inbox: &Arc<Inbox>,
-        position: RunPosition,
-        seen: Seen,
+        run: &ReceivedRun,
         now_ns: u64,
     ) {
         let refusal = match command.request() {
@@ -86,7 +80,7 @@ impl CommandRelay {
             Some(request) => {
                 let number = self.next_number;
                 self.next_number += 1;
-                if ask(session, &self.key, request, seen, number, inbox).is_ok() {
+                if self.ask(session, inbox, number, request, run.seen(now_ns)).is_ok() {
                     self.sent += 1;
                     let deadline_ns = now_ns + PATIENCE.as_nanos() as u64 + GRACE_NS;
                     self.asked.push(InFlight { number, deadline_ns, command });
@@ -95,85 +89,72 @@ impl CommandRelay {
                 Refusal::Unreachable
             }
         };
-        command.answer(position.refused(refusal));
+        command.answer(run.refused(refusal));
     }
 
     /// Gives clients the answers that have come, in the words of the run here, and those up whose time is over.
-    pub(super) fn give_back(&mut self, inbox: &Inbox, run: &RemoteRun, position: RunPosition, now_ns: u64) {
+    pub(super) fn give_back(&mut self, inbox: &Inbox, run: &ReceivedRun, now_ns: u64) {
         while let Some(answer) = inbox.answers.pop() {
             let Some(index) = self.asked.iter().position(|asked| asked.number == answer.number) else { continue };
             let reply = match answer.outcome {
                 Outcome::Reply(reply) => {
-                    CommandReply { run_id: position.run_id, tick: run.tick_here(reply.tick), ..reply }
+                    CommandReply { run_id: run.run_id(), tick: run.remote.tick_here(reply.tick), ..reply }
                 }
                 // A source is there, and its bridge takes no commands.
-                Outcome::Nobody if inbox.has_source() => position.refused(Refusal::NotTaken),
-                Outcome::Nobody | Outcome::None => position.refused(Refusal::Unreachable),
+                Outcome::Nobody if inbox.has_source() => run.refused(Refusal::NotTaken),
+                Outcome::Nobody | Outcome::None => run.refused(Refusal::Unreachable),
             };
             self.asked.swap_remove(index).command.answer(reply);
         }
         for late in self.asked.extract_if(.., |asked| asked.deadline_ns <= now_ns) {
-            late.command.answer(position.refused(Refusal::Unreachable));
+            late.command.answer(run.refused(Refusal::Unreachable));
         }
     }
 
     /// Gives all of them up: their run is over.
-    pub(super) fn give_up(&mut self, position: RunPosition) {
+    pub(super) fn give_up(&mut self, run: &ReceivedRun) {
         for asked in self.asked.drain(..) {
-            asked.command.answer(position.refused(Refusal::Unreachable));
+            asked.command.answer(run.refused(Refusal::Unreachable));
         }
     }
-}
 
-/// Where the run here stands, as replies name it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct RunPosition {
-    pub(super) run_id: u64,
-    pub(super) tick: u64,
-}
-
-impl RunPosition {
-    fn refused(self, refusal: Refusal) -> CommandReply {
-        CommandReply::refused(self.run_id, self.tick, refusal)
-    }
-}
-
-fn ask(
-    session: &Session,
-    key: &str,
-    request: Request,
-    seen: Seen,
-    number: u64,
-    inbox: &Arc<Inbox>,
-) -> zenoh::Result<()> {
-    let is_answered = Arc::new(AtomicBool::new(false));
-    let answer = {
-        let (is_answered, inbox) = (Arc::clone(&is_answered), Arc::clone(inbox));
-        move |outcome| {
-            if !is_answered.swap(true, Ordering::Relaxed) {
-                inbox.put_answer(CommandAnswer { number, outcome });
+    fn ask(
+        &self,
+        session: &Session,
+        inbox: &Arc<Inbox>,
+        number: u64,
+        request: Request,
+        seen: Seen,
+    ) -> zenoh::Result<()> {
+        let is_answered = Arc::new(AtomicBool::new(false));
+        let answer = {
+            let (is_answered, inbox) = (Arc::clone(&is_answered), Arc::clone(inbox));
+            move |outcome| {
+                if !is_answered.swap(true, Ordering::Relaxed) {
+                    inbox.put_answer(CommandAnswer { number, outcome });
+                }
             }
-        }
-    };
-    let at_end = answer.clone();
-    session
-        .get(key)
-        .payload(request.to_wire().as_bytes())
-        .encoding(COMMAND_ENCODING)
-        .attachment(encode_seen(seen))
-        .congestion_control(CongestionControl::Drop)
-        .priority(Priority::RealTime)
-        .express(true)
-        .timeout(PATIENCE)
-        .with(CallbackDrop {
-            callback: move |reply: Reply| answer(read(&reply)),
-            drop: move || at_end(Outcome::Nobody),
-        })
-        .wait()
+        };
+        let at_end = answer.clone();
+        session
+            .get(&self.key)
+            .payload(request.to_wire().as_bytes())
+            .encoding(COMMAND_ENCODING)
+            .attachment(encode_seen(seen))
+            .congestion_control(CongestionControl::Drop)
+            .priority(Priority::RealTime)
+            .express(true)
+            .timeout(PATIENCE)
+            .with(CallbackDrop {
+                callback: move |reply: Reply| answer(read(&reply)),
+                drop: move || at_end(Outcome::Nobody),
+            })
+            .wait()
+    }
 }
 
 fn read(reply: &Reply) -> Outcome {
     let sample = reply.result().ok().filter(|sample| sample.payload().len() == REPLY_BYTES);
-    let reply = sample.and_then(|sample| decode_reply(&sample.payload().to_bytes()).ok());
+    let reply = sample.and_then(|sample| decode_reply(&sample.payload().to_bytes()));
     reply.map_or(Outcome::None, Outcome::Reply)
 }

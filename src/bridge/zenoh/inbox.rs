@@ -18,16 +18,14 @@ use zenoh::{Session, Wait as _};
 
 use super::command_relay::CommandAnswer;
 use super::key_prefix::KeyPrefix;
-use super::wire::{ALERT_BYTES, Described, MAX_FRAME_BYTES, WireError, decode_description};
+use super::wire::{ALERT_BYTES, DESCRIBED_BYTES, Described, MAX_FRAME_BYTES, decode_description};
 use crate::system::clock::monotonic_ns;
 
 /// Frames that wait at most: as many as the bus keeps for a reader.
 const MAX_FRAMES: usize = 256;
 /// And their bytes, for large dragons.
 const MAX_FRAMES_BYTES: usize = 64 << 20;
-/// Alerts that wait at most.
 const MAX_ALERTS: usize = 256;
-/// Descriptions that wait at most.
 const MAX_DESCRIPTIONS: usize = 4;
 
 /// A frame as it came.
@@ -37,7 +35,6 @@ pub(super) struct Arrival {
     pub(super) arrived_ns: u64,
 }
 
-/// The box.
 #[derive(Debug)]
 pub(super) struct Inbox {
     pub(super) frames: BoundedQueue<Arrival>,
@@ -47,14 +44,14 @@ pub(super) struct Inbox {
     pub(super) answers: ArrayQueue<CommandAnswer>,
     sources: AtomicUsize,
     has_new_source: AtomicBool,
-    malformed: AtomicU64,
+    /// Payloads whose length alone was wrong.
+    pub(super) malformed: AtomicU64,
     /// Whether the bus's thread has been woken since it last looked.
     is_woken: AtomicBool,
     bus_thread: Thread,
 }
 
 impl Inbox {
-    /// The box of this thread.
     pub(super) fn of_this_thread(max_answers: usize) -> Self {
         Self {
             frames: BoundedQueue::new(MAX_FRAMES, MAX_FRAMES_BYTES),
@@ -71,34 +68,30 @@ impl Inbox {
 
     pub(super) fn put_frame(&self, sample: &Sample) {
         let arrived_ns = monotonic_ns();
-        let payload = sample.payload();
-        if sample.kind() != SampleKind::Put || payload.len() > MAX_FRAME_BYTES {
-            return self.count_malformed();
-        }
-        self.frames.push(payload.len(), Arrival { payload: payload.clone(), arrived_ns });
-        self.tell();
+        let payload = payload(sample).filter(|payload| payload.len() <= MAX_FRAME_BYTES).cloned();
+        self.put(&self.frames, payload.map(|payload| (payload.len(), Arrival { payload, arrived_ns })));
     }
 
     pub(super) fn put_alert(&self, sample: &Sample) {
-        let payload = sample.payload();
-        if sample.kind() != SampleKind::Put || payload.len() != ALERT_BYTES {
-            return self.count_malformed();
-        }
-        self.alerts.push(ALERT_BYTES, payload.clone());
-        self.tell();
+        let payload = payload(sample).filter(|payload| payload.len() == ALERT_BYTES);
+        self.put(&self.alerts, payload.map(|payload| (ALERT_BYTES, payload.clone())));
     }
 
     pub(super) fn put_description(&self, sample: &Sample) {
-        match described(sample) {
-            Ok(description) => {
-                self.descriptions.push(description.1.len(), description);
-                self.tell();
+        self.put(&self.descriptions, described(sample).map(|description| (description.1.len(), description)));
+    }
+
+    /// Adds an entry to its queue, with its bytes. One that is none is counted as malformed.
+    fn put<Entry>(&self, queue: &BoundedQueue<Entry>, entry: Option<(usize, Entry)>) {
+        match entry {
+            Some((bytes, entry)) => {
+                queue.push(bytes, entry);
+                self.wake();
             }
-            Err(_) => self.count_malformed(),
+            None => drop(self.malformed.fetch_add(1, Ordering::Relaxed)),
         }
     }
 
-    /// A source has come or gone.
     pub(super) fn put_liveliness(&self, kind: SampleKind) {
         let step = |count: usize| match kind {
             SampleKind::Put => Some(count.saturating_add(1)),
@@ -106,13 +99,13 @@ impl Inbox {
         };
         let _ = self.sources.fetch_update(Ordering::Relaxed, Ordering::Relaxed, step);
         self.has_new_source.fetch_or(kind == SampleKind::Put, Ordering::Relaxed);
-        self.tell();
+        self.wake();
     }
 
     pub(super) fn put_answer(&self, answer: CommandAnswer) {
         // One that finds no room is to a command that is not waited for any more.
         let _ = self.answers.push(answer);
-        self.tell();
+        self.wake();
     }
 
     /// Whether the other side says that a source is there.
@@ -125,11 +118,6 @@ impl Inbox {
         self.has_new_source.swap(false, Ordering::Relaxed)
     }
 
-    /// Payloads whose length alone was wrong.
-    pub(super) fn malformed(&self) -> u64 {
-        self.malformed.load(Ordering::Relaxed)
-    }
-
     /// Waits until something has come, but not for long.
     pub(super) fn wait(&self, patience: Duration) {
         if !self.is_woken.swap(false, Ordering::Acquire) {
@@ -138,52 +126,40 @@ impl Inbox {
         }
     }
 
-    fn tell(&self) {
+    fn wake(&self) {
         if !self.is_woken.swap(true, Ordering::AcqRel) {
             self.bus_thread.unpark();
         }
     }
-
-    fn count_malformed(&self) {
-        self.malformed.fetch_add(1, Ordering::Relaxed);
-    }
 }
 
-fn described(sample: &Sample) -> Result<(Described, String), WireError> {
-    if sample.kind() != SampleKind::Put || sample.payload().len() > MAX_DESCRIPTION_LEN {
-        return Err(WireError::Description);
-    }
-    let attached = sample.attachment().filter(|attached| attached.len() <= size_of::<[u64; 4]>());
-    decode_description(&sample.payload().to_bytes(), &attached.ok_or(WireError::Description)?.to_bytes())
+fn payload(sample: &Sample) -> Option<&ZBytes> {
+    (sample.kind() == SampleKind::Put).then(|| sample.payload())
 }
 
-/// What is listened to, for as long as this is kept.
-#[derive(Debug)]
-pub(super) struct Subscriptions {
-    _samples: [Subscriber<()>; 3],
-    _source: Subscriber<()>,
+fn described(sample: &Sample) -> Option<(Described, String)> {
+    let payload = payload(sample).filter(|payload| payload.len() <= MAX_DESCRIPTION_LEN)?;
+    let attached = sample.attachment().filter(|attached| attached.len() == DESCRIBED_BYTES)?;
+    decode_description(&payload.to_bytes(), &attached.to_bytes())
 }
 
-/// Has what comes under the keys put into the inbox.
-pub(super) fn subscribe(session: &Session, prefix: &KeyPrefix, inbox: &Arc<Inbox>) -> zenoh::Result<Subscriptions> {
+/// Has what comes under the keys put into the inbox, for as long as the subscribers are kept.
+pub(super) fn subscribe(
+    session: &Session,
+    prefix: &KeyPrefix,
+    inbox: &Arc<Inbox>,
+) -> zenoh::Result<[Subscriber<()>; 4]> {
     let to = |put: fn(&Inbox, &Sample)| {
         let inbox = Arc::clone(inbox);
         move |sample: Sample| put(&inbox, &sample)
     };
-    let subscriptions = Subscriptions {
-        _samples: [
-            session.declare_subscriber(prefix.description()).callback(to(Inbox::put_description)).wait()?,
-            session.declare_subscriber(prefix.alerts()).callback(to(Inbox::put_alert)).wait()?,
-            session.declare_subscriber(prefix.frames()).callback(to(Inbox::put_frame)).wait()?,
-        ],
-        _source: session
-            .liveliness()
-            .declare_subscriber(prefix.source())
-            .history(true)
-            .callback(to(|inbox, sample| inbox.put_liveliness(sample.kind())))
-            .wait()?,
-    };
-    Ok(subscriptions)
+    let liveliness = session.liveliness().declare_subscriber(prefix.source()).history(true);
+    Ok([
+        session.declare_subscriber(prefix.description()).callback(to(Inbox::put_description)).wait()?,
+        session.declare_subscriber(prefix.alerts()).callback(to(Inbox::put_alert)).wait()?,
+        session.declare_subscriber(prefix.frames()).callback(to(Inbox::put_frame)).wait()?,
+        liveliness.callback(to(|inbox, sample| inbox.put_liveliness(sample.kind()))).wait()?,
+    ])
 }
 
 /// Has the description put there that the other side has.
@@ -214,7 +190,6 @@ pub(super) struct BoundedQueue<Entry> {
 }
 
 impl<Entry> BoundedQueue<Entry> {
-    /// An empty one.
     pub(super) fn new(max_entries: usize, max_bytes: usize) -> Self {
         Self {
             entries: ArrayQueue::new(max_entries),
@@ -237,14 +212,12 @@ impl<Entry> BoundedQueue<Entry> {
         }
     }
 
-    /// The oldest entry.
     pub(super) fn pop(&self) -> Option<Entry> {
         let (bytes, entry) = self.entries.pop()?;
         self.bytes.fetch_sub(bytes, Ordering::Relaxed);
         Some(entry)
     }
 
-    /// Entries that were given up.
     pub(super) fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)
     }

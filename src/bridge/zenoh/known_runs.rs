@@ -16,10 +16,8 @@ const MAX_PAST_RUNS: usize = 64;
 /// New runs a second, and at once: each takes services of its own.
 const RUN_RATE: (u64, u64) = (1, 4);
 
-/// A run's description.
 pub(super) type Description = (Described, String);
 
-/// The runs.
 #[derive(Debug)]
 pub(super) struct KnownRuns {
     descriptions: Vec<Description>,

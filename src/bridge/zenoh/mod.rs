@@ -11,7 +11,7 @@
 //! a reader of the bus like any other: nothing that happens to it or beyond it reaches the server.
 //!
 //! **What is received.** A [`ReceivingBridge`] is a source like the server. Each run of the other host has a number of its own
-//! here, its ticks count from 0 without a hole, and its frames are due when they came ([`RemoteRun`]); all else is bit for
+//! here, its ticks count from 0 without a hole, and its frames are due when they came (`remote_run`); all else is bit for
 //! bit what was sent. What was lost on the way is counted by the ticks there. A run whose frames stop and come again goes on
 //! as the same run: its services stay, so do its readers.
 //!
@@ -42,9 +42,8 @@ mod session_settings;
 
 pub use key_prefix::{KeyPrefix, KeyPrefixError};
 pub use receiver::ReceivingBridge;
-pub use remote_run::{NotNew, RemoteRun};
 pub use report::{ReceiverSummary, SenderSummary, Silence, ZenohReport};
 pub use sender::{SenderPorts, SenderSettings, SendingBridge};
-pub use sent_runs::{Share, Thinning};
-pub use session::{BridgeError, BridgeSession, SessionError};
+pub use sent_runs::Share;
+pub use session::{BridgeError, BridgeSession};
 pub use session_settings::{DEFAULT_ENDPOINT, SessionMode, SessionSettings, Side, check_endpoint};

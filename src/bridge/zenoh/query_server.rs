@@ -59,7 +59,7 @@ impl QueryServer {
 impl Drop for QueryServer {
     fn drop(&mut self) {
         // Those that wait are refused instead of passed on, so that the end takes no longer than the one at hand.
-        self.state.close();
+        self.state.is_closed.store(true, Ordering::Relaxed);
         self.threads.clear();
     }
 }
@@ -147,11 +147,11 @@ pub(super) struct QueryState {
     pub(super) commands: AtomicU64,
     /// Questions that were not taken.
     pub(super) refused: AtomicU64,
-    is_closed: AtomicBool,
+    /// Whether the bridge is ending: then nothing more is passed on.
+    pub(super) is_closed: AtomicBool,
 }
 
 impl QueryState {
-    /// What is answered from now on.
     pub(super) fn describe(&self, described: Described, toml: &str) {
         // Held for as long as it takes to store a pointer.
         let mut description = self.description.lock().unwrap_or_else(PoisonError::into_inner);
@@ -160,15 +160,5 @@ impl QueryState {
 
     pub(super) fn description(&self) -> Option<Arc<(Described, String)>> {
         self.description.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-
-    /// Has nothing more passed on.
-    pub(super) fn close(&self) {
-        self.is_closed.store(true, Ordering::Relaxed);
-    }
-
-    /// Whether the bridge is ending.
-    pub(super) fn is_closed(&self) -> bool {
-        self.is_closed.load(Ordering::Relaxed)
     }
 }

@@ -41,7 +41,8 @@ const DRIFT: u64 = 1_000;
 /// What the first frame of a run says of those that follow. It reads no clock: the time is handed to it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TickBound {
-    rate_hz: u64,
+    /// The rate that is counted on.
+    pub(super) rate_hz: u64,
     first: Option<(u64, u64)>,
 }
 
@@ -50,11 +51,6 @@ impl TickBound {
     pub(super) fn new(rate_hz: u64) -> Self {
         let most_hz = u64::from(FASTEST_HZ);
         Self { rate_hz: if rate_hz == 0 { most_hz } else { rate_hz.min(most_hz) }, first: None }
-    }
-
-    /// The rate that is counted on.
-    pub(super) fn rate_hz(&self) -> u64 {
-        self.rate_hz
     }
 
     /// Whether the run can have come to this tick by now. The first one is believed.
@@ -126,6 +122,6 @@ mod tests {
 
     #[test]
     fn a_rate_that_nobody_can_have_is_none() {
-        assert_eq!([0, 60, u64::MAX].map(|rate_hz| TickBound::new(rate_hz).rate_hz()), [10_000_000, 60, 10_000_000]);
+        assert_eq!([0, 60, u64::MAX].map(|rate_hz| TickBound::new(rate_hz).rate_hz), [10_000_000, 60, 10_000_000]);
     }
 }

@@ -1,15 +1,15 @@
 //! A run of another host on the bus of this one.
 
-use bench_dragon_ipc::{Alert, BusError, Domain, FrameHeader, HandleState, SourceKind};
+use bench_dragon_ipc::{Alert, BusError, CommandReply, Domain, FrameHeader, HandleState, Refusal, SourceKind};
 
-use super::command_relay::RunPosition;
 use super::known_runs::Description;
 use super::rate_limit::{RateLimit, TickBound};
-use super::remote_run::{NotNew, RemoteRun};
+use super::remote_run::RemoteRun;
+use super::report::ReceiverSummary;
 use super::wire::{Described, Seen};
 use crate::safety::alerts::AlertPublisher;
+use crate::source::SourcePorts;
 use crate::source::replay::FASTEST_HZ;
-use crate::source::{AskedCommand, SourcePorts};
 use crate::system::clock::monotonic_ns;
 
 /// How much faster than described frames may come: what was held up on the way comes at once.
@@ -24,7 +24,7 @@ const ALERT_RATE: (u64, u64) = (1_000, 1_000);
 pub(super) struct ReceivedRun {
     // Dropped in this order: the alerts are opened as a client does, while a source is there.
     alerts: AlertPublisher,
-    ports: SourcePorts,
+    pub(super) ports: SourcePorts,
     pub(super) remote: RemoteRun,
     pub(super) bench_count: usize,
     toml: String,
@@ -32,28 +32,6 @@ pub(super) struct ReceivedRun {
     last_arrived_ns: u64,
     frame_limit: RateLimit,
     alert_limit: RateLimit,
-    alerts_told: u64,
-}
-
-/// What became of a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Taken {
-    Published,
-    /// It has come already, or is older than one that has.
-    NotNew,
-    /// It came sooner than any source would send it.
-    TooFast,
-    /// A run has one dragon.
-    OtherDragon,
-}
-
-/// What a run came to.
-#[derive(Clone, Debug)]
-pub(super) struct Ended {
-    pub(super) frames: u64,
-    pub(super) lost: u64,
-    pub(super) alerts: u64,
-    pub(super) description: Description,
 }
 
 impl ReceivedRun {
@@ -69,7 +47,7 @@ impl ReceivedRun {
     ) -> Result<Self, BusError> {
         let ports = SourcePorts::open(domain, SourceKind::Remote, &toml, bench_count, sent_hz(described))?;
         let tick_bound = TickBound::new(described.rate_hz);
-        let most_hz = tick_bound.rate_hz() * HASTE;
+        let most_hz = tick_bound.rate_hz * HASTE;
         Ok(Self {
             alerts: AlertPublisher::open(domain)?,
             ports,
@@ -80,12 +58,11 @@ impl ReceivedRun {
             last_arrived_ns: 0,
             frame_limit: RateLimit::new(most_hz, most_hz.max(LEAST_BURST)),
             alert_limit: RateLimit::new(ALERT_RATE.0, ALERT_RATE.1),
-            alerts_told: 0,
         })
     }
 
     pub(super) fn run_id(&self) -> u64 {
-        self.ports.run_id()
+        self.ports.run_id
     }
 
     pub(super) fn remote_run_id(&self) -> u64 {
@@ -94,52 +71,52 @@ impl ReceivedRun {
 
     /// How far apart frames are to come, in nanoseconds.
     pub(super) fn period_ns(&self) -> u64 {
-        self.remote.described.every.saturating_mul(1_000_000_000) / self.tick_bound.rate_hz()
+        self.remote.described.every.saturating_mul(1_000_000_000) / self.tick_bound.rate_hz
     }
 
-    /// Where it stands.
-    pub(super) fn position(&self) -> RunPosition {
-        RunPosition { run_id: self.run_id(), tick: self.remote.next_tick() }
+    /// The reply to a command that is refused here.
+    pub(super) fn refused(&self, refusal: Refusal) -> CommandReply {
+        CommandReply::refused(self.run_id(), self.remote.next_tick, refusal)
     }
 
     /// What has been seen of it there by now: its last frame, or as many ticks later as have passed since, but not the next
     /// frame that is sent.
     pub(super) fn seen(&self, now_ns: u64) -> Seen {
         let since_ns = u128::from(now_ns.saturating_sub(self.last_arrived_ns));
-        let ticks = since_ns * u128::from(self.tick_bound.rate_hz()) / 1_000_000_000;
+        let ticks = since_ns * u128::from(self.tick_bound.rate_hz) / 1_000_000_000;
         let ticks = ticks.min(u128::from(self.remote.described.every - 1)) as u64;
         let last_tick = self.remote.last_tick().unwrap_or(0);
         Seen { run_id: self.remote_run_id(), tick: last_tick.saturating_add(ticks) }
     }
 
     pub(super) fn describe(&mut self, described: Described) {
-        self.ports.report().report_rate(sent_hz(described));
+        self.ports.report.report_rate(sent_hz(described));
         self.remote.described = described;
     }
 
-    /// Puts a frame of the run on the bus: due when it came.
+    /// Puts a frame of the run on the bus: due when it came. False where it is refused: then `summary` counts why.
     pub(super) fn take(
         &mut self,
         header: &FrameHeader,
         handles: &[HandleState],
         arrived_ns: u64,
-    ) -> Result<Taken, BusError> {
-        if header.bench_count as usize != self.bench_count {
-            return Ok(Taken::OtherDragon);
-        }
+        summary: &mut ReceiverSummary,
+    ) -> Result<bool, BusError> {
         let begun_ns = monotonic_ns();
-        if !self.frame_limit.allows(begun_ns) || !self.tick_bound.allows(header.tick, begun_ns) {
-            return Ok(Taken::TooFast);
+        if header.bench_count as usize != self.bench_count {
+            summary.malformed += 1;
+        } else if !self.frame_limit.allows(begun_ns) || !self.tick_bound.allows(header.tick, begun_ns) {
+            summary.too_fast += 1;
+        } else if let Some(tick) = self.remote.take(header.tick) {
+            self.last_arrived_ns = arrived_ns;
+            self.ports.publish_copy(header, handles, tick, arrived_ns)?;
+            self.ports.report.report_frame(&FrameHeader { tick, ..*header }, 0);
+            self.ports.report.count(begun_ns - arrived_ns, monotonic_ns() - begun_ns);
+            return Ok(true);
+        } else {
+            summary.not_new += 1;
         }
-        let tick = match self.remote.take(header.tick) {
-            Ok(tick) => tick,
-            Err(NotNew) => return Ok(Taken::NotNew),
-        };
-        self.last_arrived_ns = arrived_ns;
-        self.ports.publish_copy(header, handles, tick, arrived_ns)?;
-        self.ports.report().report_frame(&FrameHeader { tick, ..*header }, 0);
-        self.ports.report().count(begun_ns - arrived_ns, monotonic_ns() - begun_ns);
-        Ok(Taken::Published)
+        Ok(false)
     }
 
     /// Puts an alert of the run on the bus, in its words here; false where too many come.
@@ -149,31 +126,17 @@ impl ReceivedRun {
         }
         let (run_id, tick) = (self.run_id(), self.remote.tick_here(alert.tick));
         self.alerts.publish(&Alert { run_id, tick, ..alert })?;
-        self.alerts_told += 1;
         Ok(true)
     }
 
-    /// The next command of a client here.
-    pub(super) fn take_command(&self) -> Option<AskedCommand> {
-        self.ports.take_command()
-    }
-
-    /// Tells that the bridge lives, whether frames come or not.
-    pub(super) fn report_alive(&mut self) {
-        self.ports.report().beat();
-    }
-
-    /// Takes the services off the bus.
-    pub(super) fn finish(self) -> Ended {
-        let Self { alerts, ports, remote, toml, alerts_told, .. } = self;
+    /// Takes the services off the bus, and counts what has come. Returns how the run was described.
+    pub(super) fn finish(self, summary: &mut ReceiverSummary) -> Description {
+        let Self { alerts, ports, remote, toml, .. } = self;
         drop(alerts);
         ports.finish();
-        Ended {
-            frames: remote.next_tick(),
-            lost: remote.lost(),
-            alerts: alerts_told,
-            description: (remote.described, toml),
-        }
+        summary.frames += remote.next_tick;
+        summary.lost += remote.lost;
+        (remote.described, toml)
     }
 }
 

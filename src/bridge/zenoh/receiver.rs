@@ -6,14 +6,15 @@ use std::time::Duration;
 
 use bench_dragon_ipc::service::frame_memory;
 use bench_dragon_ipc::{BusError, Domain, HandleState, SourceLock};
+use zenoh::pubsub::Subscriber;
 
 use super::command_relay::{CommandRelay, MAX_ASKED};
-use super::inbox::{Arrival, Inbox, Subscriptions, ask_for_description, subscribe};
+use super::inbox::{Arrival, Inbox, ask_for_description, subscribe};
 use super::key_prefix::KeyPrefix;
 use super::known_runs::{Description, KnownRuns, RunDecision};
-use super::received_run::{ReceivedRun, Taken};
+use super::received_run::ReceivedRun;
 use super::report::{ReceiverSummary, Silence, ZenohReport};
-use super::session::{BridgeError, BridgeSession, SessionError};
+use super::session::{BridgeError, BridgeSession};
 use super::wire::{Described, decode_alert, decode_frame};
 use crate::output::histogram::LatencyHistogram;
 use crate::source::take_instance;
@@ -27,10 +28,6 @@ const ASK_PERIOD_NS: u64 = 200_000_000;
 const SILENCE_NS: u64 = 2_000_000_000;
 /// Frames, descriptions and alerts, of each kind, that are taken before commands and signals are looked for again.
 const MAX_A_TURN: usize = 256;
-
-/// A frame that has not as many benches as its run is described with.
-#[derive(Clone, Copy, Debug)]
-struct OtherDragon;
 
 /// A receiving bridge.
 #[derive(Debug)]
@@ -47,10 +44,11 @@ pub struct ReceivingBridge {
     silent: Option<Silence>,
     last_frame_ns: u64,
     asked_ns: u64,
+    reports: Vec<ZenohReport>,
     summary: ReceiverSummary,
     handling: LatencyHistogram,
     // Given up before the session that they are of.
-    _subscriptions: Subscriptions,
+    _subscribers: [Subscriber<()>; 4],
     session: BridgeSession,
     // Given up last.
     _lock: SourceLock,
@@ -61,12 +59,12 @@ impl ReceivingBridge {
     ///
     /// # Errors
     /// [`BusError::SourceRunning`] where a source runs on the instance,
-    /// [`SessionError::Session`].
+    /// [`BridgeError::Session`].
     pub fn open(domain: &Domain, session: BridgeSession, prefix: KeyPrefix) -> Result<Self, BridgeError> {
         let lock = take_instance(domain)?;
         let inbox = Arc::new(Inbox::of_this_thread(MAX_ASKED));
-        let subscriptions = subscribe(&session.zenoh, &prefix, &inbox).map_err(SessionError::session)?;
-        let receiver = Self {
+        let subscribers = subscribe(&session.zenoh, &prefix, &inbox).map_err(BridgeError::session)?;
+        Ok(Self {
             domain: domain.clone(),
             relay: CommandRelay::new(&prefix),
             prefix,
@@ -77,126 +75,105 @@ impl ReceivingBridge {
             silent: None,
             last_frame_ns: monotonic_ns(),
             asked_ns: 0,
+            reports: Vec::new(),
             summary: ReceiverSummary::default(),
             handling: LatencyHistogram::default(),
-            _subscriptions: subscriptions,
+            _subscribers: subscribers,
             session,
             _lock: lock,
-        };
-        Ok(receiver)
+        })
     }
 
     /// Puts on the bus what comes, until `stop` is set.
     ///
     /// # Errors
-    /// Where the bus takes no more, or `tell` fails.
+    /// Where the bus takes no more, or `report` fails.
     pub fn run<Failed: From<BridgeError>>(
         mut self,
         stop: &AtomicBool,
-        mut tell: impl FnMut(ZenohReport) -> Result<(), Failed>,
+        mut report: impl FnMut(ZenohReport) -> Result<(), Failed>,
     ) -> Result<ReceiverSummary, Failed> {
         while !stop.load(Ordering::Relaxed) {
             self.inbox.wait(LOOK_PERIOD);
-            if self.inbox.take_news_of_source() {
-                self.ask_for_description(monotonic_ns());
-            }
-            for _ in 0..MAX_A_TURN {
-                let Some((described, toml)) = self.inbox.descriptions.pop() else { break };
-                if let Some(line) = self.take_description(described, toml) {
-                    tell(line)?;
-                }
-            }
-            for _ in 0..MAX_A_TURN {
-                let Some(arrival) = self.inbox.frames.pop() else { break };
-                if let Some(line) = self.take_frame(&arrival)? {
-                    tell(line)?;
-                }
-            }
-            self.take_alerts()?;
-            self.serve_clients();
-            if let Some(line) = self.look_for_silence() {
-                tell(line)?;
-            }
+            let taken = self.take_what_has_come();
+            self.reports.drain(..).try_for_each(&mut report)?;
+            taken?;
         }
         Ok(self.finish())
     }
 
-    /// The next description. Returns what is to be reported of it.
-    fn take_description(&mut self, described: Described, toml: String) -> Option<ZenohReport> {
+    fn take_what_has_come(&mut self) -> Result<(), BridgeError> {
+        if self.inbox.take_news_of_source() {
+            self.ask_for_description(monotonic_ns());
+        }
+        for _ in 0..MAX_A_TURN {
+            let Some((described, toml)) = self.inbox.descriptions.pop() else { break };
+            self.take_description(described, toml);
+        }
+        for _ in 0..MAX_A_TURN {
+            let Some(arrival) = self.inbox.frames.pop() else { break };
+            self.take_frame(&arrival)?;
+        }
+        self.take_alerts()?;
+        self.serve_clients();
+        self.look_for_silence();
+        Ok(())
+    }
+
+    fn take_description(&mut self, described: Described, toml: String) {
         if !self.others.hears(monotonic_ns()) {
             self.summary.too_fast += 1;
-            return None;
-        }
-        if let Some(run) = self.run.as_mut().filter(|run| run.remote_run_id() == described.run_id) {
+        } else if let Some(run) = self.run.as_mut().filter(|run| run.remote_run_id() == described.run_id) {
             run.describe(described);
-            return None;
+        } else if self.others.describe(described, toml) {
+            let Described { run_id, every, .. } = described;
+            self.reports.push(ZenohReport::Found { remote_run_id: run_id, every });
         }
-        let is_new = self.others.describe(described, toml);
-        is_new.then_some(ZenohReport::Found { remote_run_id: described.run_id, every: described.every })
     }
 
-    fn take_frame(&mut self, arrival: &Arrival) -> Result<Option<ZenohReport>, BridgeError> {
-        let Ok(header) = decode_frame(&arrival.payload.to_bytes(), &mut self.handles) else {
+    fn take_frame(&mut self, arrival: &Arrival) -> Result<(), BridgeError> {
+        let Some(header) = decode_frame(&arrival.payload.to_bytes(), &mut self.handles) else {
             self.summary.malformed += 1;
-            return Ok(None);
+            return Ok(());
         };
-        let mut begun = None;
         if self.run.as_ref().is_none_or(|run| run.remote_run_id() != header.run_id) {
-            let Ok(line) = self.begin(header.run_id, header.bench_count) else {
-                self.summary.malformed += 1;
-                return Ok(None);
-            };
-            begun = line;
+            self.begin(header.run_id, header.bench_count);
         }
-        let Some(run) = self.run.as_mut().filter(|run| run.remote_run_id() == header.run_id) else {
-            self.summary.foreign += 1;
-            return Ok(begun);
-        };
-        let refused = match run.take(&header, &self.handles, arrival.arrived_ns)? {
-            Taken::Published => None,
-            Taken::NotNew => Some(&mut self.summary.not_new),
-            Taken::TooFast => Some(&mut self.summary.too_fast),
-            Taken::OtherDragon => Some(&mut self.summary.malformed),
-        };
-        if let Some(count) = refused {
-            *count += 1;
-            return Ok(begun);
+        let Some(run) = self.run.as_mut().filter(|run| run.remote_run_id() == header.run_id) else { return Ok(()) };
+        if run.take(&header, &self.handles, arrival.arrived_ns, &mut self.summary)? {
+            let now_ns = monotonic_ns();
+            self.handling.record(now_ns - arrival.arrived_ns);
+            self.last_frame_ns = now_ns;
+            if self.silent.take().is_some() {
+                self.reports.push(ZenohReport::Resumed { run_id: run.run_id(), lost: run.remote.lost });
+            }
         }
-        let now_ns = monotonic_ns();
-        self.handling.record(now_ns - arrival.arrived_ns);
-        self.last_frame_ns = now_ns;
-        let resumed =
-            self.silent.take().map(|_| ZenohReport::Resumed { run_id: run.run_id(), lost: run.remote.lost() });
-        Ok(begun.or(resumed))
+        Ok(())
     }
 
-    /// Begins to receive a run, where its description is there and it is not one that is over. What the bus has no room for
-    /// is reported, and counts as over.
-    ///
-    /// # Errors
-    /// [`OtherDragon`] where a frame is not of as many benches as its run is described with.
-    fn begin(&mut self, remote_run_id: u64, bench_count: u32) -> Result<Option<ZenohReport>, OtherDragon> {
+    /// Begins to receive the run of a frame, where its description is there and it is not one that is over; else counts the frame as
+    /// refused. A run that the bus has no room for is reported, and counts as over.
+    fn begin(&mut self, remote_run_id: u64, bench_count: u32) {
         let now_ns = monotonic_ns();
         match self.others.decide(remote_run_id, bench_count, now_ns) {
             RunDecision::Next(described, toml) => {
-                let begun = self.replace_run(described, toml, bench_count as usize);
-                Ok(Some(begun.unwrap_or_else(|error| {
-                    self.others.end(remote_run_id);
-                    ZenohReport::Refused { remote_run_id, reason: error.to_string() }
-                })))
+                let Err(error) = self.replace_run(described, toml, bench_count as usize) else { return };
+                self.others.end(remote_run_id);
+                self.reports.push(ZenohReport::Refused { remote_run_id, reason: error.to_string() });
             }
-            RunDecision::Unknown => {
-                self.ask_for_description(now_ns);
-                Ok(None)
+            RunDecision::Unknown => self.ask_for_description(now_ns),
+            RunDecision::Barred => {}
+            RunDecision::OtherDragon => {
+                self.summary.malformed += 1;
+                return;
             }
-            RunDecision::Barred => Ok(None),
-            RunDecision::OtherDragon => Err(OtherDragon),
         }
+        self.summary.foreign += 1;
     }
 
     /// The services of a run go before those of the next one come, or are taken over from readers that keep them open. Where
     /// the next one cannot begin, the one before begins again with its next frame, if it had to end at all.
-    fn replace_run(&mut self, described: Described, toml: String, bench_count: usize) -> Result<ZenohReport, BusError> {
+    fn replace_run(&mut self, described: Described, toml: String, bench_count: usize) -> Result<(), BusError> {
         let freed = self.run.as_ref().map_or(0, |run| frame_memory(run.bench_count));
         require_room(frame_memory(bench_count).saturating_sub(freed))?;
         let before = self.end_run();
@@ -212,22 +189,18 @@ impl ReceivingBridge {
         if let Some((before, _)) = before {
             self.others.end(before.run_id);
         }
-        let line = ZenohReport::Receiving { run_id: run.run_id(), remote_run_id: described.run_id };
+        self.reports.push(ZenohReport::Receiving { run_id: run.run_id(), remote_run_id: described.run_id });
         self.summary.runs += 1;
         self.silent = None;
         self.run = Some(run);
-        Ok(line)
+        Ok(())
     }
 
-    /// Ends the run that is received. Returns what it was described as.
+    /// Ends the run that is received. Returns how it was described.
     fn end_run(&mut self) -> Option<Description> {
         let run = self.run.take()?;
-        self.relay.give_up(run.position());
-        let ended = run.finish();
-        self.summary.frames += ended.frames;
-        self.summary.lost += ended.lost;
-        self.summary.alerts += ended.alerts;
-        Some(ended.description)
+        self.relay.give_up(&run);
+        Some(run.finish(&mut self.summary))
     }
 
     fn ask_for_description(&mut self, now_ns: u64) {
@@ -243,14 +216,21 @@ impl ReceivingBridge {
     fn take_alerts(&mut self) -> Result<(), BridgeError> {
         for _ in 0..MAX_A_TURN {
             let Some(payload) = self.inbox.alerts.pop() else { break };
-            let Ok(alert) = decode_alert(&payload.to_bytes()) else {
+            let Some(alert) = decode_alert(&payload.to_bytes()) else {
                 self.summary.malformed += 1;
                 continue;
             };
-            match self.run.as_mut().filter(|run| run.remote_run_id() == alert.run_id) {
-                Some(run) => self.summary.too_fast += u64::from(!run.take_alert(alert)?),
-                None => self.summary.foreign += 1,
-            }
+            let count = match self.run.as_mut().filter(|run| run.remote_run_id() == alert.run_id) {
+                Some(run) => {
+                    if run.take_alert(alert)? {
+                        &mut self.summary.alerts
+                    } else {
+                        &mut self.summary.too_fast
+                    }
+                }
+                None => &mut self.summary.foreign,
+            };
+            *count += 1;
         }
         Ok(())
     }
@@ -258,41 +238,38 @@ impl ReceivingBridge {
     fn serve_clients(&mut self) {
         let Some(run) = &mut self.run else { return };
         let now_ns = monotonic_ns();
-        run.report_alive();
-        while let Some(command) = run.take_command() {
-            self.relay.pass_on(command, &self.session.zenoh, &self.inbox, run.position(), run.seen(now_ns), now_ns);
+        // The bridge lives, whether frames come or not.
+        run.ports.report.beat();
+        while let Some(command) = run.ports.take_command() {
+            self.relay.pass_on(command, &self.session.zenoh, &self.inbox, run, now_ns);
         }
-        self.relay.give_back(&self.inbox, &run.remote, run.position(), now_ns);
+        self.relay.give_back(&self.inbox, run, now_ns);
     }
 
-    /// Says once that frames have stopped, and once more where more is known of why.
-    fn look_for_silence(&mut self) -> Option<ZenohReport> {
+    /// Reports once that frames have stopped, and once more where more is known of why.
+    fn look_for_silence(&mut self) {
         let quiet_ns = monotonic_ns().saturating_sub(self.last_frame_ns);
         let silence_ns = self.run.as_ref().map_or(0, |run| run.period_ns().saturating_mul(3)).max(SILENCE_NS);
         if quiet_ns <= silence_ns || self.silent.is_some_and(|reason| reason != Silence::LinkOrSource) {
-            return None;
+            return;
         }
-        let reason = if self.inbox.has_source() {
-            Silence::LinkOrSource
-        } else if self.session.is_connected() {
-            Silence::NoSource
-        } else {
-            Silence::NoConnection
+        let reason = match self.inbox.has_source() {
+            true => Silence::LinkOrSource,
+            false if self.session.is_connected() => Silence::NoSource,
+            false => Silence::NoConnection,
         };
-        if self.silent == Some(reason) {
-            return None;
+        if self.silent.replace(reason) != Some(reason) {
+            self.reports.push(ZenohReport::Silent { run_id: self.run.as_ref().map(ReceivedRun::run_id), reason });
         }
-        self.silent = Some(reason);
-        Some(ZenohReport::Silent { run_id: self.run.as_ref().map(ReceivedRun::run_id), reason })
     }
 
     fn finish(mut self) -> ReceiverSummary {
         self.end_run();
         ReceiverSummary {
             dropped: self.inbox.frames.dropped(),
-            malformed: self.summary.malformed + self.inbox.malformed(),
+            malformed: self.summary.malformed + self.inbox.malformed.load(Ordering::Relaxed),
             too_fast: self.summary.too_fast + self.inbox.alerts.dropped() + self.inbox.descriptions.dropped(),
-            commands: self.relay.sent(),
+            commands: self.relay.sent,
             handling_us: self.handling.percentiles(),
             ..self.summary
         }

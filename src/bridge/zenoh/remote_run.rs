@@ -11,39 +11,32 @@ const REMEMBERED: usize = 4096;
 
 /// A run of another host.
 #[derive(Clone, Debug)]
-pub struct RemoteRun {
+pub(super) struct RemoteRun {
     /// What is known of it, which another sender may change.
-    pub described: Described,
+    pub(super) described: Described,
     /// Where the last frames stand: their ticks there, the last one's last.
     there: VecDeque<u64>,
-    /// The number that the next frame will have here.
-    next: u64,
-    lost: u64,
+    /// The number that the next frame will have here: how many have come.
+    pub(super) next_tick: u64,
+    /// Frames between the first and the last one that were to be sent and have not come.
+    pub(super) lost: u64,
 }
 
-/// A frame that has come already, or is older than one that has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NotNew;
-
 impl RemoteRun {
-    /// A run of which no frame has come yet.
-    pub fn new(described: Described) -> Self {
-        Self { described, there: VecDeque::with_capacity(REMEMBERED), next: 0, lost: 0 }
+    pub(super) fn new(described: Described) -> Self {
+        Self { described, there: VecDeque::with_capacity(REMEMBERED), next_tick: 0, lost: 0 }
     }
 
     /// The tick there of the last frame that has come.
-    pub fn last_tick(&self) -> Option<u64> {
+    pub(super) fn last_tick(&self) -> Option<u64> {
         self.there.back().copied()
     }
 
-    /// Counts a frame in. Returns its tick here.
-    ///
-    /// # Errors
-    /// [`NotNew`], which changes nothing.
-    pub fn take(&mut self, tick: u64) -> Result<u64, NotNew> {
+    /// Counts a frame in. Returns its tick here; `None` where it has come already, or is older than one that has, which changes nothing.
+    pub(super) fn take(&mut self, tick: u64) -> Option<u64> {
         if let Some(&last) = self.there.back() {
             if tick <= last {
-                return Err(NotNew);
+                return None;
             }
             let every = self.described.every;
             // Of the ticks since the last frame, those that were to be sent; a change of the state is sent in between them.
@@ -54,14 +47,14 @@ impl RemoteRun {
             self.there.pop_front();
         }
         self.there.push_back(tick);
-        self.next += 1;
-        Ok(self.next - 1)
+        self.next_tick += 1;
+        Some(self.next_tick - 1)
     }
 
     /// The first tick here at which that tick there has been reached: of one that is still to come, if nothing is lost.
-    pub fn tick_here(&self, tick: u64) -> u64 {
+    pub(super) fn tick_here(&self, tick: u64) -> u64 {
         let index = self.there.partition_point(|&there| there < tick);
-        let first = self.next - self.there.len() as u64;
+        let first = self.next_tick - self.there.len() as u64;
         let ahead = match self.there.back() {
             Some(&last) if index == self.there.len() => {
                 let every = self.described.every;
@@ -70,16 +63,6 @@ impl RemoteRun {
             _ => 0,
         };
         first.saturating_add(index as u64).saturating_add(ahead)
-    }
-
-    /// Tick here of the next frame: the number of those that have come.
-    pub fn next_tick(&self) -> u64 {
-        self.next
-    }
-
-    /// Frames between the first and the last one that were to be sent and have not come.
-    pub fn lost(&self) -> u64 {
-        self.lost
     }
 }
 
@@ -97,16 +80,16 @@ mod tests {
     fn ticks_here_have_no_hole_and_what_is_missing_there_is_counted() {
         let mut run = run(1);
         let here: Vec<_> = [100, 101, 105, 106].into_iter().map(|tick| run.take(tick)).collect();
-        assert_eq!(here, [Ok(0), Ok(1), Ok(2), Ok(3)]);
-        assert_eq!((run.lost(), run.next_tick()), (3, 4));
+        assert_eq!(here, [Some(0), Some(1), Some(2), Some(3)]);
+        assert_eq!((run.lost, run.next_tick), (3, 4));
     }
 
     #[test]
     fn a_frame_that_has_come_already_changes_nothing() {
         let mut run = run(1);
-        assert_eq!(run.take(7), Ok(0));
-        assert_eq!((run.take(7), run.take(3)), (Err(NotNew), Err(NotNew)));
-        assert_eq!((run.take(8), run.lost()), (Ok(1), 0));
+        assert_eq!(run.take(7), Some(0));
+        assert_eq!((run.take(7), run.take(3)), (None, None));
+        assert_eq!((run.take(8), run.lost), (Some(1), 0));
     }
 
     #[test]
@@ -114,13 +97,13 @@ mod tests {
         let mut run = run(10);
         // 23 and 31 are changes of the state.
         for tick in [10, 20, 23, 30, 31, 40] {
-            assert!(run.take(tick).is_ok());
+            assert!(run.take(tick).is_some());
         }
-        assert_eq!(run.lost(), 0);
-        assert!(run.take(70).is_ok(), "50 and 60 are missing");
-        assert_eq!(run.lost(), 2);
-        assert!(run.take(85).is_ok(), "and 80");
-        assert_eq!(run.lost(), 3);
+        assert_eq!(run.lost, 0);
+        assert!(run.take(70).is_some(), "50 and 60 are missing");
+        assert_eq!(run.lost, 2);
+        assert!(run.take(85).is_some(), "and 80");
+        assert_eq!(run.lost, 3);
     }
 
     #[test]
@@ -128,7 +111,7 @@ mod tests {
         let mut run = run(10);
         assert_eq!(run.tick_here(55), 0, "before the first frame");
         for tick in [100, 110, 130, 140] {
-            assert!(run.take(tick).is_ok());
+            assert!(run.take(tick).is_some());
         }
         let here: Vec<_> = [99, 100, 101, 110, 115, 130, 140].into_iter().map(|tick| run.tick_here(tick)).collect();
         assert_eq!(here, [0, 0, 1, 1, 2, 2, 3]);
@@ -140,7 +123,7 @@ mod tests {
     fn what_is_remembered_is_bounded() {
         let mut run = run(1);
         for tick in 0..3 * REMEMBERED as u64 {
-            assert_eq!(run.take(tick), Ok(tick));
+            assert_eq!(run.take(tick), Some(tick));
         }
         assert_eq!(run.there.len(), REMEMBERED);
         assert_eq!(run.tick_here(3 * REMEMBERED as u64 - 1), 3 * REMEMBERED as u64 - 1);
@@ -152,9 +135,9 @@ mod tests {
         fn no_ticks_make_it_panic(ticks: Vec<u64>, every in 1_u64..=u64::MAX, asked: u64) {
             let mut run = run(every);
             for tick in ticks {
-                let next = run.next_tick();
+                let next = run.next_tick;
                 prop_assert_eq!(run.take(tick).unwrap_or(next), next);
-                prop_assert!(run.tick_here(tick) < run.next_tick());
+                prop_assert!(run.tick_here(tick) < run.next_tick);
             }
             let _ = run.tick_here(asked);
         }

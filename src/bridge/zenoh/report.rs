@@ -4,71 +4,29 @@ use serde::{Deserialize, Serialize};
 
 use crate::output::histogram::Percentiles;
 
-/// A line of `bridge zenoh`.
+/// A line of `bridge zenoh`. `run_id` is a run's number here, and `remote_run_id` the one on the other side.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
+#[expect(missing_docs, reason = "the type and the variants say what the fields are")]
 pub enum ZenohReport {
-    /// The session is open.
-    Started {
-        /// What all keys begin with.
-        key: String,
-        /// Where others reach it.
-        listens: Vec<String>,
-        /// Whom it tries to reach.
-        connects: Vec<String>,
-    },
-    /// A run is there to be sent.
-    Sending {
-        /// Its number.
-        run_id: u64,
-        /// Of its frames, those are sent whose tick is a multiple of this, and those that change the state.
-        every: u64,
-    },
+    /// The session is open: what all its keys begin with, where others reach it, and whom it tries to reach.
+    Started { key: String, listens: Vec<String>, connects: Vec<String> },
+    /// A run is there to be sent. Of its frames, those are sent whose tick is a multiple of `every`, and those that change the state.
+    Sending { run_id: u64, every: u64 },
     /// The other side has described a run, which is received from its next frame on.
-    Found {
-        /// The run's number there.
-        remote_run_id: u64,
-        /// Of its frames, those are sent whose tick is a multiple of this, and those that change the state.
-        every: u64,
-    },
+    Found { remote_run_id: u64, every: u64 },
     /// A run begins to be received.
-    Receiving {
-        /// Its number here.
-        run_id: u64,
-        /// Its number there.
-        remote_run_id: u64,
-    },
+    Receiving { run_id: u64, remote_run_id: u64 },
     /// A run that the other side has described cannot be published here: what is received goes on.
-    Refused {
-        /// The run's number there.
-        remote_run_id: u64,
-        /// Why.
-        reason: String,
-    },
-    /// Nobody is connected: whatever is sent reaches nobody.
-    Alone {
-        /// Whom it goes on trying to reach.
-        connects: Vec<String>,
-    },
-    /// Somebody is connected again, or at last.
-    Connected {
-        /// Frames so far that have reached nobody.
-        unheard: u64,
-    },
-    /// Frames have stopped coming.
-    Silent {
-        /// The run's number here; null before the first one.
-        run_id: Option<u64>,
-        /// Why, as far as it can be known here.
-        reason: Silence,
-    },
-    /// Frames come again.
-    Resumed {
-        /// The run's number here.
-        run_id: u64,
-        /// Frames of the run that have been lost on the way so far.
-        lost: u64,
-    },
+    Refused { remote_run_id: u64, reason: String },
+    /// Nobody is connected: whatever is sent reaches nobody. It goes on trying to reach these.
+    Alone { connects: Vec<String> },
+    /// Somebody is connected again, or at last; so many frames so far have reached nobody.
+    Connected { unheard: u64 },
+    /// Frames have stopped coming, for this reason as far as it can be known here. The run is null before the first one.
+    Silent { run_id: Option<u64>, reason: Silence },
+    /// Frames come again; so many of the run have been lost between the hosts so far.
+    Resumed { run_id: u64, lost: u64 },
     /// A sending bridge has ended.
     Sent(SenderSummary),
     /// A receiving bridge has ended.

@@ -18,7 +18,7 @@ use super::key_prefix::KeyPrefix;
 use super::query_server::{QueryServer, QueryState};
 use super::report::{SenderSummary, Silence, ZenohReport};
 use super::sent_runs::{FrameDisposition, SentRuns, Share, Thinning};
-use super::session::{BridgeError, BridgeSession, Change, PeerPresence, SessionError};
+use super::session::{BridgeError, BridgeSession, Change, PeerPresence};
 use super::wire::{ALERT_ENCODING, DESCRIPTION_ENCODING, Described, FRAME_ENCODING, encode_described};
 use crate::source::described_rate_hz;
 use crate::source::replay::FASTEST_HZ;
@@ -82,7 +82,7 @@ pub struct SendingBridge {
     ports: SenderPorts,
     settings: SenderSettings,
     runs: SentRuns,
-    /// A description that has come, and since when it waits for the status, which tells how fast the run is.
+    /// A description that has come, and since when it waits for the status, which has the run's rate.
     news: Option<(Description, Instant)>,
     /// A run and its rate, as the last status has them.
     rate: Option<(u64, u32)>,
@@ -91,6 +91,7 @@ pub struct SendingBridge {
     last_sign: Instant,
     /// Whether it has reported that no source is there.
     was_silent: bool,
+    reports: Vec<ZenohReport>,
     summary: SenderSummary,
     state: Arc<QueryState>,
     // Ends before the session does.
@@ -110,7 +111,7 @@ impl SendingBridge {
     /// Begins to answer the other side's questions.
     ///
     /// # Errors
-    /// [`SessionError::Session`].
+    /// [`BridgeError::Session`].
     pub fn open(
         domain: &Domain,
         session: BridgeSession,
@@ -119,9 +120,9 @@ impl SendingBridge {
     ) -> Result<Self, BridgeError> {
         let (state, prefix) = (Arc::new(QueryState::default()), &settings.prefix);
         let query_server = QueryServer::start(&session.zenoh, prefix, domain, &state, settings.allows_commands);
-        let publishers = Publishers::declare(&session.zenoh, prefix).map_err(SessionError::session)?;
+        let publishers = Publishers::declare(&session.zenoh, prefix).map_err(BridgeError::session)?;
         Ok(Self {
-            query_server: query_server.map_err(SessionError::session)?,
+            query_server: query_server.map_err(BridgeError::session)?,
             ports,
             settings,
             runs: SentRuns::default(),
@@ -131,6 +132,7 @@ impl SendingBridge {
             source: None,
             last_sign: Instant::now(),
             was_silent: false,
+            reports: Vec::new(),
             summary: SenderSummary::default(),
             state,
             publishers,
@@ -141,31 +143,29 @@ impl SendingBridge {
     /// Sends what the bus has, until `stop` is set.
     ///
     /// # Errors
-    /// Where the bus cannot be read, the session is closed, or `tell` fails.
+    /// Where the bus cannot be read, the session is closed, or `report` fails.
     pub fn run<Failed: From<BridgeError>>(
         mut self,
         stop: &AtomicBool,
-        mut tell: impl FnMut(ZenohReport) -> Result<(), Failed>,
+        mut report: impl FnMut(ZenohReport) -> Result<(), Failed>,
     ) -> Result<SenderSummary, Failed> {
         while !stop.load(Ordering::Relaxed) {
-            let frame = self.ports.frames.wait(WAIT_PERIOD).map_err(BridgeError::from)?;
-            if let Some(line) = self.look_for_peers() {
-                tell(line)?;
-            }
-            if let Some(frame) = &frame
-                && let Some(line) = self.send_frame(frame)?
-            {
-                tell(line)?;
-            }
-            self.send_alerts()?;
-            if let Some(line) = self.take_description()? {
-                tell(line)?;
-            }
-            if let Some(line) = self.look_for_source(frame.is_some())? {
-                tell(line)?;
-            }
+            let sent = self.send_what_has_come();
+            self.reports.drain(..).try_for_each(&mut report)?;
+            sent?;
         }
         Ok(self.finish())
+    }
+
+    fn send_what_has_come(&mut self) -> Result<(), BridgeError> {
+        let frame = self.ports.frames.wait(WAIT_PERIOD)?;
+        self.look_for_peers();
+        if let Some(frame) = &frame {
+            self.send_frame(frame)?;
+        }
+        self.send_alerts()?;
+        self.take_description()?;
+        self.look_for_source(frame.is_some())
     }
 
     fn finish(self) -> SenderSummary {
@@ -177,66 +177,61 @@ impl SendingBridge {
         SenderSummary { lost, commands, refused, ..summary }
     }
 
-    fn send_frame(&mut self, frame: &Frame) -> Result<Option<ZenohReport>, BridgeError> {
+    fn send_frame(&mut self, frame: &Frame) -> Result<(), BridgeError> {
         let header = frame.header();
-        let begun = self.wait_for_run(header.run_id)?;
+        self.wait_for_run(header.run_id)?;
         if !self.runs.knows(header.run_id) && self.runs.do_without_description(header.run_id) {
             tracing::warn!("the source of run {} publishes no description: nobody can follow it", header.run_id);
         }
         match self.runs.disposition(header) {
             FrameDisposition::Sent => {
-                self.publishers
-                    .frames
-                    .put(frame_bytes(header, frame.handles()))
-                    .wait()
-                    .map_err(SessionError::session)?;
+                let bytes = frame_bytes(header, frame.handles());
+                self.publishers.frames.put(bytes).wait().map_err(BridgeError::session)?;
                 let count = if self.presence.is_there() { &mut self.summary.frames } else { &mut self.summary.unheard };
                 *count += 1;
             }
             FrameDisposition::LeftOut => {}
             FrameDisposition::Past => self.summary.lost += 1,
         }
-        Ok(begun)
+        Ok(())
     }
 
     /// Waits for the description of a run, but not for long.
-    fn wait_for_run(&mut self, run_id: u64) -> Result<Option<ZenohReport>, BridgeError> {
+    fn wait_for_run(&mut self, run_id: u64) -> Result<(), BridgeError> {
         let deadline = Instant::now() + DESCRIPTION_PATIENCE;
-        while !self.runs.knows(run_id) {
-            let begun = self.take_description()?;
-            if begun.is_some() {
-                return Ok(begun);
-            }
+        while !self.runs.knows(run_id) && !self.take_description()? {
             let is_described = self.news.as_ref().is_some_and(|(description, _)| description.run_id == run_id);
             if !is_described && Instant::now() >= deadline {
                 break;
             }
             thread::sleep(LOOK_PERIOD);
         }
-        Ok(None)
+        Ok(())
     }
 
-    /// Tells the other side what the frames that follow are of, where there is a new run and it is known how fast it is.
-    fn take_description(&mut self) -> Result<Option<ZenohReport>, BridgeError> {
+    /// Describes to the other side what the frames that follow are of, where there is a new run and its rate is known. Returns
+    /// whether it has.
+    fn take_description(&mut self) -> Result<bool, BridgeError> {
         if let Some(description) = self.ports.descriptions.poll()? {
             self.news = Some((description, Instant::now()));
         }
         self.look_at_status()?;
-        let Some((Description { run_id, toml }, since)) = &self.news else { return Ok(None) };
+        let Some((Description { run_id, toml }, since)) = &self.news else { return Ok(false) };
         let run_id = *run_id;
         let rate_hz = match self.rate {
             Some((of_run, rate_hz)) if of_run == run_id => rate_hz.min(FASTEST_HZ),
-            _ if since.elapsed() < DESCRIPTION_PATIENCE => return Ok(None),
+            _ if since.elapsed() < DESCRIPTION_PATIENCE => return Ok(false),
             _ => described_rate_hz(toml).min(FASTEST_HZ),
         };
         let thinning = Thinning::of(self.settings.share, rate_hz);
-        let described = Described { run_id, every: thinning.every(), rate_hz: rate_hz.into() };
+        let described = Described { run_id, every: thinning.every, rate_hz: rate_hz.into() };
         self.state.describe(described, toml);
         let put = self.publishers.description.put(toml.as_str()).attachment(encode_described(described));
-        put.wait().map_err(SessionError::session)?;
+        put.wait().map_err(BridgeError::session)?;
         self.news = None;
         self.runs.describe(run_id, thinning);
-        Ok(Some(ZenohReport::Sending { run_id, every: described.every }))
+        self.reports.push(ZenohReport::Sending { run_id, every: described.every });
+        Ok(true)
     }
 
     /// The status is a sign of life, and has the rate of what comes, which for a recording that is played faster is not the one
@@ -251,26 +246,26 @@ impl SendingBridge {
         Ok(())
     }
 
-    /// Says that nobody is connected, and that somebody is again.
-    fn look_for_peers(&mut self) -> Option<ZenohReport> {
+    /// Reports that nobody is connected, and that somebody is again.
+    fn look_for_peers(&mut self) {
         let Self { presence, session, summary, .. } = self;
-        Some(match presence.note(monotonic_ns(), || session.is_connected())? {
+        self.reports.extend(presence.note(monotonic_ns(), || session.is_connected()).map(|change| match change {
             Change::Alone => ZenohReport::Alone { connects: session.connects.clone() },
             Change::Connected => ZenohReport::Connected { unheard: summary.unheard },
-        })
+        }));
     }
 
     fn send_alerts(&mut self) -> Result<(), BridgeError> {
         for _ in 0..MAX_ALERTS_A_FRAME {
             let Some(alert) = self.ports.alerts.receive()? else { break };
-            self.publishers.alerts.put(alert.as_bytes()).wait().map_err(SessionError::session)?;
+            self.publishers.alerts.put(alert.as_bytes()).wait().map_err(BridgeError::session)?;
             self.summary.alerts += 1;
         }
         Ok(())
     }
 
-    /// Keeps the word that a source is there.
-    fn look_for_source(&mut self, has_frame: bool) -> Result<Option<ZenohReport>, BridgeError> {
+    /// Keeps the liveliness token for as long as a source is there.
+    fn look_for_source(&mut self, has_frame: bool) -> Result<(), BridgeError> {
         self.look_at_status()?;
         let now = Instant::now();
         if has_frame {
@@ -281,15 +276,16 @@ impl SendingBridge {
         let run_id = self.runs.run_id();
         if let (true, None, Some(run_id)) = (is_there, &self.source, run_id) {
             let token = self.session.zenoh.liveliness().declare_token(self.settings.prefix.source()).wait();
-            self.source = Some(token.map_err(SessionError::session)?);
-            let lost = self.summary.lost + self.ports.frames.lost();
-            return Ok(std::mem::take(&mut self.was_silent).then_some(ZenohReport::Resumed { run_id, lost }));
+            self.source = Some(token.map_err(BridgeError::session)?);
+            if std::mem::take(&mut self.was_silent) {
+                let lost = self.summary.lost + self.ports.frames.lost();
+                self.reports.push(ZenohReport::Resumed { run_id, lost });
+            }
+        } else if !is_there && self.source.take().is_some() {
+            self.was_silent = true;
+            self.reports.push(ZenohReport::Silent { run_id, reason: Silence::NoSource });
         }
-        if is_there || self.source.take().is_none() {
-            return Ok(None);
-        }
-        self.was_silent = true;
-        Ok(Some(ZenohReport::Silent { run_id, reason: Silence::NoSource }))
+        Ok(())
     }
 }
 

@@ -104,15 +104,16 @@ pub enum Share {
 
 /// The choice for one run.
 #[derive(Clone, Copy, Debug)]
-pub struct Thinning {
-    every: u64,
+pub(super) struct Thinning {
+    /// Of the frames, those are sent whose tick is a multiple of this, and those that change the state.
+    pub(super) every: u64,
     state: Option<u32>,
 }
 
 impl Thinning {
     /// The choice for a run whose frames come at a rate, or at one that is not known where it is 0: then all are sent,
     /// unless it was said how many.
-    pub fn of(share: Share, rate_hz: u32) -> Self {
+    pub(super) fn of(share: Share, rate_hz: u32) -> Self {
         let every = match share {
             Share::OneOf(every) => every.max(1),
             Share::RateHz(wanted_hz) => u64::from(rate_hz.div_ceil(wanted_hz.max(1)).max(1)),
@@ -120,13 +121,8 @@ impl Thinning {
         Self { every, state: None }
     }
 
-    /// Of the frames, those are sent whose tick is a multiple of this, and those that change the state.
-    pub fn every(&self) -> u64 {
-        self.every
-    }
-
     /// Whether to send this frame. A change of the state is never left out: it may be the last thing that is said.
-    pub fn takes(&mut self, header: &FrameHeader) -> bool {
+    pub(super) fn takes(&mut self, header: &FrameHeader) -> bool {
         let is_change = self.state.is_some_and(|state| state != header.state);
         self.state = Some(header.state);
         is_change || header.tick.is_multiple_of(self.every)
@@ -208,16 +204,16 @@ mod tests {
 
     #[test]
     fn a_rate_is_never_exceeded() {
-        assert_eq!(Thinning::of(Share::RateHz(60), 1000).every(), 17);
-        assert_eq!(Thinning::of(Share::RateHz(1000), 1000).every(), 1);
-        assert_eq!(Thinning::of(Share::RateHz(2000), 1000).every(), 1);
-        assert_eq!(Thinning::of(Share::RateHz(60), 0).every(), 1, "a run of another version");
+        assert_eq!(Thinning::of(Share::RateHz(60), 1000).every, 17);
+        assert_eq!(Thinning::of(Share::RateHz(1000), 1000).every, 1);
+        assert_eq!(Thinning::of(Share::RateHz(2000), 1000).every, 1);
+        assert_eq!(Thinning::of(Share::RateHz(60), 0).every, 1, "a run of another version");
     }
 
     proptest! {
         #[test]
         fn what_is_sent_is_as_near_to_the_rate_as_a_whole_step_comes(wanted_hz in 1..=FASTEST_HZ, rate_hz in 1..=FASTEST_HZ) {
-            let every = Thinning::of(Share::RateHz(wanted_hz), rate_hz).every();
+            let every = Thinning::of(Share::RateHz(wanted_hz), rate_hz).every;
             prop_assert!(u64::from(rate_hz) <= every * u64::from(wanted_hz));
             prop_assert!(every == 1 || u64::from(rate_hz) > (every - 1) * u64::from(wanted_hz));
         }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::io;
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
@@ -34,53 +34,50 @@ pub struct BridgeSession {
 
 impl BridgeSession {
     /// Opens the session; `None` where `stop` was set first. Who cannot be reached yet is tried again and again: by a client
-    /// here, which is nothing without anybody, and which says so by `tell_waiting`; else behind our back.
+    /// here, which is nothing without anybody, and which reports it by `on_waiting`; else in the background.
     ///
     /// # Errors
-    /// [`SessionError`].
+    /// [`BridgeError`].
     pub fn open(
         settings: &SessionSettings,
         side: Side,
         stop: &AtomicBool,
-        tell_waiting: impl FnOnce(&[String]),
-    ) -> Result<Option<Self>, SessionError> {
+        on_waiting: impl FnOnce(&[String]),
+    ) -> Result<Option<Self>, BridgeError> {
         let document = settings.document(side)?;
         let config = Config::from_json5(&document.to_string()).map_err(|error| match &settings.config {
-            Some(path) => SessionError::Config { path: path.clone(), reason: one_line(error) },
-            None => SessionError::Settings { reason: one_line(error) },
+            Some(path) => BridgeError::file(path, one_line(error)),
+            None => BridgeError::Settings(format!("these settings are none for zenoh: {}", one_line(error))),
         })?;
         let (sender, opened) = channel::bounded(1);
         // zenoh cannot be told to give up: where `stop` comes first, this one thread is not joined, and ends with the process.
-        require_threads()
-            .map_err(|error| SessionError::Open { reason: format!("cannot start {THREADS} threads: {error}") })?;
+        require_threads().map_err(|error| BridgeError::Open(format!("cannot start {THREADS} threads: {error}")))?;
         let open = move || sender.send(zenoh::open(config).wait());
         let opening = thread::Builder::new().name("zenoh-open".to_owned()).spawn(open);
-        let opening =
-            opening.map_err(|error| SessionError::Open { reason: format!("cannot start a thread: {error}") })?;
+        let opening = opening.map_err(|error| BridgeError::Open(format!("cannot start a thread: {error}")))?;
         let connects = endpoints(&document, "connect");
-        let mut waiting = Some((Instant::now() + SILENT_WAIT, tell_waiting));
+        let mut waiting = Some((Instant::now() + SILENT_WAIT, on_waiting));
         let opened = loop {
             match opened.recv_timeout(LOOK_PERIOD) {
                 Ok(opened) => break opened,
                 Err(_) if stop.load(Ordering::Relaxed) => return Ok(None),
                 Err(RecvTimeoutError::Timeout) => {
-                    if let Some((_, tell)) = waiting.take_if(|(since, _)| *since <= Instant::now()) {
-                        tell(&connects);
+                    if let Some((_, on_waiting)) = waiting.take_if(|(since, _)| *since <= Instant::now()) {
+                        on_waiting(&connects);
                     }
                 }
                 Err(RecvTimeoutError::Disconnected) => {
-                    return Err(SessionError::Open { reason: "its thread has ended".to_owned() });
+                    return Err(BridgeError::Open("its thread has ended".to_owned()));
                 }
             }
         };
         // It has sent, and ends.
         let _ = opening.join();
-        let zenoh = opened.map_err(|error| SessionError::Open { reason: one_line(error) })?;
+        let zenoh = opened.map_err(|error| BridgeError::Open(one_line(error)))?;
         let listens = zenoh.info().locators().wait().iter().map(ToString::to_string).collect();
         Ok(Some(Self { zenoh, listens, connects }))
     }
 
-    /// Whether anybody is connected.
     pub(super) fn is_connected(&self) -> bool {
         let info = self.zenoh.info();
         info.peers_zid().wait().next().is_some() || info.routers_zid().wait().next().is_some()
@@ -141,71 +138,39 @@ impl PeerPresence {
             self.looked_ns = Some(now_ns);
             self.alone_since_ns = if look() { None } else { self.alone_since_ns.or(Some(now_ns)) };
         }
-        match self.alone_since_ns {
-            None if self.is_reported => {
-                self.is_reported = false;
-                Some(Change::Connected)
-            }
-            Some(since_ns) if !self.is_reported && now_ns.saturating_sub(since_ns) >= SILENT_NS => {
-                self.is_reported = true;
-                Some(Change::Alone)
-            }
-            _ => None,
-        }
+        let is_long = |since_ns: u64| now_ns.saturating_sub(since_ns) >= SILENT_NS;
+        let is_reported = self.alone_since_ns.is_some_and(|since_ns| self.is_reported || is_long(since_ns));
+        let is_change = std::mem::replace(&mut self.is_reported, is_reported) != is_reported;
+        is_change.then_some(if is_reported { Change::Alone } else { Change::Connected })
     }
 }
 
-/// Why there is no session.
+/// Why a bridge has no session, or cannot go on.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum SessionError {
-    /// The configuration file cannot be read.
-    #[error("cannot read {}: {error}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The operating system's reason.
-        error: io::Error,
-    },
-    /// It is no JSON5, or not a configuration of zenoh's.
-    #[error("{} is no configuration of zenoh's: {reason}", path.display())]
-    Config {
-        /// The file.
-        path: PathBuf,
-        /// zenoh's reason.
-        reason: String,
-    },
-    /// The flags make no configuration.
-    #[error("these settings are none for zenoh: {reason}")]
-    Settings {
-        /// zenoh's reason.
-        reason: String,
-    },
-    /// A client needs an endpoint to connect to.
-    #[error("a client needs somebody to connect to: --connect ENDPOINT, or connect.endpoints in the configuration")]
-    Nowhere,
+pub enum BridgeError {
+    /// The arguments or the configuration file are to blame.
+    #[error("{0}")]
+    Settings(String),
     /// Listening, or what that takes, did not work.
-    #[error("zenoh cannot be opened: {reason}")]
-    Open {
-        /// zenoh's reason.
-        reason: String,
-    },
+    #[error("zenoh cannot be opened: {0}")]
+    Open(String),
     /// The session has been closed, or takes no more.
-    #[error("zenoh: {reason}")]
-    Session {
-        /// zenoh's reason.
-        reason: String,
-    },
+    #[error("zenoh: {0}")]
+    Session(String),
+    /// The bus.
+    #[error(transparent)]
+    Bus(#[from] BusError),
 }
 
-impl SessionError {
-    /// Whether the arguments or the configuration are to blame.
-    pub fn is_bad_input(&self) -> bool {
-        matches!(self, Self::Read { .. } | Self::Config { .. } | Self::Settings { .. } | Self::Nowhere)
+impl BridgeError {
+    pub(super) fn session(error: impl fmt::Display) -> Self {
+        Self::Session(one_line(error))
     }
 
-    pub(super) fn session(error: impl fmt::Display) -> Self {
-        Self::Session { reason: one_line(error) }
+    /// A file that is no configuration.
+    pub(super) fn file(path: &Path, reason: impl fmt::Display) -> Self {
+        Self::Settings(format!("{} is no configuration of zenoh's: {reason}", path.display()))
     }
 }
 
@@ -216,18 +181,6 @@ pub(super) fn one_line(error: impl fmt::Display) -> String {
     let line = text.split_whitespace().collect::<Vec<_>>().join(" ").trim_end_matches('.').to_owned();
     let is_cut = line.matches('[').count() > line.matches(']').count();
     if is_cut { line + "]" } else { line }
-}
-
-/// Why a bridge could not go on.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum BridgeError {
-    /// The bus.
-    #[error(transparent)]
-    Bus(#[from] BusError),
-    /// The way to other machines.
-    #[error(transparent)]
-    BridgeSession(#[from] SessionError),
 }
 
 #[cfg(test)]
@@ -250,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_is_there_at_once_is_not_told_of() {
+    fn whoever_is_there_at_once_is_not_reported() {
         let mut presence = PeerPresence::none(SECOND_NS);
         assert_eq!(presence.note(SECOND_NS, || true), None);
         assert_eq!(presence.note(9 * SECOND_NS, || true), None);

@@ -20,7 +20,8 @@ pub(super) struct Feed<'a> {
     /// A run and its rate, as the last status has them.
     rate: Option<(u64, u32)>,
     schedule: Schedule,
-    epoch_ns: u64,
+    /// When the bridge started, in nanoseconds of `CLOCK_MONOTONIC`.
+    pub(super) epoch_ns: u64,
     latest: Option<LatestFrame>,
 }
 
@@ -52,11 +53,6 @@ impl<'a> Feed<'a> {
         }))
     }
 
-    /// When the bridge started, in nanoseconds of `CLOCK_MONOTONIC`.
-    pub(super) fn epoch_ns(&self) -> u64 {
-        self.epoch_ns
-    }
-
     /// Waits for the next release at which there is something to send. `None` after a signal.
     pub(super) fn next(&mut self) -> Result<Option<Release<'_>>, BusError> {
         loop {
@@ -67,10 +63,8 @@ impl<'a> Feed<'a> {
                 let Some(status) = self.status.poll()? else { break };
                 self.rate = Some((status.run_id, status.rate_hz));
             }
-            match (self.frames.latest()?, &mut self.latest) {
-                (Some(frame), Some(latest)) => latest.replace(&frame),
-                (Some(frame), none) => *none = Some(LatestFrame::of(&frame)),
-                (None, _) => {}
+            if let Some(frame) = self.frames.latest()? {
+                self.latest.get_or_insert_default().replace(&frame);
             }
             let now_ns = monotonic_ns();
             self.schedule.advance(now_ns);

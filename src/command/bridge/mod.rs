@@ -1,15 +1,16 @@
 //! `bridge`: the poses in the words of show control.
 
-use std::net::SocketAddrV4;
+use std::net::{Ipv4Addr, SocketAddrV4};
 use std::process::ExitCode;
 
 use anyhow::Context as _;
-use bench_dragon_ipc::{Domain, Instance};
+use bench_dragon_ipc::Instance;
+use clap::{Args, Subcommand};
 
-use crate::bridge::osc::{OscEncoder, OscSettings, SlipSender};
-use crate::bridge::psn::{PsnEncoder, SystemName};
+use crate::bridge::osc::{AddressPattern, AngleUnit, OscEncoder, OscSettings, ShowAddress, SlipSender};
+use crate::bridge::psn::{self, PsnEncoder, SystemName};
 use crate::bridge::{Outlet, Packets, UdpSender, UdpTarget};
-use crate::cli::{BadInput, Bridge, BridgeArgs, NetworkArgs, OscArgs, PsnArgs};
+use crate::command::flags::{BadInput, BusArgs, FormatArgs, within};
 use crate::source::server::schedule::Schedule;
 use crate::system::clock::{monotonic_ns, unix_minus_monotonic_ns};
 use crate::system::stop::StopFlag;
@@ -21,6 +22,139 @@ mod zenoh;
 
 use feed::Feed;
 use session::PacketSession;
+
+/// Hand the poses on to desks, media servers and other machines.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon bridge psn --interface 10.0.0.5
+  bench-dragon bridge osc --to 10.0.0.30:7000 --bundle
+
+A bridge is a reader like any other: it polls, and the server never waits for it.")]
+pub(crate) struct BridgeArgs {
+    /// To whom.
+    #[command(subcommand)]
+    pub(crate) bridge: Bridge,
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// The bridges.
+#[derive(Clone, Debug, Subcommand)]
+pub(crate) enum Bridge {
+    Psn(PsnArgs),
+    Osc(OscArgs),
+    #[cfg(feature = "zenoh")]
+    Zenoh(zenoh::ZenohArgs),
+    #[cfg(not(feature = "zenoh"))]
+    Zenoh(AnyArgs),
+}
+
+impl Bridge {
+    /// Its name among the commands beside a show, or why it cannot be one.
+    pub(crate) fn name_beside_show(&self) -> Result<&'static str, &'static str> {
+        match self {
+            Self::Psn(_) => Ok("bridge psn"),
+            Self::Osc(_) => Ok("bridge osc"),
+            #[cfg(feature = "zenoh")]
+            Self::Zenoh(zenoh) if zenoh.receive => Err("must be without --receive, for a show has a source of its own"),
+            #[cfg(feature = "zenoh")]
+            Self::Zenoh(_) => Ok("bridge zenoh"),
+            #[cfg(not(feature = "zenoh"))]
+            Self::Zenoh(_) => Err(WITHOUT_ZENOH),
+        }
+    }
+}
+
+/// PosiStageNet 2.03: each bench as a tracker, for lighting desks and media servers.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon bridge psn --interface 10.0.0.5
+  bench-dragon bridge psn --to 10.0.0.20:56565 --rate 30
+
+A tracker is a bench's centre, its id the bench's number, the head's 0. Its x is our x, its y (up) our z, its z (depth) our y. \
+Its status is 1, and 0 once the server has been silent for 1.5 seconds, or for three periods of one that is slower.")]
+pub(crate) struct PsnArgs {
+    /// The receiver: a multicast group, or one machine.
+    #[arg(long, value_name = "ADDRESS:PORT", default_value_t = psn::DEFAULT_TARGET, value_parser = target)]
+    pub(crate) to: SocketAddrV4,
+    #[command(flatten)]
+    pub(crate) network: NetworkArgs,
+    /// DATA frames a second, 1 to 250.
+    #[arg(long, value_name = "HZ", default_value_t = 60, allow_negative_numbers = true, value_parser = within(1..=250_u32))]
+    pub(crate) rate: u32,
+    /// The name under which desks list this sender [default: bench-dragon and the instance].
+    #[arg(long, value_name = "NAME")]
+    pub(crate) name: Option<SystemName>,
+}
+
+/// Open Sound Control: a message a bench, for whatever speaks OSC.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon bridge osc --to 10.0.0.30:7000
+  bench-dragon bridge osc --to 10.0.0.30:7000 --tcp --bundle
+  bench-dragon bridge osc --address /stage/{index}/pose --angle radians
+
+A frame is one message /dragon/show (show time in s, state, time scale, tick, fresh: 1, or 0 once the server has been silent \
+for 1.5 seconds, or three periods of a slower one) and one a bench (x, y, z in metres, heading counter-clockwise from +x, \
+speed in m/s of wall time).")]
+pub(crate) struct OscArgs {
+    /// The receiver.
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:9000", value_parser = target)]
+    pub(crate) to: SocketAddrV4,
+    /// Connect to the receiver by TCP, and frame packets by SLIP.
+    #[arg(long, conflicts_with_all = ["interface", "ttl"])]
+    pub(crate) tcp: bool,
+    #[command(flatten)]
+    pub(crate) network: NetworkArgs,
+    /// Frames a second, 1 to 250.
+    #[arg(long, value_name = "HZ", default_value_t = 30, allow_negative_numbers = true, value_parser = within(1..=250_u32))]
+    pub(crate) rate: u32,
+    /// The address of a bench's message; {index} is the bench's number.
+    #[arg(long, value_name = "PATTERN", default_value = "/dragon/bench/{index}")]
+    pub(crate) address: AddressPattern,
+    /// The address of the show's message.
+    #[arg(long, value_name = "ADDRESS", default_value = "/dragon/show")]
+    pub(crate) show_address: ShowAddress,
+    /// How headings are told.
+    #[arg(long, value_enum, value_name = "UNIT", default_value_t)]
+    pub(crate) angle: AngleUnit,
+    /// Put the messages of a frame into bundles, each as large as a datagram holds.
+    #[arg(long)]
+    pub(crate) bundle: bool,
+}
+
+/// zenoh: another machine's bus. This program was built without it.
+#[cfg(not(feature = "zenoh"))]
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Example, once it was built with cargo build --release --features zenoh:
+  bench-dragon bridge zenoh --listen tcp/10.0.0.5:7447")]
+pub(crate) struct AnyArgs {
+    #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]
+    _any: Vec<String>,
+}
+
+/// How datagrams leave this machine.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct NetworkArgs {
+    /// The address of the interface to send by [default: as the routing table says].
+    #[arg(long, value_name = "ADDRESS", value_parser = interface)]
+    pub(crate) interface: Option<Ipv4Addr>,
+    /// Networks that a multicast datagram may pass through, 1 to 255.
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = within(1..=255_u32))]
+    pub(crate) ttl: u32,
+}
+
+fn target(text: &str) -> Result<SocketAddrV4, String> {
+    let target = text.parse().ok().filter(|target: &SocketAddrV4| target.port() > 0 && !target.ip().is_unspecified());
+    target.ok_or_else(|| "must be an IPv4 address and a port, as 10.0.0.20:56565".to_owned())
+}
+
+fn interface(text: &str) -> Result<Ipv4Addr, String> {
+    let address = text.parse().ok().filter(|address: &Ipv4Addr| !address.is_multicast() && !address.is_broadcast());
+    address.ok_or_else(|| "must be an IPv4 address of this machine, as 10.0.0.5".to_owned())
+}
 
 /// What a program that was built without zenoh says.
 #[cfg(not(feature = "zenoh"))]
@@ -51,19 +185,19 @@ fn open_udp(to: SocketAddrV4, network: NetworkArgs) -> anyhow::Result<Box<dyn Ou
 const INFO_RATE_HZ: u32 = 1;
 
 fn send_psn(args: &BridgeArgs, psn: &PsnArgs) -> anyhow::Result<ExitCode> {
-    let domain = Domain::new(args.bus.instance.clone())?;
+    let domain = args.bus.domain()?;
     let stop = StopFlag::on_signals()?;
     let name = psn.name.clone().unwrap_or_else(|| default_name(&args.bus.instance));
     let mut session = PacketSession::new(args.format.format, psn.to, open_udp(psn.to, psn.network)?);
     let Some(mut feed) = Feed::open(&domain, "bridge-psn", psn.rate, &stop)? else { return session.finish(0) };
-    session.announce(feed.epoch_ns(), psn.rate)?;
+    session.announce(feed.epoch_ns, psn.rate)?;
     hand_on(&mut feed, name, &mut session)?;
     session.finish(feed.missed())
 }
 
 /// Sends frame after frame, until a signal comes.
 fn hand_on(feed: &mut Feed<'_>, name: SystemName, session: &mut PacketSession) -> anyhow::Result<()> {
-    let mut encoder = PsnEncoder::new(name, feed.epoch_ns());
+    let mut encoder = PsnEncoder::new(name, feed.epoch_ns);
     let mut packets = Packets::default();
     let mut info = Schedule::new(monotonic_ns(), INFO_RATE_HZ);
     while let Some(release) = feed.next()? {
@@ -84,13 +218,13 @@ fn default_name(instance: &Instance) -> SystemName {
 
 fn send_osc(args: &BridgeArgs, osc: &OscArgs) -> anyhow::Result<ExitCode> {
     check(osc)?;
-    let domain = Domain::new(args.bus.instance.clone())?;
+    let domain = args.bus.domain()?;
     let stop = StopFlag::on_signals()?;
     let outlet: Box<dyn Outlet> =
         if osc.tcp { Box::new(SlipSender::new(osc.to)) } else { open_udp(osc.to, osc.network)? };
     let mut session = PacketSession::new(args.format.format, osc.to, outlet);
     let Some(mut feed) = Feed::open(&domain, "bridge-osc", osc.rate, &stop)? else { return session.finish(0) };
-    session.announce(feed.epoch_ns(), osc.rate)?;
+    session.announce(feed.epoch_ns, osc.rate)?;
     let mut encoder = OscEncoder::new(settings(osc));
     let mut packets = Packets::default();
     while let Some(release) = feed.next()? {

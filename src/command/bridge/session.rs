@@ -3,12 +3,52 @@
 use std::fmt::Display;
 use std::process::ExitCode;
 
+use serde::Serialize;
+
 use super::feed::Release;
 use crate::bridge::{Freshness, Outage, OutageChange, Outlet, Packets};
-use crate::cli::Format;
+use crate::command::flags::Format;
 use crate::command::print::{print_notice, print_report};
 use crate::output::Counted;
-use crate::output::report::{BridgeLine, BridgeSummary};
+
+/// A line of `bridge psn` and `bridge osc`.
+#[derive(Serialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+enum BridgeLine {
+    /// There is a server, and the first frame is about to be sent.
+    Started {
+        to: String,
+        /// The instant of `CLOCK_MONOTONIC` from which the bridge's own timestamps count.
+        epoch_ns: u64,
+    },
+    /// Sending has begun to fail, or works again.
+    Notice {
+        message: String,
+    },
+    /// No frame has come for too long: the last one is sent as stale.
+    Silent {
+        /// How long ago it was sent by the server.
+        age_s: f64,
+    },
+    Resumed,
+    Summary(BridgeSummary),
+}
+
+/// What a bridge sent.
+#[derive(Clone, Copy, Default, Serialize)]
+struct BridgeSummary {
+    frames: u64,
+    /// Those of them that told a frame of the bus again which was too old to be believed.
+    stale: u64,
+    /// Packets handed over to the network.
+    packets: u64,
+    bytes: u64,
+    errors: u64,
+    /// Frames left out because the receiver had not taken the one before.
+    dropped: u64,
+    /// Releases that passed while the bridge was busy.
+    missed: u64,
+}
 
 pub(super) struct PacketSession {
     format: Format,

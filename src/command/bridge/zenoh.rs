@@ -3,19 +3,63 @@
 use std::process::ExitCode;
 
 use bench_dragon_ipc::Domain;
+use clap::Args;
 
+use super::BridgeArgs;
 use crate::bridge::zenoh::{
-    BridgeSession, KeyPrefix, ReceiverSummary, ReceivingBridge, SenderPorts, SenderSettings, SenderSummary,
-    SendingBridge, SessionSettings, Share, Side, Silence, ZenohReport,
+    BridgeError, BridgeSession, KeyPrefix, ReceiverSummary, ReceivingBridge, SenderPorts, SenderSettings,
+    SenderSummary, SendingBridge, SessionMode, SessionSettings, Share, Side, Silence, ZenohReport, check_endpoint,
+    wire::MAX_EVERY,
 };
-use crate::cli::{BadInput, BridgeArgs, Format, ZenohArgs};
+use crate::command::flags::{BadInput, Format, within};
 use crate::command::follow::open_when_there;
-use crate::command::print::{complain, percentiles, print_json, print_line};
+use crate::command::print::{complain, percentiles, print_notice, print_report};
+use crate::config::RATE_HZ;
 use crate::output::Counted;
 use crate::system::stop::StopFlag;
 
+#[cfg(feature = "zenoh")]
+/// zenoh: the same bus on another machine, where every client works unchanged.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon bridge zenoh --listen tcp/10.0.0.5:7447             on the server's machine
+  bench-dragon bridge zenoh --receive --connect tcp/10.0.0.5:7447  on the other one
+  bench-dragon bridge zenoh --config tls.json5 --rate 60 --allow-commands
+
+Nothing is listened on and nobody is looked for but as the flags and the configuration say. Without any endpoint a sending \
+bridge listens on tcp/127.0.0.1:7447, and a receiving one looks for it there.")]
+pub(crate) struct ZenohArgs {
+    /// Put what comes from another host onto this instance's bus, instead of sending what is there.
+    #[arg(long)]
+    pub(crate) receive: bool,
+    /// zenoh's own configuration, JSON5: TLS, passwords, timeouts. What it does not name stays off.
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    pub(crate) config: Option<std::path::PathBuf>,
+    /// Connect to this endpoint; again for more.
+    #[arg(long, value_name = "ENDPOINT", value_parser = check_endpoint)]
+    pub(crate) connect: Vec<String>,
+    /// Listen on this endpoint; again for more. Loopback is heard on this machine alone.
+    #[arg(long, value_name = "ENDPOINT", value_parser = check_endpoint)]
+    pub(crate) listen: Vec<String>,
+    /// What to be among zenoh's: a peer unless the configuration says otherwise.
+    #[arg(long, value_enum)]
+    pub(crate) mode: Option<SessionMode>,
+    /// What all keys begin with [default: bench-dragon/ and the instance].
+    #[arg(long, value_name = "PREFIX")]
+    pub(crate) key: Option<KeyPrefix>,
+    /// Send one frame of so many.
+    #[arg(long, value_name = "N", conflicts_with_all = ["rate", "receive"], allow_negative_numbers = true, value_parser = within(1..=MAX_EVERY))]
+    pub(crate) every: Option<u64>,
+    /// Send at most so many frames a second.
+    #[arg(long, value_name = "HZ", conflicts_with = "receive", allow_negative_numbers = true, value_parser = within(RATE_HZ))]
+    pub(crate) rate: Option<u32>,
+    /// Let whoever reaches this bridge command the server: pause, seek, stop and all else.
+    #[arg(long, conflicts_with = "receive")]
+    pub(crate) allow_commands: bool,
+}
+
 pub(super) fn run(args: &BridgeArgs, zenoh: &ZenohArgs) -> anyhow::Result<ExitCode> {
-    let domain = Domain::new(args.bus.instance.clone())?;
+    let domain = args.bus.domain()?;
     let stop = StopFlag::on_signals()?;
     let prefix = zenoh.key.clone().unwrap_or_else(|| KeyPrefix::of(&args.bus.instance));
     let side = if zenoh.receive { Side::Receiving } else { Side::Sending };
@@ -42,7 +86,7 @@ fn open(zenoh: &ZenohArgs, side: Side, stop: &StopFlag) -> anyhow::Result<Option
         listen: zenoh.listen.clone(),
     };
     BridgeSession::open(&settings, side, stop.as_atomic(), tell_waiting)
-        .map_err(|error| if error.is_bad_input() { BadInput(error.to_string()).into() } else { error.into() })
+        .map_err(|error| if let BridgeError::Settings(why) = error { BadInput(why).into() } else { error.into() })
 }
 
 fn tell_waiting(connects: &[String]) {
@@ -81,48 +125,49 @@ fn receive(
 }
 
 fn tell(format: Format, line: &ZenohReport) -> anyhow::Result<()> {
-    if format == Format::Json {
-        return print_json(line);
+    match line {
+        ZenohReport::Sent(_) | ZenohReport::Received(_) => print_report(format, line, text(line)),
+        _ => print_notice(format, line, &text(line)),
     }
+}
+
+/// What people read of a line.
+fn text(line: &ZenohReport) -> String {
     match line {
         ZenohReport::Started { key, listens, connects } => {
             let ways = [("listening on", listens), ("connecting to", connects)];
             let ways = ways.map(|(way, endpoints)| format!(", {way} {}", listed(endpoints))).concat();
-            complain(&format!("{key}{ways}; Ctrl-C ends it"));
+            format!("{key}{ways}; Ctrl-C ends it")
         }
-        ZenohReport::Sending { run_id, every: 1 } => complain(&format!("sending run {run_id}, every frame")),
-        ZenohReport::Sending { run_id, every } => complain(&format!("sending run {run_id}, one frame of {every}")),
-        ZenohReport::Found { remote_run_id, .. } => complain(&format!("found run {remote_run_id}")),
-        ZenohReport::Receiving { run_id, remote_run_id } => {
-            complain(&format!("receiving run {remote_run_id}, here run {run_id}"));
-        }
-        ZenohReport::Refused { remote_run_id, reason } => {
-            complain(&format!("run {remote_run_id} is not received: {reason}"));
-        }
+        ZenohReport::Sending { run_id, every: 1 } => format!("sending run {run_id}, every frame"),
+        ZenohReport::Sending { run_id, every } => format!("sending run {run_id}, one frame of {every}"),
+        ZenohReport::Found { remote_run_id, .. } => format!("found run {remote_run_id}"),
+        ZenohReport::Receiving { run_id, remote_run_id } => format!("receiving run {remote_run_id}, here run {run_id}"),
+        ZenohReport::Refused { remote_run_id, reason } => format!("run {remote_run_id} is not received: {reason}"),
+        ZenohReport::Alone { connects } if connects.is_empty() => "nobody is connected".to_owned(),
         ZenohReport::Alone { connects } => {
-            let trying = format!(", still trying {}; RUST_LOG=zenoh=debug tells why", listed(connects));
-            complain(&format!("nobody is connected{}", if connects.is_empty() { "" } else { &trying }));
+            let tried = listed(connects);
+            format!("nobody is connected, still trying {tried}; RUST_LOG=zenoh=debug tells why")
         }
         ZenohReport::Connected { unheard } => {
-            complain(&format!("somebody is connected; {} reached nobody", Counted(*unheard, "frame")));
+            format!("somebody is connected; {} reached nobody", Counted(*unheard, "frame"))
         }
         ZenohReport::Silent { reason: Silence::LinkOrSource, .. } => {
-            complain("no frames come, though a source is there: the link is cut, or the source stands");
+            "no frames come, though a source is there: the link is cut, or the source stands".to_owned()
         }
         ZenohReport::Silent { reason: Silence::NoSource, run_id: None } => {
-            complain("no frames come: no source is there; both sides need the same --instance or --key");
+            "no frames come: no source is there; both sides need the same --instance or --key".to_owned()
         }
         ZenohReport::Silent { reason: Silence::NoSource, run_id: Some(_) } => {
-            complain("no frames come: no source is there");
+            "no frames come: no source is there".to_owned()
         }
         ZenohReport::Silent { reason: Silence::NoConnection, .. } => {
-            complain("no frames come: nobody is connected, still trying; RUST_LOG=zenoh=debug tells why");
+            "no frames come: nobody is connected, still trying; RUST_LOG=zenoh=debug tells why".to_owned()
         }
-        ZenohReport::Resumed { lost, .. } => complain(&format!("frames come again, {lost} have been lost on the way")),
-        ZenohReport::Sent(summary) => print_line(sent(summary))?,
-        ZenohReport::Received(summary) => print_line(received(summary))?,
+        ZenohReport::Resumed { lost, .. } => format!("frames come again, {lost} have been lost on the way"),
+        ZenohReport::Sent(summary) => sent(summary),
+        ZenohReport::Received(summary) => received(summary),
     }
-    Ok(())
 }
 
 fn listed(endpoints: &[String]) -> String {

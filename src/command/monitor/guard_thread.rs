@@ -15,7 +15,7 @@ use crossbeam::channel::{self, Receiver, RecvTimeoutError, Sender, TryRecvError}
 use crossbeam::queue::ArrayQueue;
 
 use crate::config::Config;
-use crate::safety::guard::{ClearanceCheck, FinalRest, Guard, GuardSettings, STEPS_AT_A_TIME};
+use crate::safety::guard::{ClearanceCheck, FinalRest, Guard, STEPS_AT_A_TIME};
 use crate::safety::monitor::fault_alert;
 
 /// How often the thread looks at the status where no frame comes.
@@ -56,7 +56,7 @@ impl GuardThread {
         let (domain, frames, stop) = (domain.clone(), Arc::clone(&newest), Arc::clone(&has_fault));
         let guard = move || {
             let dragon = config.dragon().metered(&Meter::of(STEPS_AT_A_TIME));
-            let guard = Guard::new(&dragon, &config, GuardSettings::of(&config), run_id);
+            let guard = Guard::new(&dragon, &config, run_id);
             let ended = match GuardWorker::open(&domain, frames, stop, woken) {
                 Ok(worker) => worker.keep(guard, &sender),
                 // The server has just ended: there is nothing to guard.

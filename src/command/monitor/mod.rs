@@ -6,25 +6,49 @@ use anyhow::{Context as _, ensure};
 use bench_dragon_ipc::{
     Alert, AlertKind, BusError, Continuity, Domain, Frame, FrameHeader, GuardLock, Sender, ShowState,
 };
+use clap::Args;
 
-use crate::cli::MonitorArgs;
 use crate::command::exit_status::CONTACT;
+use crate::command::flags::{BusArgs, FormatArgs, within};
 use crate::command::follow::{Following, Next, RunPorts, open_when_there};
 use crate::config::Config;
 use crate::safety::alerts::{ALERTS_PER_S, AlertPublisher};
-use crate::safety::forecast::{Forecast, Forecaster};
+use crate::safety::forecast::Forecaster;
 use crate::safety::monitor::{Monitor, run_alert};
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
 
 mod guard_thread;
+pub(super) mod lines;
 mod report;
 
 use guard_thread::{GuardNews, GuardThread};
 use report::MonitorReport;
 
+/// Watch for benches that come near, touch and part.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon monitor
+  bench-dragon monitor --format json --fail-on-contact
+  bench-dragon monitor --guard                for a server that was started with --guarded")]
+pub(crate) struct MonitorArgs {
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    /// Keep the benches of a guarded server from touching: let the head walk only where the way is proved free.
+    #[arg(long)]
+    pub(crate) guard: bool,
+    /// End with status 3 at the first contact.
+    #[arg(long)]
+    pub(crate) fail_on_contact: bool,
+    /// With --format json, print a line of progress this often.
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = within(0.01..=3600.0))]
+    pub(crate) progress: Option<f64>,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
 pub(super) fn run(args: &MonitorArgs) -> anyhow::Result<ExitCode> {
-    let domain = Domain::new(args.bus.instance.clone())?;
+    let domain = args.bus.domain()?;
     let stop = StopFlag::on_signals()?;
     let opened = open_when_there(domain.instance(), &stop, || MonitorPorts::open(&domain, args.guard, &stop))?;
     let mut session =
@@ -35,7 +59,7 @@ pub(super) fn run(args: &MonitorArgs) -> anyhow::Result<ExitCode> {
     }
     session.end_run();
     session.report.print_summary()?;
-    let failed = args.fail_on_contact && session.report.has_contact();
+    let failed = args.fail_on_contact && session.report.summary.contact.is_some();
     Ok(if failed { ExitCode::from(CONTACT) } else { ExitCode::SUCCESS })
 }
 
@@ -61,8 +85,6 @@ struct WatchedRun {
     run_id: u64,
     monitor: Monitor,
     forecaster: Forecaster,
-    /// Travel from which the forecast was last asked for.
-    asked_from_m: f64,
     state: Option<ShowState>,
     guard: Option<GuardThread>,
 }
@@ -87,7 +109,7 @@ impl MonitorSession<'_> {
                 Next::End => return Ok(()),
             }
             self.report.summary.lost = ports.run.frames.lost();
-            if self.args.fail_on_contact && self.report.has_contact() {
+            if self.args.fail_on_contact && self.report.summary.contact.is_some() {
                 return Ok(());
             }
             self.take_commands(ports)?;
@@ -115,7 +137,7 @@ impl MonitorSession<'_> {
         let forecast = watched.forecaster.latest();
         let had_suppressed = watched.monitor.suppressed() > 0;
         let nearest = watched.monitor.observe(header, frame.handles(), Some(&forecast));
-        watched.follow_forecast(header, &forecast);
+        watched.forecaster.follow(&forecast, header.head_travel_m, watched.monitor.is_touching());
         let fault = watched.guard.as_mut().and_then(|guard| guard.show(header, nearest));
         if !had_suppressed && watched.monitor.suppressed() > 0 {
             tracing::warn!("over {ALERTS_PER_S} alerts a second: only the most important are sent, the others counted");
@@ -135,22 +157,23 @@ impl MonitorSession<'_> {
         let (described, sent) = (config.dragon().dimensions().benches(), header.bench_count as usize);
         ensure!(described == sent, "the description on the bus is of {described} benches, the frames are of {sent}");
         let monitor = Monitor::new(&config);
-        let (run_id, from_m) = (header.run_id, header.head_travel_m);
-        let forecaster = Forecaster::start(monitor.dragon(), from_m).context("cannot start the forecast's thread")?;
-        if self.args.guard && !config.is_guarded() {
+        let run_id = header.run_id;
+        let forecaster = Forecaster::start(&monitor.dragon, 0.0, header.head_travel_m);
+        let forecaster = forecaster.context("cannot start the forecast's thread")?;
+        if self.args.guard && !config.tables().monitor.guard {
             tracing::warn!("the server is not guarded: it walks on without grants; start it with --guarded");
         }
-        let is_guarded = self.args.guard && config.is_guarded();
+        let is_guarded = self.args.guard && config.tables().monitor.guard;
         let guard = is_guarded.then(|| GuardThread::start(self.domain, config, run_id)).transpose();
         let guard = guard.context("cannot start the guard's thread")?;
-        Ok(Some(WatchedRun { run_id, monitor, forecaster, asked_from_m: from_m, state: None, guard }))
+        Ok(Some(WatchedRun { run_id, monitor, forecaster, state: None, guard }))
     }
 
     /// Ends the watch of a run, and counts what it has left out.
     fn end_run(&mut self) {
         if let Some(watched) = self.watched.take() {
             self.report.summary.suppressed_alerts += watched.monitor.suppressed();
-            self.report.summary.unswept_frames += watched.monitor.unswept();
+            self.report.summary.unswept_frames += watched.monitor.unswept;
         }
     }
 
@@ -164,7 +187,7 @@ impl MonitorSession<'_> {
                 self.report.print_command(&event)?;
             }
         }
-        self.report.summary.commands.lost = commands.lost();
+        self.report.summary.commands.lost = commands.lost;
         Ok(())
     }
 
@@ -194,16 +217,6 @@ impl MonitorSession<'_> {
 }
 
 impl WatchedRun {
-    /// Asks for a new forecast where the present one does not cover the head's travel.
-    fn follow_forecast(&mut self, header: &FrameHeader, forecast: &Forecast) {
-        let travel_m = header.head_travel_m;
-        let is_asked = self.asked_from_m != forecast.from_m;
-        if !is_asked && !forecast.covers(travel_m) && !self.monitor.is_touching() {
-            self.forecaster.restart(travel_m);
-            self.asked_from_m = travel_m;
-        }
-    }
-
     /// The alert of a hold that begins with this frame. A guarded show begins held, until its guard has looked at it.
     fn state_alert(&mut self, header: &FrameHeader) -> Option<Alert> {
         let state = header.show_state();

@@ -6,13 +6,15 @@ use std::time::{Duration, Instant};
 use bench_dragon_geometry::clearance::PairClearance;
 use bench_dragon_ipc::{Alert, AlertKind, CommandEvent, EventKind, FrameHeader, TimeHistogram};
 
-use crate::cli::{Format, MonitorArgs};
+use super::MonitorArgs;
+use super::lines::{
+    AlertLine, ClearanceReport, CommandCounts, ContactReport, GuardReport, MonitorLine, MonitorProgress,
+    MonitorSummary, TimesReport,
+};
+use crate::command::flags::Format;
 use crate::command::print::{print_json, print_line, print_report};
 use crate::output::Counted;
-use crate::output::report::{
-    AlertLine, ClearanceReport, CommandCounts, CommandLine, ContactReport, GuardReport, MonitorLine, MonitorProgress,
-    MonitorSummary, TimesReport, local_time,
-};
+use crate::output::command_words::{CommandLine, local_time};
 use crate::safety::alerts::ALERTS_PER_S;
 use crate::safety::forecast::Forecast;
 use crate::safety::guard::FinalRest;
@@ -40,10 +42,6 @@ impl MonitorReport {
             progress_period: args.progress.filter(|_| format == Format::Json).map(Duration::from_secs_f64),
             progress_due: Instant::now(),
         }
-    }
-
-    pub(super) fn has_contact(&self) -> bool {
-        self.summary.contact.is_some()
     }
 
     pub(super) fn count_frame(&mut self, latency_ns: u64) {
@@ -95,7 +93,8 @@ impl MonitorReport {
             forecast_contact_s: rest.forecast_s,
         };
         self.summary.guard = Some(report);
-        print_report(self.format, &MonitorLine::Guard(report), rest_text(&report))
+        let text = format!("{:>12.6} s  held by the guard for good{}", report.held_at_s, report.details());
+        print_report(self.format, &MonitorLine::Guard(report), text)
     }
 
     pub(super) fn print_progress(&mut self) -> anyhow::Result<()> {
@@ -144,18 +143,6 @@ impl MonitorReport {
         }
         Ok(())
     }
-}
-
-fn rest_text(report: &GuardReport) -> String {
-    let mut text = format!("{:>12.6} s  held by the guard for good", report.held_at_s);
-    if let Some(clearance_m) = report.clearance_m {
-        // Writing into a String cannot fail, here and below.
-        let _ = write!(text, ", clearance {clearance_m:.6} m");
-    }
-    if let Some(forecast_s) = report.forecast_contact_s {
-        let _ = write!(text, ", contact forecast at {forecast_s:.6} s");
-    }
-    text
 }
 
 fn alert_text(line: &AlertLine) -> String {

@@ -3,8 +3,8 @@
 use bench_dragon_ipc::Instance;
 use clap::Parser as _;
 
-use crate::cli::{BadInput, Bridge, Cli, Command};
-use crate::command::without_usage;
+use crate::command::flags::BadInput;
+use crate::command::{Cli, Command, without_usage};
 
 const ALLOWED: &str = "one of bridge, view, metrics, monitor, hz and echo";
 
@@ -63,18 +63,7 @@ fn lines_of(commands: &[AlsoCommand], name: &str) -> usize {
 fn name(command: &Command) -> Result<&'static str, String> {
     let ends_with = |flag: &str| Err(format!(": must be without {flag}, for it must run until it is stopped"));
     match command {
-        Command::Bridge(bridge) => match &bridge.bridge {
-            Bridge::Psn(_) => Ok("bridge psn"),
-            Bridge::Osc(_) => Ok("bridge osc"),
-            #[cfg(feature = "zenoh")]
-            Bridge::Zenoh(zenoh) if zenoh.receive => {
-                Err(": must be without --receive, for a show has a source of its own".to_owned())
-            }
-            #[cfg(feature = "zenoh")]
-            Bridge::Zenoh(_) => Ok("bridge zenoh"),
-            #[cfg(not(feature = "zenoh"))]
-            Bridge::Zenoh(_) => Err(format!(": {}", crate::command::bridge::WITHOUT_ZENOH)),
-        },
+        Command::Bridge(bridge) => bridge.bridge.name_beside_show().map_err(|reason| format!(": {reason}")),
         Command::Monitor(monitor) if monitor.guard => Err(": must be without --guard, which is the show's".to_owned()),
         Command::Monitor(monitor) if monitor.fail_on_contact => ends_with("--fail-on-contact"),
         Command::Echo(echo) if echo.count.is_some() => ends_with("--count"),

@@ -28,50 +28,40 @@ impl ShowPorts {
 }
 
 /// What frames and statuses have last shown.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug, Default)]
 pub(super) struct LastSeen {
     pub(super) header: Option<FrameHeader>,
-    /// Travel up to which the guard has last let the head walk; not a number without one.
-    granted_to_m: f64,
+    pub(super) status: Option<Status>,
     pub(super) walking_speed_mps: Option<f64>,
     /// Whether the show was paused when it was last not held.
     pub(super) is_paused: bool,
-    /// What keeps the head from walking, by the newest status.
-    stops: Stops,
 }
 
 impl LastSeen {
-    pub(super) fn new() -> Self {
-        Self {
-            header: None,
-            granted_to_m: Status::NONE,
-            walking_speed_mps: None,
-            is_paused: false,
-            stops: Stops::default(),
-        }
-    }
-
     pub(super) fn see_frame(&mut self, header: &FrameHeader) {
         match header.show_state() {
             Some(ShowState::Running) => {
                 (self.walking_speed_mps, self.is_paused) = (Some(header.head_speed_mps), false);
             }
             Some(ShowState::Paused) => self.is_paused = true,
-            Some(ShowState::Stopping) => self.is_paused = self.stops.paused,
+            Some(ShowState::Stopping) => self.is_paused = self.stops().paused,
             _ => {}
         }
         self.header = Some(*header);
     }
 
-    pub(super) fn see_status(&mut self, status: &Status) {
-        (self.granted_to_m, self.stops) = (status.granted_to_m, status.stops());
+    /// What keeps the head from walking, by the newest status.
+    fn stops(&self) -> Stops {
+        self.status.as_ref().map(Status::stops).unwrap_or_default()
     }
 
     /// Whether an operator holds the show. A guard's stop is no hold: the next grant lifts it.
     pub(super) fn is_held(&self) -> bool {
         self.header.is_some_and(|header| match header.show_state() {
-            Some(ShowState::Held) => header.head_travel_m != self.granted_to_m,
-            Some(ShowState::Stopping) => self.stops.held,
+            Some(ShowState::Held) => {
+                self.status.as_ref().is_none_or(|status| header.head_travel_m != status.granted_to_m)
+            }
+            Some(ShowState::Stopping) => self.stops().held,
             _ => false,
         })
     }
@@ -91,18 +81,18 @@ mod tests {
 
     #[test]
     fn a_guards_stop_at_the_end_of_its_grant_is_no_hold() {
-        let mut seen = LastSeen::new();
+        let mut seen = LastSeen::default();
         seen.see_frame(&frame(ShowState::Held, 7.0));
         assert!(seen.is_held());
-        seen.see_status(&Status { granted_to_m: 7.0, ..Status::default() });
+        seen.status = Some(Status { granted_to_m: 7.0, ..Status::default() });
         assert!(!seen.is_held());
-        seen.see_status(&Status { granted_to_m: 8.0, ..Status::default() });
+        seen.status = Some(Status { granted_to_m: 8.0, ..Status::default() });
         assert!(seen.is_held());
     }
 
     #[test]
     fn a_pause_outlives_a_hold_and_ends_with_a_step() {
-        let mut seen = LastSeen::new();
+        let mut seen = LastSeen::default();
         seen.see_frame(&frame(ShowState::Running, 1.0));
         assert_eq!((seen.is_paused, seen.walking_speed_mps), (false, Some(0.8)));
         seen.see_frame(&frame(ShowState::Paused, 1.0));

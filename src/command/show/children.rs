@@ -1,12 +1,11 @@
 //! The show's children: registered once, started, heard, and started again.
 
-use std::process::ExitStatus;
 use std::time::{Duration, Instant};
 
 use crossbeam::channel::{self, Receiver, Sender};
 
-use super::liveness::{LONGEST_DISK_SILENCE, LONGEST_SILENCE, Liveness, Look};
-use super::process::{Launch, Process, ProcessEvent};
+use super::liveness::{LONGEST_DISK_SILENCE, LONGEST_SILENCE, Liveness, Look, Phase};
+use super::process::{End, Launch, Process, ProcessEvent};
 use crate::command::print::complain;
 
 /// Lines that wait for the show. A child that prints more waits, which a show does not let last.
@@ -19,14 +18,8 @@ const LONGEST_LOOK: Duration = Duration::from_millis(200);
 const LONGEST_PERIOD: Duration = Duration::from_millis(1500);
 
 pub(super) enum ChildNews {
-    Line(Role, String),
-    Ended(Role, End),
-}
-
-pub(super) struct End {
-    pub(super) status: ExitStatus,
-    /// Why: the status, or why the show has killed it.
-    pub(super) reason: String,
+    Line(ChildRole, String),
+    Ended(ChildRole, End),
 }
 
 /// The registry of the children, one of each role.
@@ -39,7 +32,7 @@ pub(super) struct Children {
 
 /// A child, whether it runs or not.
 struct Entry {
-    role: Role,
+    role: ChildRole,
     name: String,
     liveness: Liveness,
     process: Option<Process>,
@@ -52,12 +45,12 @@ impl Children {
     }
 
     /// Registers a child by the name that people read.
-    pub(super) fn register(&mut self, role: Role, name: impl Into<String>) {
-        let liveness = Liveness::new(if role == Role::Record { LONGEST_DISK_SILENCE } else { LONGEST_SILENCE });
+    pub(super) fn register(&mut self, role: ChildRole, name: impl Into<String>) {
+        let liveness = Liveness::new(if role == ChildRole::Record { LONGEST_DISK_SILENCE } else { LONGEST_SILENCE });
         self.entries.push(Entry { role, name: name.into(), liveness, process: None });
     }
 
-    pub(super) fn start(&mut self, role: Role, launch: Launch) -> anyhow::Result<()> {
+    pub(super) fn start(&mut self, role: ChildRole, launch: Launch) -> anyhow::Result<()> {
         let process = Process::start(role, launch, self.sender.clone())?;
         let entry = self.entry_mut(role);
         entry.process = Some(process);
@@ -65,21 +58,21 @@ impl Children {
         Ok(())
     }
 
-    pub(super) fn name(&self, role: Role) -> &str {
+    pub(super) fn name(&self, role: ChildRole) -> &str {
         &self.entry(role).name
     }
 
     /// What happens next, if before `timeout`.
     pub(super) fn next(&mut self, timeout: Duration) -> anyhow::Result<Option<ChildNews>> {
         match self.events.recv_timeout(timeout) {
-            Ok(ProcessEvent::Line(role, line)) => return Ok(Some(ChildNews::Line(role, line))),
-            Ok(ProcessEvent::Closed(role)) => self.entry_mut(role).process.iter_mut().for_each(Process::close),
+            Ok((role, Some(line))) => return Ok(Some(ChildNews::Line(role, line))),
+            Ok((role, None)) => self.entry_mut(role).process.iter_mut().for_each(Process::close),
             Err(_) => {}
         }
         self.entries.iter_mut().find_map(|entry| entry.poll_end().transpose()).transpose()
     }
 
-    pub(super) fn hear(&mut self, role: Role) {
+    pub(super) fn hear(&mut self, role: ChildRole) {
         self.entry_mut(role).liveness.hear();
     }
 
@@ -95,21 +88,22 @@ impl Children {
     pub(super) fn kill_silent(&mut self, now: Instant) -> Vec<String> {
         let elapsed = now.duration_since(self.looked).min(LONGEST_LOOK);
         self.looked = now;
-        let has_frames = self.entry(Role::Serve).liveness.silence().is_some_and(|silence| silence < LONGEST_PERIOD);
+        let has_frames =
+            self.entry(ChildRole::Serve).liveness.silence().is_some_and(|silence| silence < LONGEST_PERIOD);
         self.entries.iter_mut().filter_map(|entry| entry.kill_if_silent(elapsed, has_frames)).collect()
     }
 
     /// Plans when a child that has ended is started again. Returns whether it is.
-    pub(super) fn plan_restart(&mut self, role: Role, now: Instant) -> bool {
+    pub(super) fn plan_restart(&mut self, role: ChildRole, now: Instant) -> bool {
         self.entry_mut(role).liveness.end(now)
     }
 
-    pub(super) fn liveness(&mut self, role: Role) -> &mut Liveness {
+    pub(super) fn liveness(&mut self, role: ChildRole) -> &mut Liveness {
         &mut self.entry_mut(role).liveness
     }
 
     /// The children that are to be started again by now.
-    pub(super) fn due(&self, now: Instant) -> Vec<Role> {
+    pub(super) fn due(&self, now: Instant) -> Vec<ChildRole> {
         self.entries.iter().filter(|entry| entry.liveness.is_due(now)).map(|entry| entry.role).collect()
     }
 
@@ -117,12 +111,12 @@ impl Children {
     /// those others that run.
     pub(super) fn readers(&self) -> usize {
         let is_reader = |entry: &&Entry| match entry.role {
-            Role::Serve => false,
-            Role::View => entry.process.is_some(),
+            ChildRole::Serve => false,
+            ChildRole::View => entry.process.is_some(),
             // The server waits for them before it begins.
-            Role::Monitor | Role::Record => !entry.liveness.is_over() && !entry.liveness.is_waiting(),
+            ChildRole::Monitor | ChildRole::Record => !matches!(entry.liveness.phase, Phase::Over | Phase::Waiting),
             // Others need a while to join. One that has given a sign of life has joined.
-            Role::Also(_) => entry.liveness.has_lived,
+            ChildRole::Also(_) => entry.liveness.has_lived,
         };
         self.entries.iter().filter(is_reader).count()
     }
@@ -131,9 +125,9 @@ impl Children {
     /// killed.
     pub(super) fn end(
         &mut self,
-        is_meant: impl Fn(Role) -> bool,
+        is_meant: impl Fn(ChildRole) -> bool,
         patience: Duration,
-        mut take_line: impl FnMut(Role, &str) -> anyhow::Result<()>,
+        mut take_line: impl FnMut(ChildRole, &str) -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
         let of_meant = |entry: &Entry| entry.process.is_some() && is_meant(entry.role);
         self.entries
@@ -158,11 +152,11 @@ impl Children {
         Ok(())
     }
 
-    fn entry(&self, role: Role) -> &Entry {
+    fn entry(&self, role: ChildRole) -> &Entry {
         self.entries.iter().find(|entry| entry.role == role).expect("every role of the show is registered")
     }
 
-    fn entry_mut(&mut self, role: Role) -> &mut Entry {
+    fn entry_mut(&mut self, role: ChildRole) -> &mut Entry {
         self.entries.iter_mut().find(|entry| entry.role == role).expect("every role of the show is registered")
     }
 }
@@ -170,15 +164,14 @@ impl Children {
 impl Entry {
     fn poll_end(&mut self) -> anyhow::Result<Option<ChildNews>> {
         let Some(process) = &mut self.process else { return Ok(None) };
-        let Some(status) = process.poll_end()? else { return Ok(None) };
-        let reason = process.reason(status);
+        let Some(end) = process.poll_end()? else { return Ok(None) };
         self.process = None;
-        Ok(Some(ChildNews::Ended(self.role, End { status, reason })))
+        Ok(Some(ChildNews::Ended(self.role, end)))
     }
 
     fn kill_if_silent(&mut self, elapsed: Duration, has_frames: bool) -> Option<String> {
         let process = self.process.as_mut()?;
-        let has_occasion = self.role == Role::Serve || has_frames;
+        let has_occasion = self.role == ChildRole::Serve || has_frames;
         let limit = self.liveness.look(Look { elapsed, is_stopped: process.is_stopped(), has_occasion })?;
         let seconds = limit.as_secs();
         process.kill(format!("no sign of life for {seconds} s"));
@@ -188,7 +181,7 @@ impl Entry {
 
 /// What a child does in the show, by which it is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Role {
+pub(super) enum ChildRole {
     Serve,
     /// Looks for contacts, and guards.
     Monitor,

@@ -10,10 +10,10 @@ use std::time::Duration;
 
 use anyhow::Context as _;
 
-use crate::cli::BadInput;
+use super::summary::ShowSummary;
+use crate::command::flags::BadInput;
 use crate::config::Config;
 use crate::output::Counted;
-use crate::output::report::ShowSummary;
 use crate::recording::{BackgroundRepair, DiskSpace, Repair, RepairError};
 
 /// How the name of a show's folder begins that was not given one.
@@ -26,7 +26,7 @@ const SUMMARY: &str = "summary.json";
 const OUTPUT_MODE: u32 = 0o600;
 
 pub(super) struct Folder {
-    path: PathBuf,
+    pub(super) path: PathBuf,
     /// Whether it was made for this show.
     is_new: bool,
     /// Locked, so that a second show can tell that this one goes on.
@@ -54,10 +54,6 @@ impl Folder {
     /// Bytes that can still be written to its disk; `None` where the system does not tell.
     pub(super) fn free_bytes(&self) -> Option<u64> {
         DiskSpace::around(&self.config_file).ok().map(|space| space.free_bytes)
-    }
-
-    pub(super) fn path(&self) -> &Path {
-        &self.path
     }
 
     pub(super) fn config(&self) -> PathBuf {
@@ -143,6 +139,10 @@ fn used_before(folder: &Path, file: &str) -> BadInput {
 /// How long the end of a show waits for its files to be finished.
 const PATIENCE: Duration = Duration::from_secs(30);
 
+/// Files of the show that are remembered until they are finished: later ones are finished too, but their frames are not counted.
+const MOST_OWN: usize = 1000;
+/// Folders of earlier shows that are looked through.
+const MOST_EARLIER: usize = 10_000;
 /// Results that wait to be taken.
 const MOST_RESULTS: usize = 64;
 
@@ -152,9 +152,9 @@ pub(super) struct Repairs {
     results: Receiver<Result<Repair, RepairError>>,
     sender: SyncSender<Result<Repair, RepairError>>,
     background: Option<BackgroundRepair>,
-    /// The show's own files that are not finished yet.
+    /// The show's own files that are not finished yet, at most [`MOST_OWN`].
     own: Vec<PathBuf>,
-    /// Folders of earlier shows that have not been asked for yet.
+    /// Folders of earlier shows that have not been asked for yet, at most [`MOST_EARLIER`].
     earlier: VecDeque<PathBuf>,
 }
 
@@ -175,13 +175,15 @@ impl Repairs {
 
     /// Has a file of the show's finished.
     pub(super) fn finish_own(&mut self, recording: PathBuf) {
-        self.own.push(recording.clone());
+        if self.own.len() < MOST_OWN {
+            self.own.push(recording.clone());
+        }
         self.ask(|background| background.repair(recording));
     }
 
     /// Has all unfinished recordings in the folders of earlier shows finished.
     pub(super) fn finish_earlier(&mut self, folders: impl IntoIterator<Item = PathBuf>) {
-        self.earlier.extend(folders);
+        self.earlier.extend(folders.into_iter().take(MOST_EARLIER));
     }
 
     /// What has been done since the last call. Never waits.

@@ -1,40 +1,40 @@
 //! What a show says while it plays: the live line, and near alerts put together.
 
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::FrameHeader;
 
+use crate::command::monitor::lines::{AlertLine, MonitorProgress};
 use crate::output::Counted;
-use crate::output::report::{AlertLine, MonitorProgress};
 use crate::output::{bar, set_live_line};
 
 /// How often the rate is measured anew.
 const RATE_PERIOD: Duration = Duration::from_secs(1);
 
 /// The line. Where stderr is no terminal it is not drawn. A terminal that takes nothing shows the newest one when it does again.
+#[derive(Default)]
 pub(super) struct LiveLine {
-    start_s: f64,
-    end_s: f64,
+    /// Show time from the start of the show to its end.
+    show_s: Range<f64>,
     /// When and at which tick the rate was last measured.
     measured: Option<(Instant, u64)>,
     rate_hz: f64,
 }
 
 impl LiveLine {
-    /// A line for a show between two show times.
-    pub(super) fn new(start_s: f64, end_s: f64) -> Self {
-        Self { start_s, end_s, measured: None, rate_hz: 0.0 }
+    pub(super) fn new(show_s: Range<f64>) -> Self {
+        Self { show_s, ..Self::default() }
     }
 
     pub(super) fn update(&mut self, header: &FrameHeader, progress: &MonitorProgress) {
         self.measure_rate(header.tick);
-        let sim_time_s = header.sim_time_s();
+        let (sim_time_s, Range { start: start_s, end: end_s }) = (header.sim_time_s(), self.show_s.clone());
         let clearance = progress.clearance_m.map_or("-".to_owned(), |clearance_m| format!("{clearance_m:.4} m"));
         let state = header.show_state().map_or("unknown", |state| state.name());
         set_live_line(Some(format!(
-            "{} {sim_time_s:.2} of {:.2} s  {state}  clearance {clearance}  {:.0} Hz  lost {}",
-            bar((sim_time_s - self.start_s) / (self.end_s - self.start_s)),
-            self.end_s,
+            "{} {sim_time_s:.2} of {end_s:.2} s  {state}  clearance {clearance}  {:.0} Hz  lost {}",
+            bar((sim_time_s - start_s) / (end_s - start_s)),
             self.rate_hz,
             progress.lost
         )));
@@ -73,8 +73,7 @@ impl NearAlerts {
     pub(super) fn take(&mut self, alert: &AlertLine, now: Instant) -> Option<String> {
         if self.count == 0 && self.last_line.is_none_or(|line| now - line >= PERIOD) {
             self.last_line = Some(now);
-            let benches = alert.benches.map_or(String::new(), |[a, b]| format!(", benches {a} and {b}"));
-            return Some(format!("{:.6} s: {}{benches}", alert.time_s, alert.kind));
+            return Some(alert.words());
         }
         if self.count == 0 {
             self.times_s = [alert.time_s; 2];
@@ -108,19 +107,14 @@ impl NearAlerts {
 
 #[cfg(test)]
 mod tests {
+    use bench_dragon_ipc::AlertKind;
+
     use super::*;
+    use crate::safety::monitor::run_alert;
 
     fn alert(time_s: f64, benches: [u32; 2], clearance_m: f64) -> AlertLine {
-        AlertLine {
-            kind: "near".to_owned(),
-            time_s,
-            tick: 0,
-            run_id: 1,
-            benches: Some(benches),
-            clearance_m: Some(clearance_m),
-            point_m: None,
-            forecast_s: None,
-        }
+        let near = AlertLine::from(&run_alert(&FrameHeader::default(), AlertKind::Near));
+        AlertLine { time_s, benches: Some(benches), clearance_m: Some(clearance_m), ..near }
     }
 
     #[test]

@@ -12,7 +12,7 @@ const LONGEST_START: Duration = Duration::from_secs(30);
 
 /// The liveness of a child, over its restarts.
 pub(super) struct Liveness {
-    phase: Phase,
+    pub(super) phase: Phase,
     backoff: RestartBackoff,
     longest_silence: Duration,
     /// How long it has been stopped.
@@ -23,7 +23,7 @@ pub(super) struct Liveness {
 
 /// Where a child stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Phase {
+pub(super) enum Phase {
     /// It has not been started yet, or it is to be killed.
     Idle,
     /// It has been started, or its frames have been interrupted, so long ago, without a sign of life since.
@@ -32,7 +32,7 @@ enum Phase {
     Living(Duration),
     /// It has ended, and is to be started again.
     Due(Instant),
-    /// It has ended, and waits for something that is missing, such as room on the disk.
+    /// It has ended, and waits for something that is missing, such as room on the disk. Its owner makes it due.
     Waiting,
     /// It has ended too often.
     Over,
@@ -78,26 +78,8 @@ impl Liveness {
         wait.is_some()
     }
 
-    /// The child has ended for want of something, and is not started again until [`Liveness::go_on`].
-    pub(super) fn wait(&mut self) {
-        self.phase = Phase::Waiting;
-    }
-
-    pub(super) fn is_waiting(&self) -> bool {
-        self.phase == Phase::Waiting
-    }
-
-    /// A child that waited is to be started again.
-    pub(super) fn go_on(&mut self, now: Instant) {
-        self.phase = Phase::Due(now);
-    }
-
     pub(super) fn is_due(&self, now: Instant) -> bool {
         matches!(self.phase, Phase::Due(at) if at <= now)
-    }
-
-    pub(super) fn is_over(&self) -> bool {
-        self.phase == Phase::Over
     }
 
     /// How long the child has been silent; `None` without a sign of life.
@@ -189,18 +171,22 @@ mod tests {
         Look { elapsed: LOOK, is_stopped: false, has_occasion: true }
     }
 
+    fn started(longest_silence: Duration) -> Liveness {
+        let mut life = Liveness::new(longest_silence);
+        life.start();
+        life
+    }
+
     #[test]
     fn a_silent_child_overruns_its_limit_once() {
-        let mut life = Liveness::new(LONGEST_SILENCE);
-        life.start();
+        let mut life = started(LONGEST_SILENCE);
         assert_eq!(look(&mut life, 20, true, running()), NEVER);
         assert_eq!(look(&mut life, 40, false, running()), [LONGEST_SILENCE]);
     }
 
     #[test]
     fn a_child_has_longer_to_its_first_sign_of_life() {
-        let mut life = Liveness::new(LONGEST_SILENCE);
-        life.start();
+        let mut life = started(LONGEST_SILENCE);
         assert_eq!(look(&mut life, 29, false, running()), NEVER);
         assert!(!life.has_lived);
         assert_eq!(look(&mut life, 20, false, running()), [LONGEST_START]);
@@ -208,8 +194,7 @@ mod tests {
 
     #[test]
     fn a_child_without_an_occasion_is_not_silent_and_has_time_to_find_the_next_one() {
-        let mut life = Liveness::new(LONGEST_SILENCE);
-        life.start();
+        let mut life = started(LONGEST_SILENCE);
         assert_eq!(look(&mut life, 1, true, running()), NEVER);
         assert_eq!(look(&mut life, 100, false, Look { has_occasion: false, ..running() }), NEVER);
         assert_eq!(look(&mut life, 29, false, running()), NEVER);
@@ -221,8 +206,7 @@ mod tests {
     fn a_stopped_child_overruns_the_shorter_limit_at_any_time() {
         for longest_silence in [LONGEST_SILENCE, LONGEST_DISK_SILENCE] {
             for (is_heard, has_occasion) in [(false, false), (false, true), (true, true)] {
-                let mut life = Liveness::new(longest_silence);
-                life.start();
+                let mut life = started(longest_silence);
                 look(&mut life, 1, is_heard, running());
                 let stopped = Look { is_stopped: true, has_occasion, ..running() };
                 assert_eq!(look(&mut life, 20, false, stopped), [LONGEST_SILENCE]);
@@ -232,8 +216,7 @@ mod tests {
 
     #[test]
     fn a_child_that_was_stopped_for_a_moment_lives() {
-        let mut life = Liveness::new(LONGEST_SILENCE);
-        life.start();
+        let mut life = started(LONGEST_SILENCE);
         for _ in 0..5 {
             assert_eq!(look(&mut life, 4, false, Look { is_stopped: true, ..running() }), NEVER);
             assert_eq!(look(&mut life, 1, true, running()), NEVER);
@@ -242,8 +225,7 @@ mod tests {
 
     #[test]
     fn a_recorder_that_is_not_stopped_may_wait_for_its_disk() {
-        let mut life = Liveness::new(LONGEST_DISK_SILENCE);
-        life.start();
+        let mut life = started(LONGEST_DISK_SILENCE);
         look(&mut life, 1, true, running());
         assert_eq!(look(&mut life, 29, false, running()), NEVER);
         assert_eq!(look(&mut life, 20, false, running()), [LONGEST_DISK_SILENCE]);
@@ -255,13 +237,13 @@ mod tests {
         let mut now = Instant::now();
         life.start();
         while life.end(now) {
-            assert!(!life.is_due(now) && !life.is_over());
+            assert!(!life.is_due(now) && life.phase != Phase::Over);
             assert_eq!(look(&mut life, 100, false, running()), NEVER, "it does not run");
             now += Duration::from_secs(1);
             assert!(life.is_due(now));
             life.start();
         }
-        assert!(life.is_over() && !life.is_due(now + Duration::from_hours(1)));
+        assert!(life.phase == Phase::Over && !life.is_due(now + Duration::from_hours(1)));
     }
 
     #[test]

@@ -11,7 +11,7 @@ use anyhow::Context as _;
 use crossbeam::channel::Sender;
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process, waitid};
 
-use super::children::Role;
+use super::children::ChildRole;
 use crate::command::parent::kill_with_parent;
 
 /// How long a process that has closed its stdout may take to end, and one that was asked to.
@@ -21,12 +21,14 @@ const REAP_PATIENCE: Duration = Duration::from_secs(1);
 /// How often a killed process is looked at.
 const LOOK_PERIOD: Duration = Duration::from_millis(2);
 
-/// What the reader of a child's stdout reports.
-pub(super) enum ProcessEvent {
-    /// It has printed a line.
-    Line(Role, String),
-    /// It has closed its stdout: it is ending.
-    Closed(Role),
+/// A line of a child's stdout; none once it has closed that, for it is ending.
+pub(super) type ProcessEvent = (ChildRole, Option<String>);
+
+/// How a child has ended.
+pub(super) struct End {
+    pub(super) status: ExitStatus,
+    /// Why: the status, or why the show has killed it.
+    pub(super) reason: String,
 }
 
 /// How a child is started.
@@ -64,7 +66,7 @@ impl Process {
     ///
     /// The kernel signals the child when the *thread* ends that has started it. Only the main thread calls this, and it ends
     /// with the show.
-    pub(super) fn start(role: Role, launch: Launch, events: Sender<ProcessEvent>) -> anyhow::Result<Self> {
+    pub(super) fn start(role: ChildRole, launch: Launch, events: Sender<ProcessEvent>) -> anyhow::Result<Self> {
         let Launch { args, environment, output } = launch;
         let program = std::env::current_exe().context("cannot find this program")?;
         let is_read = output.is_none();
@@ -109,7 +111,7 @@ impl Process {
     }
 
     /// How it has ended, once all its lines have come: never waits. Kills it where it has closed its stdout and does not end.
-    pub(super) fn poll_end(&mut self) -> anyhow::Result<Option<ExitStatus>> {
+    pub(super) fn poll_end(&mut self) -> anyhow::Result<Option<End>> {
         match self.stdout {
             Stdout::Open => return Ok(None),
             Stdout::Closed(at) if at.elapsed() > PATIENCE && self.killed.is_none() => {
@@ -117,12 +119,8 @@ impl Process {
             }
             Stdout::File | Stdout::Closed(_) => {}
         }
-        Ok(self.child.try_wait()?)
-    }
-
-    /// Why it has ended, where it has ended like this.
-    pub(super) fn reason(&self, status: ExitStatus) -> String {
-        self.killed.clone().unwrap_or_else(|| status.to_string())
+        let Some(status) = self.child.try_wait()? else { return Ok(None) };
+        Ok(Some(End { status, reason: self.killed.clone().unwrap_or_else(|| status.to_string()) }))
     }
 
     fn send(&self, signal: Signal) {
@@ -143,12 +141,12 @@ impl Drop for Process {
 }
 
 /// Reads lines until the child closes its stdout, or the show has ended.
-fn read(role: Role, stdout: ChildStdout, events: &Sender<ProcessEvent>) {
+fn read(role: ChildRole, stdout: ChildStdout, events: &Sender<ProcessEvent>) {
     for line in BufReader::new(stdout).lines().map_while(Result::ok) {
-        if events.send(ProcessEvent::Line(role, line)).is_err() {
+        if events.send((role, Some(line))).is_err() {
             return;
         }
     }
     // The show may have ended meanwhile.
-    let _ = events.send(ProcessEvent::Closed(role));
+    let _ = events.send((role, None));
 }

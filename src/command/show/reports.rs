@@ -7,24 +7,28 @@ use std::time::Instant;
 use anyhow::Context as _;
 use bench_dragon_ipc::AlertKind;
 
-use super::children::Role;
+use super::children::ChildRole;
 use super::live_line::{LiveLine, NearAlerts};
-use super::summary::Totals;
-use crate::cli::Format;
+use super::summary::ShowTotals;
+use crate::command::flags::Format;
+use crate::command::monitor::lines::{ContactReport, MonitorLine, MonitorProgress};
 use crate::command::print::complain;
-use crate::command::timecode::print_listening;
-use crate::output::report::{ContactReport, MonitorLine, MonitorProgress, RecordLine, ServeLine, TimecodeEvent};
+use crate::command::record::RecordLine;
+use crate::command::serve::ServeLine;
+use crate::command::timecode::{news_text, print_listening};
+use crate::source::timecode::FollowerEvent;
 
 /// The reports of the children: added up, and what of them the show needs by itself.
+#[derive(Default)]
 pub(super) struct ChildReports {
-    pub(super) totals: Totals,
+    pub(super) totals: ShowTotals,
     pub(super) line: LiveLine,
     /// What the running monitor has last said.
     pub(super) progress: MonitorProgress,
     /// Whether a child ended so often that the show went on without it.
     pub(super) has_given_up: bool,
-    /// Whether the timecode stands, or none has come yet: then the show stands with it.
-    pub(super) has_timecode_stood: bool,
+    /// Whether the timecode runs, or ran when it was lost. Where none has come yet or it stands, the show stands with it.
+    pub(super) has_timecode_run: bool,
     /// Where the server listens for timecode, once it does. The next server listens there too.
     pub(super) timecode_listen: Option<SocketAddr>,
     near: NearAlerts,
@@ -35,28 +39,18 @@ pub(super) struct ChildReports {
 
 impl ChildReports {
     pub(super) fn new(start_s: f64, end_s: f64, format: Format) -> Self {
-        Self {
-            totals: Totals::default(),
-            line: LiveLine::new(start_s, end_s),
-            progress: MonitorProgress::default(),
-            has_given_up: false,
-            has_timecode_stood: true,
-            timecode_listen: None,
-            near: NearAlerts::default(),
-            format,
-            open_recording: None,
-        }
+        Self { line: LiveLine::new(start_s..end_s), format, ..Self::default() }
     }
 
     /// Takes a line of a child.
-    pub(super) fn take_line(&mut self, role: Role, line: &str) -> anyhow::Result<()> {
+    pub(super) fn take_line(&mut self, role: ChildRole, line: &str) -> anyhow::Result<()> {
         let unreadable = || format!("a child printed {line:?}");
         match role {
-            Role::Serve => self.take_serve_line(&serde_json::from_str(line).with_context(unreadable)?)?,
-            Role::Monitor => self.take_monitor_line(serde_json::from_str(line).with_context(unreadable)?),
-            Role::Record => self.take_record_line(&serde_json::from_str(line).with_context(unreadable)?),
+            ChildRole::Serve => self.take_serve_line(&serde_json::from_str(line).with_context(unreadable)?)?,
+            ChildRole::Monitor => self.take_monitor_line(serde_json::from_str(line).with_context(unreadable)?),
+            ChildRole::Record => self.take_record_line(&serde_json::from_str(line).with_context(unreadable)?),
             // Of a page only where it listens, which is where it did before. The others' lines are in their files.
-            Role::View | Role::Also(_) => {}
+            ChildRole::View | ChildRole::Also(_) => {}
         }
         Ok(())
     }
@@ -71,14 +65,14 @@ impl ChildReports {
         match line {
             ServeLine::Started { .. } | ServeLine::TimecodeSummary(_) => {}
             ServeLine::Listening { listen } => self.take_timecode_address(*listen)?,
-            ServeLine::Timecode(timecode) => {
-                match timecode.event {
-                    TimecodeEvent::Follows => self.has_timecode_stood = false,
-                    TimecodeEvent::Stands => self.has_timecode_stood = true,
+            ServeLine::Timecode(news) => {
+                match news.event {
+                    FollowerEvent::Follows { .. } => self.has_timecode_run = true,
+                    FollowerEvent::Stands { .. } => self.has_timecode_run = false,
                     // As before: one that stood goes on standing.
-                    TimecodeEvent::Lost => {}
+                    FollowerEvent::Lost { .. } => {}
                 }
-                complain(&timecode.to_string());
+                complain(&news_text(news));
             }
             ServeLine::Summary(summary) => self.totals.add_server(summary),
         }
@@ -104,7 +98,7 @@ impl ChildReports {
             MonitorLine::Command(_) => {}
             MonitorLine::Guard(report) => {
                 complain(&format!("{:.6} s: held by the guard for good", report.held_at_s));
-                self.totals.guard = Some(report);
+                self.totals.summary.guard = Some(report);
             }
             MonitorLine::Summary(summary) => {
                 self.near.rest(Instant::now()).iter().for_each(|line| complain(line));
@@ -116,10 +110,9 @@ impl ChildReports {
             }
             MonitorLine::Alert(alert) => {
                 self.near.rest(Instant::now()).iter().for_each(|line| complain(line));
-                let benches = alert.benches.map_or(String::new(), |[a, b]| format!(", benches {a} and {b}"));
-                complain(&format!("{:.6} s: {}{benches}", alert.time_s, alert.kind));
+                complain(&alert.words());
                 if let (true, Some(benches)) = (alert.kind == AlertKind::Contact.name(), alert.benches) {
-                    self.totals.contact.get_or_insert(ContactReport { time_s: alert.time_s, benches });
+                    self.totals.summary.contact.get_or_insert(ContactReport { time_s: alert.time_s, benches });
                 }
             }
         }
@@ -128,13 +121,13 @@ impl ChildReports {
     fn take_record_line(&mut self, line: &RecordLine) {
         match line {
             RecordLine::Started { file } => {
-                self.totals.recordings.push(file.clone());
+                self.totals.summary.recordings.push(file.clone());
                 self.open_recording = Some(file.clone());
             }
             RecordLine::Warning { message } => complain(&format!("warning: {message}")),
             RecordLine::Summary(summary) => {
                 self.open_recording = None;
-                self.totals.recorded += summary.frames;
+                self.totals.summary.frames.recorded += summary.frames;
             }
         }
     }

@@ -7,10 +7,10 @@ use bench_dragon_ipc::FrameHeader;
 use serde::Serialize;
 
 use super::Show;
-use super::children::Role;
+use super::children::ChildRole;
 use super::process::Launch;
-use crate::cli::TimecodeArgs;
 use crate::command::print::{complain, print_report};
+use crate::command::timecode::TimecodeArgs;
 use crate::command::web::{ListeningLine, TOKEN_VARIABLE, cannot_listen};
 use crate::display::view::Token;
 use crate::source::timecode::FrameRate;
@@ -21,21 +21,21 @@ const PROGRESS_PERIOD_S: &str = "0.2";
 const HELD: &str = "the dragon stands where it was, held: `bench-dragon ctl release` lets it walk";
 
 impl Show<'_> {
-    pub(super) fn start(&mut self, role: Role) -> anyhow::Result<()> {
+    pub(super) fn start(&mut self, role: ChildRole) -> anyhow::Result<()> {
         let launch = match role {
-            Role::Serve => self.server(),
-            Role::Monitor => {
+            ChildRole::Serve => self.server(),
+            ChildRole::Monitor => {
                 let progress = ["--progress", PROGRESS_PERIOD_S].map(str::to_owned);
                 let guard = self.is_guarded.then(|| "--guard".to_owned());
                 self.launch("monitor", progress.into_iter().chain(guard).collect())
             }
-            Role::Record => {
+            ChildRole::Record => {
                 let recording = self.folder.free_recording().display().to_string();
                 // The show finishes what is left, and counts it.
                 self.launch("record", vec![recording, "--no-repair".to_owned()])
             }
-            Role::View => self.page(),
-            Role::Also(number) => {
+            ChildRole::View => self.page(),
+            ChildRole::Also(number) => {
                 let command = &self.also[number];
                 let output = Some(self.folder.open_output(&command.name)?);
                 Launch { args: command.args.clone(), environment: Vec::new(), output }
@@ -64,7 +64,7 @@ impl Show<'_> {
         args.extend(self.seen.walking_speed_mps.map(|speed_mps| format!("--start-speed={speed_mps}")));
         let follows = self.args.run.timecode.source.is_some();
         // A show that has stood with its timecode follows on; whoever paused one that ran is asked once more.
-        let was_paused = self.seen.is_paused && follows && !self.reports.has_timecode_stood;
+        let was_paused = self.seen.is_paused && follows && self.reports.has_timecode_run;
         if self.seen.is_paused && !follows {
             args.push("--paused".to_owned());
         }

@@ -5,43 +5,100 @@ use std::path::{Path, PathBuf};
 
 use bench_dragon_ipc::{FrameHeader, Status, TimeHistogram};
 use jiff::Timestamp;
+use serde::Serialize;
 
-use super::children::Role;
-use crate::cli::Format;
+use super::children::ChildRole;
+use crate::command::flags::Format;
+use crate::command::monitor::lines::{ContactReport, GuardReport, MonitorSummary, TimesReport};
 use crate::command::print::{behind, print_json, print_line};
 use crate::output::histogram::Percentiles;
-use crate::output::report::{
-    ContactReport, FrameCounts, GuardReport, MonitorSummary, RestartReport, Restarts, ShowSummary, TimesReport,
-};
 use crate::output::terminal_text::Printable;
 use crate::source::server::ServerSummary;
 
+/// `summary.json`.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(super) struct ShowSummary {
+    /// Number of the last run.
+    pub(super) run_id: u64,
+    /// Who got how many.
+    pub(super) frames: ShowFrames,
+    pub(super) contact: Option<ContactReport>,
+    /// Where the guard held the head for good; null where it did not.
+    pub(super) guard: Option<GuardReport>,
+    /// From each release to the start of its tick, in microseconds, over all servers of the show.
+    pub(super) lateness_us: Percentiles,
+    /// From the instant a frame was due to the instant the monitor had read it, in microseconds, over all monitors of the show.
+    pub(super) latency_us: Percentiles,
+    /// Releases that the server skipped.
+    pub(super) overruns: u64,
+    /// How far the show was behind the clock at the end, in seconds of wall time.
+    pub(super) behind_s: f64,
+    /// The furthest that it was behind.
+    pub(super) most_behind_s: f64,
+    /// Processes that were started again.
+    pub(super) restarts: Restarts,
+    /// Each process that ended before the show did, oldest first.
+    pub(super) restart_log: Vec<RestartReport>,
+    /// The recording; where the recorder was started again, the first one.
+    pub(super) recording: PathBuf,
+    /// All recordings, oldest first.
+    pub(super) recordings: Vec<PathBuf>,
+}
+
+/// Frames over the whole show.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub(super) struct ShowFrames {
+    pub(super) published: u64,
+    pub(super) monitored: u64,
+    pub(super) recorded: u64,
+    pub(super) missed_by_monitor: u64,
+    pub(super) missed_by_recorder: u64,
+}
+
+/// A process that ended before the show did.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct RestartReport {
+    /// Its name in [`Restarts`].
+    pub(super) role: String,
+    /// Why it ended: its exit status, the signal, or that it gave no sign of life.
+    pub(super) reason: String,
+    /// Show time of the last frame before that was noticed; null before the first frame.
+    pub(super) show_time_s: Option<f64>,
+    /// Wall time at which that was noticed, as RFC 3339 has it, in UTC.
+    pub(super) at: String,
+    /// Whether it was started again; false where it had ended too often.
+    pub(super) restarted: bool,
+}
+
+/// How often each process was started again.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(super) struct Restarts {
+    pub(super) serve: u32,
+    pub(super) monitor: u32,
+    pub(super) record: u32,
+    pub(super) view: u32,
+    /// The commands of `[[show.also]]`, each under its own name.
+    #[serde(flatten)]
+    pub(super) also: BTreeMap<String, u32>,
+}
+
 /// The sums. They grow with the restarts alone, of which there is one a minute for each child at most.
 #[derive(Debug, Default)]
-pub(super) struct Totals {
+pub(super) struct ShowTotals {
     /// Frames published in each run: by the server's own report, or as far as the show has seen them.
     published: BTreeMap<u64, u64>,
-    monitored: u64,
-    pub(super) recorded: u64,
-    /// The recordings that were begun, oldest first.
-    pub(super) recordings: Vec<PathBuf>,
     overruns: BTreeMap<u64, u64>,
-    behind_s: f64,
-    most_behind_s: f64,
     lateness: MergedTimes,
     latency: MergedTimes,
     monitors: u64,
-    last_run_id: u64,
-    pub(super) contact: Option<ContactReport>,
-    pub(super) guard: Option<GuardReport>,
-    restarts: Restarts,
-    restart_log: Vec<RestartReport>,
+    /// What is known without adding up.
+    pub(super) summary: ShowSummary,
 }
 
-impl Totals {
+impl ShowTotals {
     /// Takes note of a frame that the show itself has seen.
     pub(super) fn see_frame(&mut self, header: &FrameHeader) {
-        self.last_run_id = header.run_id;
+        self.summary.run_id = header.run_id;
         let published = self.published.entry(header.run_id).or_default();
         *published = (*published).max(header.tick + 1);
     }
@@ -54,7 +111,7 @@ impl Totals {
     }
 
     pub(super) fn add_server(&mut self, summary: &ServerSummary) {
-        self.last_run_id = summary.run_id;
+        self.summary.run_id = summary.run_id;
         self.published.insert(summary.run_id, summary.frames);
         self.overruns.insert(summary.run_id, summary.overruns);
         self.see_behind(summary.behind_s, summary.most_behind_s);
@@ -67,58 +124,58 @@ impl Totals {
 
     /// Takes note of how far a server is behind the clock, and the furthest that it has been.
     fn see_behind(&mut self, behind_s: f64, most_behind_s: f64) {
-        self.behind_s = behind_s;
-        self.most_behind_s = self.most_behind_s.max(most_behind_s);
+        self.summary.behind_s = behind_s;
+        self.summary.most_behind_s = self.summary.most_behind_s.max(most_behind_s);
     }
 
     pub(super) fn add_monitor(&mut self, summary: &MonitorSummary) {
         self.see_latency(&summary.latency);
-        self.monitored += summary.frames;
+        self.summary.frames.monitored += summary.frames;
     }
 
     /// Adds frames that a monitor has read which has ended.
     pub(super) fn close_monitor(&mut self, frames: u64) {
-        self.monitored += frames;
+        self.summary.frames.monitored += frames;
         self.monitors += 1;
     }
 
     /// Adds a child that ended before the show.
-    pub(super) fn add_end(&mut self, role: Role, name: &str, reason: &str, show_time_s: Option<f64>, restarted: bool) {
-        let Restarts { serve, monitor, record, view, also } = &mut self.restarts;
+    pub(super) fn add_end(
+        &mut self,
+        role: ChildRole,
+        name: &str,
+        reason: &str,
+        show_time_s: Option<f64>,
+        restarted: bool,
+    ) {
+        let Restarts { serve, monitor, record, view, also } = &mut self.summary.restarts;
         let count = match role {
-            Role::Serve => serve,
-            Role::Monitor => monitor,
-            Role::Record => record,
-            Role::View => view,
-            Role::Also(_) => also.entry(name.to_owned()).or_default(),
+            ChildRole::Serve => serve,
+            ChildRole::Monitor => monitor,
+            ChildRole::Record => record,
+            ChildRole::View => view,
+            ChildRole::Also(_) => also.entry(name.to_owned()).or_default(),
         };
         *count += u32::from(restarted);
         let (role, reason, at) = (name.to_owned(), reason.to_owned(), format!("{:.3}", Timestamp::now()));
-        self.restart_log.push(RestartReport { role, reason, show_time_s, at, restarted });
+        self.summary.restart_log.push(RestartReport { role, reason, show_time_s, at, restarted });
     }
 
     pub(super) fn summary(&self) -> ShowSummary {
+        let ShowFrames { monitored, recorded, .. } = self.summary.frames;
         let published = self.published.values().sum::<u64>();
         ShowSummary {
-            run_id: self.last_run_id,
-            frames: FrameCounts {
+            frames: ShowFrames {
                 published,
-                monitored: self.monitored,
-                recorded: self.recorded,
-                missed_by_monitor: published.saturating_sub(self.monitored),
-                missed_by_recorder: published.saturating_sub(self.recorded),
+                missed_by_monitor: published.saturating_sub(monitored),
+                missed_by_recorder: published.saturating_sub(recorded),
+                ..self.summary.frames
             },
-            contact: self.contact,
-            guard: self.guard,
             lateness_us: Percentiles::from(&self.lateness.all()),
             latency_us: Percentiles::from(&self.latency.all()),
             overruns: self.overruns.values().sum(),
-            behind_s: self.behind_s,
-            most_behind_s: self.most_behind_s,
-            restarts: self.restarts.clone(),
-            restart_log: self.restart_log.clone(),
-            recording: self.recordings.first().cloned().unwrap_or_default(),
-            recordings: self.recordings.clone(),
+            recording: self.summary.recordings.first().cloned().unwrap_or_default(),
+            ..self.summary.clone()
         }
     }
 }
@@ -158,11 +215,8 @@ pub(super) fn print_summary(format: Format, summary: &ShowSummary, folder: &Path
         }
         None => print_line("first contact   none")?,
     }
-    if let Some(GuardReport { held_at_s, clearance_m, forecast_contact_s }) = summary.guard {
-        let clearance = clearance_m.map_or(String::new(), |clearance_m| format!(", clearance {clearance_m:.6} m"));
-        let forecast =
-            forecast_contact_s.map_or(String::new(), |time_s| format!(", contact forecast at {time_s:.6} s"));
-        print_line(format_args!("held by guard   {held_at_s:.6} s{clearance}{forecast}"))?;
+    if let Some(guard) = &summary.guard {
+        print_line(format_args!("held by guard   {:.6} s{}", guard.held_at_s, guard.details()))?;
     }
     print_line(format_args!(
         "frames          {} published, {} monitored ({} missed), {} recorded ({} missed)",
@@ -207,7 +261,7 @@ mod tests {
 
     #[test]
     fn the_lateness_of_a_show_is_that_of_all_its_servers() {
-        let mut totals = Totals::default();
+        let mut totals = ShowTotals::default();
         let mut status = Status { run_id: 1, overruns: 2, ..Status::default() };
         status.lateness.record(900_000_000);
         totals.see_status(&status);
@@ -221,12 +275,8 @@ mod tests {
 
     #[test]
     fn the_latency_of_a_show_is_that_of_all_its_monitors() {
-        let mut totals = Totals::default();
-        let times = |time_ns: u64| {
-            let mut times = TimeHistogram::default();
-            times.record(time_ns);
-            TimesReport::from(&times)
-        };
+        let mut totals = ShowTotals::default();
+        let times = |time_ns: u64| TimesReport::from(&times(&[time_ns]));
         totals.see_latency(&times(70_000));
         totals.close_monitor(3);
         totals.add_monitor(&MonitorSummary { frames: 4, latency: times(10_000), ..MonitorSummary::default() });

@@ -4,9 +4,10 @@ use std::time::{Duration, Instant};
 
 use anyhow::bail;
 
-use super::children::{End, Role};
+use super::children::ChildRole;
 use super::files::Repaired;
-use super::liveness::{MAX_RESTARTS, WINDOW};
+use super::liveness::{MAX_RESTARTS, Phase, WINDOW};
+use super::process::End;
 use super::{Show, ShowPorts};
 use crate::command::exit_status::DISK_FULL;
 use crate::command::print::complain;
@@ -18,14 +19,14 @@ const LEAST_ROOM_BYTES: u64 = 256 << 20;
 const ROOM_PERIOD: Duration = Duration::from_secs(1);
 
 impl Show<'_> {
-    pub(super) fn take_line(&mut self, role: Role, line: &str) -> anyhow::Result<()> {
+    pub(super) fn take_line(&mut self, role: ChildRole, line: &str) -> anyhow::Result<()> {
         match role {
-            Role::Serve if self.bus.is_none() => self.join_bus()?,
+            ChildRole::Serve if self.bus.is_none() => self.join_bus()?,
             // A server's signs of life are its frames.
-            Role::Serve => {}
-            Role::View if !self.page.as_ref().is_some_and(|page| page.is_announced) => {
+            ChildRole::Serve => {}
+            ChildRole::View if !self.page.as_ref().is_some_and(|page| page.is_announced) => {
                 self.announce_page(line)?;
-                self.start(Role::Serve)?;
+                self.start(ChildRole::Serve)?;
             }
             _ => self.children.hear(role),
         }
@@ -33,28 +34,28 @@ impl Show<'_> {
     }
 
     /// Takes the end of a child before that of the show.
-    pub(super) fn take_end(&mut self, role: Role, end: &End) -> anyhow::Result<()> {
+    pub(super) fn take_end(&mut self, role: ChildRole, end: &End) -> anyhow::Result<()> {
         self.look_at_bus()?;
         let status = end.status;
         match role {
             // Somebody asked the server to stop, or it has reached the time asked for.
-            Role::Serve if status.success() => return self.end_with_server(),
+            ChildRole::Serve if status.success() => return self.end_with_server(),
             // It has given its reason on stderr. One that was killed has none.
-            Role::Serve if self.bus.is_none() && status.code().is_some() => {
+            ChildRole::Serve if self.bus.is_none() && status.code().is_some() => {
                 bail!("the server does not start: it ended with {status}");
             }
-            Role::View if !self.page.as_ref().is_some_and(|page| page.is_announced) => {
+            ChildRole::View if !self.page.as_ref().is_some_and(|page| page.is_announced) => {
                 bail!("the page does not start: it ended with {status}");
             }
-            Role::Monitor => self.reports.close_monitor(),
-            Role::Record => {
+            ChildRole::Monitor => self.reports.close_monitor(),
+            ChildRole::Record => {
                 self.finish_recording();
                 if status.code() == Some(DISK_FULL.into()) {
                     self.wait_for_room(end);
                     return Ok(());
                 }
             }
-            Role::Serve | Role::View | Role::Also(_) => {}
+            ChildRole::Serve | ChildRole::View | ChildRole::Also(_) => {}
         }
         self.plan_restart(role, &format!("ended with {status}"), &end.reason)
     }
@@ -87,14 +88,14 @@ impl Show<'_> {
         let Some(bus) = &mut self.bus else { return Ok(()) };
         if let Some(frame) = bus.frames.latest()? {
             let header = frame.header();
-            self.children.hear(Role::Serve);
+            self.children.hear(ChildRole::Serve);
             self.reports.totals.see_frame(header);
             self.reports.line.update(header, &self.reports.progress);
             self.seen.see_frame(header);
         }
         if let Some(status) = bus.status.poll()? {
             self.reports.totals.see_status(&status);
-            self.seen.see_status(&status);
+            self.seen.status = Some(status);
         }
         for pid in bus.living_readers() {
             self.children.hear_process(pid);
@@ -103,7 +104,7 @@ impl Show<'_> {
     }
 
     pub(super) fn count_repaired(&mut self, Repaired { frames, line }: Repaired) {
-        self.reports.totals.recorded += frames.unwrap_or_default();
+        self.reports.totals.summary.frames.recorded += frames.unwrap_or_default();
         complain(&line);
     }
 
@@ -115,8 +116,8 @@ impl Show<'_> {
             Err(error) => Err(error.into()),
             Ok(bus) => {
                 self.bus = Some(bus);
-                self.start(Role::Monitor)?;
-                self.start(Role::Record)
+                self.start(ChildRole::Monitor)?;
+                self.start(ChildRole::Record)
             }
         }
     }
@@ -128,11 +129,11 @@ impl Show<'_> {
         }
         self.has_begun = true;
         self.repairs.finish_earlier(self.folder.and_earlier());
-        (0..self.also.len()).try_for_each(|number| self.start_again(Role::Also(number)))
+        (0..self.also.len()).try_for_each(|number| self.start_again(ChildRole::Also(number)))
     }
 
     /// Starts a child whose failure does not end the show at once.
-    fn start_again(&mut self, role: Role) -> anyhow::Result<()> {
+    fn start_again(&mut self, role: ChildRole) -> anyhow::Result<()> {
         match self.start(role) {
             Ok(()) => Ok(()),
             Err(error) => self.plan_restart(role, &format!("is not started: {error:#}"), &format!("{error:#}")),
@@ -140,12 +141,12 @@ impl Show<'_> {
     }
 
     /// Plans when a child is started again that has ended, or could not be started, or that the show goes on without it.
-    fn plan_restart(&mut self, role: Role, what: &str, reason: &str) -> anyhow::Result<()> {
+    fn plan_restart(&mut self, role: ChildRole, what: &str, reason: &str) -> anyhow::Result<()> {
         let name = self.children.name(role).to_owned();
         let restarts = self.children.plan_restart(role, Instant::now());
-        self.reports.totals.add_end(role, &name, reason, self.seen.header.map(|header| header.sim_time_s()), restarts);
+        self.count_end(role, reason, restarts);
         // Without its guard the dragon stands for good.
-        let is_vital = role == Role::Serve || role == Role::Monitor && self.is_guarded;
+        let is_vital = role == ChildRole::Serve || role == ChildRole::Monitor && self.is_guarded;
         if !restarts && is_vital {
             let minutes = WINDOW.as_secs() / 60;
             bail!("{name} {what}, after {MAX_RESTARTS} restarts within {minutes} minutes: giving up");
@@ -156,21 +157,19 @@ impl Show<'_> {
         Ok(())
     }
 
+    fn count_end(&mut self, role: ChildRole, reason: &str, restarts: bool) {
+        let show_time_s = self.seen.header.map(|header| header.sim_time_s());
+        self.reports.totals.add_end(role, self.children.name(role), reason, show_time_s, restarts);
+    }
+
     /// Does without a recorder until its disk has room again, and says so once. A disk that is full again and again, such as
     /// one with a quota, which its free space does not show, is given up as any other child.
     fn wait_for_room(&mut self, end: &End) {
-        let restarts = self.children.plan_restart(Role::Record, Instant::now());
-        let name = self.children.name(Role::Record).to_owned();
-        self.reports.totals.add_end(
-            Role::Record,
-            &name,
-            &end.reason,
-            self.seen.header.map(|header| header.sim_time_s()),
-            false,
-        );
+        let restarts = self.children.plan_restart(ChildRole::Record, Instant::now());
+        self.count_end(ChildRole::Record, &end.reason, false);
         self.reports.has_given_up = true;
         if restarts {
-            self.children.liveness(Role::Record).wait();
+            self.children.liveness(ChildRole::Record).phase = Phase::Waiting;
             let room = Size(LEAST_ROOM_BYTES);
             complain(&format!("the show is not recorded from here on, until {room} of its disk are free"));
         } else {
@@ -180,12 +179,12 @@ impl Show<'_> {
 
     /// Has a recorder that waits for room started again where there is some.
     fn look_for_room(&mut self, now: Instant) {
-        if !self.children.liveness(Role::Record).is_waiting() || now < self.room_due {
+        if self.children.liveness(ChildRole::Record).phase != Phase::Waiting || now < self.room_due {
             return;
         }
         self.room_due = now + ROOM_PERIOD;
         if self.folder.free_bytes().is_some_and(|free_bytes| free_bytes >= LEAST_ROOM_BYTES) {
-            self.children.liveness(Role::Record).go_on(now);
+            self.children.liveness(ChildRole::Record).phase = Phase::Due(now);
             complain("the disk has room again: the show is recorded from here on, in another file");
         }
     }

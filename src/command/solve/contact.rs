@@ -1,21 +1,54 @@
 //! `solve contact`: when do two benches first touch, or come within a clearance, and where?
 
-use std::fmt::Write as _;
-
 use anyhow::{Context as _, ensure};
 use bench_dragon_geometry::clearance::{Contact, first_within};
 use bench_dragon_geometry::dragon::{RunEnd, Spent};
 use bench_dragon_geometry::planner::{ClosestApproach, clearance_profile, near_misses};
+use clap::Args;
+use glam::DVec2;
 use serde::Serialize;
 
-use super::caption::caption;
-use super::figures;
+use super::figure::{FigureArgs, even_travels, in_plan};
 use super::poses::coarser_step_s;
-use crate::cli::{BadInput, ContactArgs, Format};
+use super::{CLEARANCE_M, WorkArgs};
+use crate::command::flags::{BadInput, ConfigArgs, Format, FormatArgs, step, within};
 use crate::command::load_config;
 use crate::command::print::{Progress, print_json, print_line};
-use crate::config::{Config, Overrides};
+use crate::config::{Config, NEAR_M};
 use crate::output::Counted;
+use crate::output::figure::{ClearanceOverTime, ContactMark, ContactView, NearMissMark};
+
+/// When do two benches first touch, and where?
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon solve contact --config stage.toml --format json
+  bench-dragon solve contact --clearance 0.05
+  bench-dragon solve contact --figure contact.svg
+  bench-dragon solve contact --figure poster.png --title \"Dragon of the North Gate\" --paper a2
+  bench-dragon solve contact --profile --step 0.5 --figure clearance.svg")]
+pub(crate) struct ContactArgs {
+    /// Also tell the clearance over time and its near misses, up to the contact or the run's end; with --figure, draw
+    /// them instead of the boards at the contact.
+    #[arg(long)]
+    pub(crate) profile: bool,
+    /// When some pair first comes within this clearance, in metres, instead of touching.
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = within(CLEARANCE_M))]
+    pub(crate) clearance: Option<f64>,
+    /// Seconds from one time of the profile to the next.
+    #[arg(long, value_name = "SECONDS", requires = "profile", default_value = "1", allow_negative_numbers = true, value_parser = |text: &str| step(text, 1, "above 0 and at most"))]
+    pub(crate) step: i64,
+    /// Clearance in metres under which a local minimum is a near miss [default: the configured one].
+    #[arg(long, value_name = "METRES", requires = "profile", allow_negative_numbers = true, value_parser = within(NEAR_M))]
+    pub(crate) near: Option<f64>,
+    #[command(flatten)]
+    pub(crate) config: ConfigArgs,
+    #[command(flatten)]
+    pub(crate) figure: FigureArgs,
+    #[command(flatten)]
+    pub(crate) work: WorkArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
 
 #[derive(Serialize)]
 struct ContactAnswer {
@@ -33,7 +66,7 @@ struct ContactAnswer {
 }
 
 pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
-    let config = load_config(&args.config, Overrides::default())?;
+    let config = load_config(&args.config, |_| ())?;
     let dragon = config.dragon();
     let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
     let clearance_m = args.clearance.unwrap_or(0.0);
@@ -54,7 +87,7 @@ pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
         Format::Text => {
             print_line(text(&config, clearance_m, contact.as_ref(), spent))?;
             if let Some(profile) = &answer.profile {
-                print_line(profile.text().trim_end())?;
+                print_line(profile.text())?;
             }
         }
     }
@@ -69,7 +102,7 @@ fn draw(
     contact: Option<&Contact>,
     profile: Option<&Profile>,
 ) -> anyhow::Result<()> {
-    if args.figure.figure.is_none() {
+    if !args.figure.is_asked() {
         return Ok(());
     }
     if let Some(profile) = profile {
@@ -78,18 +111,42 @@ fn draw(
             to_m > config.dragon().start_travel_m(),
             "--figure has nothing to show: benches touch at the start already"
         );
-        let meter = args.work.meter();
-        let figure = figures::clearance_over_time(&args.figure, config, &meter, to_m, contact, &profile.near_misses);
-        return figures::save_and_tell(figure.draw(), &args.figure, args.format.format);
+        let figure = clearance_over_time(args, config, to_m, contact, &profile.near_misses);
+        return args.figure.save_and_tell(figure.draw(), args.format.format);
     }
-    let contact = contact.context("--figure has nothing to show: no benches touch before the run ends")?;
-    let mut view = figures::contact_view(&args.figure, config, contact);
-    if let Some(clearance_m) = args.clearance {
-        let (time_s, [first, second]) = (config.timetable().time_s(contact.travel_m), contact.benches);
-        let title = format!("First within {clearance_m} m, at {time_s:.6} s: benches {first} and {second}");
-        view.caption = caption(&args.figure, config, title);
+    let &Contact { travel_m, benches, point } =
+        contact.context("--figure has nothing to show: no benches touch before the run ends")?;
+    let what = args.clearance.map_or("contact,".to_owned(), |clearance_m| format!("within {clearance_m} m,"));
+    let (time_s, [first, second]) = (config.timetable().time_s(travel_m), benches);
+    let title = format!("First {what} at {time_s:.6} s: benches {first} and {second}");
+    let caption = args.figure.caption(config, title);
+    let view = ContactView { caption, dragon: in_plan(config.dragon(), travel_m), benches, point };
+    args.figure.save_and_tell(view.draw(), args.format.format)
+}
+
+/// The clearance up to a travel, with its near misses.
+fn clearance_over_time(
+    args: &ContactArgs,
+    config: &Config,
+    to_m: f64,
+    contact: Option<&Contact>,
+    near_misses: &[NearMiss],
+) -> ClearanceOverTime {
+    let (dragon, timetable) = (config.dragon().metered(&args.work.meter()), config.timetable());
+    let points = clearance_profile(&dragon, &even_travels(&dragon, dragon.start_travel_m(), to_m), || ());
+    let sample = |point: &ClosestApproach| DVec2::new(timetable.time_s(point.travel_m), point.pair.clearance_m);
+    let near_miss = |&NearMiss { at: Point { time_s, clearance_m, benches }, .. }: &NearMiss| NearMissMark {
+        time_s,
+        clearance_m,
+        benches,
+    };
+    ClearanceOverTime {
+        caption: args.figure.caption(config, "Least clearance of all pairs of benches"),
+        samples: points.approaches.iter().map(sample).collect(),
+        near_misses: near_misses.iter().map(near_miss).collect(),
+        contact: contact
+            .map(|contact| ContactMark { time_s: timetable.time_s(contact.travel_m), benches: contact.benches }),
     }
-    figures::save_and_tell(view.draw(), &args.figure, args.format.format)
 }
 
 fn text(config: &Config, clearance_m: f64, contact: Option<&Contact>, spent: Option<Spent>) -> String {
@@ -138,10 +195,9 @@ struct Point {
 }
 
 #[derive(Serialize)]
-pub(super) struct NearMiss {
-    pub(super) time_s: f64,
-    pub(super) clearance_m: f64,
-    pub(super) benches: [usize; 2],
+struct NearMiss {
+    #[serde(flatten)]
+    at: Point,
     point_m: [f64; 2],
 }
 
@@ -163,7 +219,7 @@ impl Profile {
         let times_m = (0..count as usize).map(|i| timetable.travel_m(time_s(i))).filter(|&travel_m| travel_m < to_m);
         let travels_m: Vec<f64> = times_m.chain([to_m]).collect();
         let progress = Progress::new("near misses", 1.0);
-        let limit_m = args.near.unwrap_or_else(|| config.near_m());
+        let limit_m = args.near.unwrap_or_else(|| config.tables().monitor.near_m);
         let metered = dragon.metered(&args.work.meter());
         let misses = near_misses(&metered, from_m, to_m, limit_m, |share| progress.add(share));
         drop(progress);
@@ -175,10 +231,8 @@ impl Profile {
             clearance_m: pair.clearance_m,
             benches: pair.benches,
         };
-        let near_miss = |approach: &ClosestApproach| {
-            let Point { time_s, clearance_m, benches } = point(approach);
-            NearMiss { time_s, clearance_m, benches, point_m: approach.pair.point.to_array() }
-        };
+        let near_miss =
+            |approach: &ClosestApproach| NearMiss { at: point(approach), point_m: approach.pair.point.to_array() };
         Ok(Self {
             points_to_s: points.ends_early_m.map(|travel_m| timetable.time_s(travel_m)),
             near_misses_to_s: misses.ends_early_m.map(|travel_m| timetable.time_s(travel_m)),
@@ -194,35 +248,21 @@ impl Profile {
 
     /// The near misses, which are few, and below them the profile.
     fn text(&self) -> String {
-        let mut text = String::new();
-        self.write_near_misses(&mut text);
-        let _ = writeln!(text, "\n{:>12} {:>14} {:>14}", "s", "clearance m", "benches");
-        // Writing into a String cannot fail.
-        for Point { time_s, clearance_m, benches: [first, second] } in &self.points {
-            // The last one, at a contact, may be 0 from either side.
-            let clearance_m = if clearance_m.abs() < 5e-10 { 0.0 } else { *clearance_m };
-            let _ = writeln!(text, "{time_s:>12.6} {clearance_m:>14.9} {first:>6} {second:>7}");
-        }
-        if let Some(time_s) = self.points_to_s {
-            let _ = writeln!(
-                text,
-                "the profile is given up to {time_s:.6} s: more takes too much work, --work allows more"
-            );
-        }
-        text
-    }
-
-    fn write_near_misses(&self, text: &mut String) {
-        // Writing into a String cannot fail.
-        let _ = writeln!(text, "{}", Counted(self.near_misses.len() as u64, "near miss"));
-        for NearMiss { time_s, clearance_m, benches: [first, second], point_m: [x, y] } in &self.near_misses {
-            let _ = writeln!(text, "{time_s:>12.6} {clearance_m:>14.9} {first:>6} {second:>7}  at ({x:.6}, {y:.6}) m");
-        }
-        if let Some(time_s) = self.near_misses_to_s {
-            let _ = writeln!(
-                text,
-                "near misses are given up to {time_s:.6} s: more takes too much work, --work allows more"
-            );
-        }
+        let row = |&Point { time_s, clearance_m, benches: [first, second] }: &Point| {
+            format!("{time_s:>12.6} {clearance_m:>14.9} {first:>6} {second:>7}")
+        };
+        let near_miss = |NearMiss { at, point_m: [x, y] }: &NearMiss| format!("{}  at ({x:.6}, {y:.6}) m", row(at));
+        let ends = |what: &str, to_s: Option<f64>| {
+            to_s.map(|to_s| format!("{what} given up to {to_s:.6} s: more takes too much work, --work allows more"))
+        };
+        let mut lines = vec![Counted(self.near_misses.len() as u64, "near miss").to_string()];
+        lines.extend(self.near_misses.iter().map(near_miss));
+        lines.extend(ends("near misses are", self.near_misses_to_s));
+        lines.extend([String::new(), format!("{:>12} {:>14} {:>14}", "s", "clearance m", "benches")]);
+        // The last one, at a contact, may be 0 from either side.
+        let shown_m = |clearance_m: f64| if clearance_m.abs() < 5e-10 { 0.0 } else { clearance_m };
+        lines.extend(self.points.iter().map(|at| row(&Point { clearance_m: shown_m(at.clearance_m), ..*at })));
+        lines.extend(ends("the profile is", self.points_to_s));
+        lines.join("\n")
     }
 }

@@ -1,21 +1,51 @@
 //! `solve`: the planner's questions, one file each.
 
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::bail;
+use bench_dragon_geometry::dragon::Meter;
+use clap::{Args, Subcommand, ValueHint};
 
-use crate::cli::{AnswerArgs, Question};
+use self::figure::FigureArgs;
+use crate::command::flags::{FormatArgs, within};
 use crate::config::Config;
 use crate::system::whole_file;
 
-mod caption;
 mod contact;
-mod figures;
+mod figure;
 mod pitch;
 mod poses;
 mod sensitivity;
 mod speed_limit;
 mod turn;
+
+/// Answer a choreographer's question, without a server.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon solve poses --at 0,60,300 --format json
+  bench-dragon solve contact --config stage.toml
+  bench-dragon solve pitch --turn-diameter 9
+  bench-dragon solve turn --shortest
+  bench-dragon solve speed-limit --limit 2 --save-config fast.toml
+  bench-dragon solve sensitivity --figure sensitivity.svg")]
+pub(crate) struct SolveArgs {
+    /// The question.
+    #[command(subcommand)]
+    pub(crate) question: Question,
+}
+
+/// Questions to the planner.
+#[derive(Clone, Debug, Subcommand)]
+pub(crate) enum Question {
+    Poses(poses::PosesArgs),
+    Contact(contact::ContactArgs),
+    Pitch(pitch::PitchArgs),
+    Turn(turn::TurnArgs),
+    SpeedLimit(speed_limit::SpeedLimitArgs),
+    Sensitivity(sensitivity::SensitivityArgs),
+}
 
 pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
     match question {
@@ -27,6 +57,59 @@ pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
         Question::Sensitivity(args) => sensitivity::run(&args)?,
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// What becomes of an answer that may be a configuration, and how much work it may take.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct AnswerArgs {
+    /// Write the answer as a whole configuration, which `show --config` plays; a file of that name is replaced.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) save_config: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) figure: FigureArgs,
+    #[command(flatten)]
+    pub(crate) work: WorkArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// How much work an answer may take.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct WorkArgs {
+    /// Most work for the answer, in millions of steps of some 50 ns; where it is not enough, the answer says how far it
+    /// came [default: 100, for sensitivity and --shortest 300].
+    #[arg(long, value_name = "MILLIONS", allow_negative_numbers = true, value_parser = within(1..=1_000_000_000_u64))]
+    pub(crate) work: Option<u64>,
+}
+
+impl WorkArgs {
+    /// A meter for a part of an answer.
+    pub(crate) fn meter(self) -> Meter {
+        Meter::of(self.work.unwrap_or(DEFAULT_WORK) * STEPS)
+    }
+
+    /// A meter for an answer that is put together of many.
+    pub(crate) fn long_meter(self) -> Meter {
+        Meter::of(self.work.unwrap_or(DEFAULT_LONG_WORK) * STEPS)
+    }
+}
+
+/// Work that is allowed where nothing else was asked for, in millions of steps: a few seconds on one core.
+const DEFAULT_WORK: u64 = 100;
+
+/// The same for what is asked of many dragons.
+const DEFAULT_LONG_WORK: u64 = 300;
+
+/// Steps to the million.
+const STEPS: u64 = 1_000_000;
+
+/// Clearances that may be asked for, in metres.
+const CLEARANCE_M: RangeInclusive<f64> = 0.0..=10.0;
+
+fn xlsx(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let is_xlsx = path.extension().is_some_and(|suffix| suffix.eq_ignore_ascii_case("xlsx"));
+    if is_xlsx { Ok(path) } else { Err("must end in .xlsx".to_owned()) }
 }
 
 /// Writes the configuration that is the answer, if the arguments ask for it; fails with the reason where there is none.

@@ -1,15 +1,36 @@
 //! `solve pitch`: how tight may the spiral be if the head is to come to a circle with no contact on the way?
 
 use bench_dragon_geometry::planner::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
-use bench_dragon_geometry::route::{Route, RouteSpec, SpiralSpec, TurnaroundSpec};
+use bench_dragon_geometry::route::{RouteSpec, SpiralSpec};
+use clap::Args;
 use serde::Serialize;
 
-use super::caption::caption;
-use super::{figures, save_config};
-use crate::cli::{BadInput, PitchArgs};
+use super::figure::{pair, plan_of};
+use super::{AnswerArgs, CLEARANCE_M, save_config};
+use crate::command::flags::{BadInput, ConfigArgs, finite, within};
 use crate::command::load_config;
 use crate::command::print::print_report;
-use crate::config::{Config, Overrides};
+use crate::config::Config;
+use crate::output::figure::{Circle, PlanView};
+
+/// How tight may the spiral be if the head is to come to a circle with no contact on the way?
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon solve pitch --turn-diameter 9 --figure pitch.svg
+  bench-dragon solve pitch --turn-diameter 9 --clearance 0.05
+  bench-dragon solve pitch --turn-diameter 9 --config stage.toml --save-config tightest.toml")]
+pub(crate) struct PitchArgs {
+    /// Diameter in metres of the circle that the head is to come to [default: the configured turnaround's, else 9].
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) turn_diameter: Option<f64>,
+    /// Metres that are to remain between any two boards [default: 0, they may all but touch].
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = within(CLEARANCE_M))]
+    pub(crate) clearance: Option<f64>,
+    #[command(flatten)]
+    pub(crate) config: ConfigArgs,
+    #[command(flatten)]
+    pub(crate) answer: AnswerArgs,
+}
 
 #[derive(Serialize)]
 struct PitchAnswer {
@@ -30,12 +51,9 @@ struct Limit {
 }
 
 pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
-    let config = load_config(&args.config, Overrides::default())?;
-    let (start_turns, planned_diameter_m) = match config.route() {
-        RouteSpec::Spiral(plan) => (plan.start_turns, TurnaroundSpec::default().turn_diameter_m),
-        RouteSpec::Turnaround(plan) => (SpiralSpec::default().start_turns, plan.turn_diameter_m),
-    };
-    let turn_diameter_m = args.turn_diameter.unwrap_or(planned_diameter_m);
+    let config = load_config(&args.config, |_| ())?;
+    let start_turns = config.route().spiral().start_turns;
+    let turn_diameter_m = args.turn_diameter.unwrap_or(config.route().turn_diameter_m());
     let (dimensions, clearance_m) = (config.dragon().dimensions(), args.clearance.unwrap_or(0.0));
     let found = smallest_pitch(dimensions, start_turns, turn_diameter_m, clearance_m, &args.answer.work.meter());
     let found = match found {
@@ -44,24 +62,21 @@ pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
         }
         found => found.map_err(|error| error.to_string()),
     };
-    print_report(
-        args.answer.format.format,
-        &PitchAnswer::of(&found, args.clearance),
-        text(&found, turn_diameter_m, &config, clearance_m),
-    )?;
-    if args.answer.save_config.is_none() && args.answer.figure.figure.is_none() {
+    let (answer, text) = answer(&found, turn_diameter_m, &config, args.clearance);
+    print_report(args.answer.format.format, &answer, text)?;
+    if args.answer.save_config.is_none() && !args.answer.figure.is_asked() {
         return Ok(());
     }
     match &found {
         Ok(smallest) => {
             let plan = SpiralSpec { pitch_m: smallest.pitch_m, start_turns };
             let tightest = config.with_route(RouteSpec::Spiral(plan))?;
-            let end_m = Route::spiral(plan.pitch_m, plan.start_turns)?.to_circle(turn_diameter_m)?.end_travel_m();
+            let end_m = plan.to_circle(turn_diameter_m)?.end_travel_m();
             draw(args, &tightest, turn_diameter_m, end_m, smallest)?;
             save_config(&args.answer, Ok(&tightest))
         }
         Err(reason) => {
-            figures::refuse(&args.answer.figure, reason)?;
+            args.answer.figure.refuse(reason)?;
             save_config(&args.answer, Err(reason))
         }
     }
@@ -75,7 +90,7 @@ fn draw(
     end_m: f64,
     SmallestPitch { pitch_m, limit }: &SmallestPitch,
 ) -> anyhow::Result<()> {
-    if args.answer.figure.figure.is_none() {
+    if !args.answer.figure.is_asked() {
         return Ok(());
     }
     let (travel_m, benches) = match limit {
@@ -83,47 +98,52 @@ fn draw(
         PitchLimit::Stop | PitchLimit::Start | PitchLimit::Width => (end_m, None),
     };
     let time_s = tightest.timetable().time_s(travel_m);
-    let caption =
-        caption(&args.answer.figure, tightest, format!("The tightest spiral, pitch {pitch_m:.6} m, at {time_s:.6} s"));
-    let view = figures::pitch_view(caption, tightest.dragon(), turn_diameter_m, travel_m, benches);
-    figures::save_and_tell(view.draw(), &args.answer.figure, args.answer.format.format)
+    let title = format!("The tightest spiral, pitch {pitch_m:.6} m, at {time_s:.6} s");
+    let caption = args.answer.figure.caption(tightest, title);
+    let circle = Circle { radius_m: 0.5 * turn_diameter_m, name: format!("circle of diameter {turn_diameter_m} m") };
+    let pair = pair(tightest.dragon(), travel_m, benches);
+    let view = PlanView { circle: Some(circle), pair, ..plan_of(tightest.dragon(), caption, travel_m) };
+    args.answer.figure.save_and_tell(view.draw(), args.answer.format.format)
 }
 
-impl PitchAnswer {
-    fn of(found: &Result<SmallestPitch, String>, clearance_m: Option<f64>) -> Self {
-        let SmallestPitch { pitch_m, limit } = match found {
-            Ok(smallest) => *smallest,
-            Err(reason) => return Self { pitch_m: None, limit: None, clearance_m, infeasible: Some(reason.clone()) },
-        };
-        let (kind, contact) = match limit {
-            PitchLimit::Contact(contact) => ("contact", Some(contact)),
-            PitchLimit::Stop => ("stop", None),
-            PitchLimit::Start => ("start", None),
-            PitchLimit::Width => ("width", None),
-        };
-        let benches = contact.map(|contact| contact.benches);
-        let limit = Limit { kind, benches, point_m: contact.map(|contact| contact.point.to_array()) };
-        Self { pitch_m: Some(pitch_m), limit: Some(limit), clearance_m, infeasible: None }
-    }
-}
-
-fn text(found: &Result<SmallestPitch, String>, turn_diameter_m: f64, config: &Config, clearance_m: f64) -> String {
+/// The answer for machines and for people.
+fn answer(
+    found: &Result<SmallestPitch, String>,
+    turn_diameter_m: f64,
+    config: &Config,
+    clearance_m: Option<f64>,
+) -> (PitchAnswer, String) {
     let SmallestPitch { pitch_m, limit } = match found {
         Ok(smallest) => *smallest,
-        Err(reason) => return format!("infeasible: {reason}"),
+        Err(reason) => {
+            let answer = PitchAnswer { pitch_m: None, limit: None, clearance_m, infeasible: Some(reason.clone()) };
+            return (answer, format!("infeasible: {reason}"));
+        }
     };
-    let limit = match limit {
+    let (kind, contact, words) = match limit {
         PitchLimit::Contact(contact) => {
             let ([first, second], point) = (contact.benches, contact.point);
-            let how = if clearance_m == 0.0 { "touch".to_owned() } else { format!("come within {clearance_m} m") };
-            format!("benches {first} and {second} would {how}, at ({:.6}, {:.6}) m", point.x, point.y)
+            let how = match clearance_m {
+                None | Some(0.0) => "touch".to_owned(),
+                Some(clearance_m) => format!("come within {clearance_m} m"),
+            };
+            let words = format!("benches {first} and {second} would {how}, at ({:.6}, {:.6}) m", point.x, point.y);
+            ("contact", Some(contact), words)
         }
-        PitchLimit::Stop => "handle 1 would stop before the head is there".to_owned(),
-        PitchLimit::Start => "the spiral would start inside the circle, or too near to its centre".to_owned(),
+        PitchLimit::Stop => ("stop", None, "handle 1 would stop before the head is there".to_owned()),
+        PitchLimit::Start => {
+            ("start", None, "the spiral would start inside the circle, or too near to its centre".to_owned())
+        }
         PitchLimit::Width => {
             let width_m = config.dragon().dimensions().width_m();
-            format!("it would not be above width_m, {width_m}: that rule binds, not a pair of benches")
+            let words = format!("it would not be above width_m, {width_m}: that rule binds, not a pair of benches");
+            ("width", None, words)
         }
     };
-    format!("smallest pitch {pitch_m:.6} m for a circle of diameter {turn_diameter_m} m\nany tighter, {limit}")
+    let (benches, point_m) = (contact.map(|contact| contact.benches), contact.map(|contact| contact.point.to_array()));
+    let limit = Some(Limit { kind, benches, point_m });
+    let answer = PitchAnswer { pitch_m: Some(pitch_m), limit, clearance_m, infeasible: None };
+    let text =
+        format!("smallest pitch {pitch_m:.6} m for a circle of diameter {turn_diameter_m} m\nany tighter, {words}");
+    (answer, text)
 }

@@ -1,20 +1,74 @@
 //! `solve poses`: where is every handle, and how fast?
 
 use std::ops::RangeInclusive;
+use std::path::PathBuf;
 
 use bench_dragon_geometry::dragon::ChainSolver;
 use bench_dragon_geometry::number::Number;
+use clap::{ArgGroup, Args, ValueEnum, ValueHint};
 use serde::Serialize;
 
-use super::figures;
-use crate::cli::{BadInput, PosesArgs, TableFormat, TimesArgs};
+use super::figure::{FigureArgs, on_turn, plan_of};
+use super::xlsx;
+use crate::command::flags::{BadInput, ConfigArgs, finite, nanoseconds, step};
 use crate::command::load_config;
 use crate::command::print::{print_bytes, print_json, print_line};
-use crate::config::{Config, Overrides};
+use crate::config::Config;
 use crate::output::Counted;
-use crate::output::table::{Cell, Column, Csv, Exporter as _, Table, Text, Xlsx};
+use crate::output::figure::PlanView;
+use crate::output::table::{self, Cell, Column, Table};
 use crate::output::terminal_text::Printable;
 use crate::system::whole_file;
+
+/// Where is every handle, and how fast?
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon solve poses --at 0,60,300 --format json
+  bench-dragon solve poses --from 0 --to 300 --xlsx poses.xlsx")]
+pub(crate) struct PosesArgs {
+    #[command(flatten)]
+    pub(crate) times: TimesArgs,
+    /// Write a workbook with a sheet of positions and one of speeds; a file of that name is replaced.
+    #[arg(long, value_name = "FILE.xlsx", value_hint = ValueHint::FilePath, value_parser = xlsx)]
+    pub(crate) xlsx: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) figure: FigureArgs,
+    #[command(flatten)]
+    pub(crate) config: ConfigArgs,
+    /// How to print.
+    #[arg(long, value_enum, value_name = "FORMAT", default_value_t)]
+    pub(crate) format: TableFormat,
+}
+
+/// Which times: a list, or even steps.
+#[derive(Clone, Debug, Args)]
+#[command(group(ArgGroup::new("times").required(true).args(["at", "from"])))]
+pub(crate) struct TimesArgs {
+    /// Show times in seconds, with commas between them.
+    #[arg(long, value_name = "SECONDS", value_delimiter = ',', allow_hyphen_values = true, value_parser = finite)]
+    pub(crate) at: Vec<f64>,
+    /// First show time in seconds, with at most nine decimals.
+    #[arg(long, value_name = "SECONDS", requires = "to", allow_negative_numbers = true, value_parser = nanoseconds)]
+    pub(crate) from: Option<i64>,
+    /// Last show time in seconds.
+    #[arg(long, value_name = "SECONDS", requires = "from", conflicts_with = "at", allow_negative_numbers = true, value_parser = nanoseconds)]
+    pub(crate) to: Option<i64>,
+    /// Seconds from one time to the next.
+    #[arg(long, value_name = "SECONDS", requires = "from", conflicts_with = "at", default_value = "1", allow_negative_numbers = true, value_parser = |text: &str| step(text, 1, "above 0 and at most"))]
+    pub(crate) step: i64,
+}
+
+/// How to print what has rows and columns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TableFormat {
+    /// For people.
+    #[default]
+    Text,
+    /// For machines; stable.
+    Json,
+    /// Comma-separated values; stable.
+    Csv,
+}
 
 /// Decimals that people see, of metres and of metres per second.
 const DECIMALS: usize = 6;
@@ -39,29 +93,36 @@ struct Handle {
 }
 
 pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
-    let config = load_config(&args.config, Overrides::default())?;
+    let config = load_config(&args.config, |_| ())?;
     let mut most = MAX_POSITIONS / config.dragon().dimensions().handles();
     if args.xlsx.is_some() {
         // One column tells what the row is.
-        most = most.min(Xlsx::MAX_COLUMNS - 1);
+        most = most.min(table::MAX_COLUMNS - 1);
     }
     let times_s = times_s(&args.times, &(config.start_s()..=config.end_s()), most)?;
     let figure_s = args.figure.figure.as_ref().map(|_| one_time(&times_s)).transpose()?;
     let answer = PosesAnswer::at(&times_s, &config);
     match args.format {
         TableFormat::Json => print_json(&answer)?,
-        TableFormat::Csv => print_bytes(Csv.export(&[answer.by_time()])?)?,
+        TableFormat::Csv => print_bytes(table::csv(&[answer.by_time()]))?,
         TableFormat::Text if args.xlsx.is_some() => (),
-        TableFormat::Text => print_bytes(Text.export(&answer.poses.iter().map(Pose::table).collect::<Vec<_>>())?)?,
+        TableFormat::Text => print_bytes(table::text(&answer.poses.iter().map(Pose::table).collect::<Vec<_>>()))?,
     }
     if let Some(path) = &args.xlsx {
-        whole_file::write(path, &Xlsx.export(&answer.sheets())?)?;
+        whole_file::write(path, &table::workbook(&answer.sheets())?)?;
     }
     if let Some(time_s) = figure_s {
-        let view = figures::plan_view(&args.figure, &config, time_s, travel_m(time_s, &config));
-        figures::save(view.draw(), &args.figure)?;
+        args.figure.save(plan_view(&args.figure, &config, time_s)?.draw())?;
     }
     if args.format == TableFormat::Text { answer.print_files(args) } else { Ok(()) }
+}
+
+/// The dragon on its route, which may be a turnaround.
+fn plan_view(args: &FigureArgs, config: &Config, time_s: f64) -> anyhow::Result<PlanView> {
+    let caption = args.caption(config, format!("The dragon at {time_s} s"));
+    let plan = plan_of(config.dragon(), caption, travel_m(time_s, config));
+    let Some(spec) = config.route().as_turnaround() else { return Ok(plan) };
+    Ok(on_turn(plan, &spec.turnaround(config.tables().head.speed_mps)?))
 }
 
 /// The time of a figure, which shows one.

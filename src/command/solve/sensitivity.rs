@@ -1,36 +1,85 @@
 //! `solve sensitivity`: how do the answers change with each measure?
 
+use std::path::PathBuf;
+
 use bench_dragon_geometry::planner::{Curve, Parameter, Response, Sample, Sensitivity, Setting};
-use bench_dragon_geometry::route::{RouteSpec, TurnaroundSpec};
+use clap::{Args, ValueHint};
 use serde::Serialize;
 
-use super::caption::caption;
-use super::figures;
-use crate::cli::{Format, SensitivityArgs};
+use super::figure::FigureArgs;
+use super::{WorkArgs, xlsx};
+use crate::command::flags::{ConfigArgs, Format, FormatArgs, within};
 use crate::command::load_config;
 use crate::command::print::{Progress, print_bytes, print_json, print_line};
-use crate::config::{Config, Overrides};
+use crate::config::Config;
 use crate::output::figure;
-use crate::output::table::{Cell, Column, Exporter as _, Table, Text, Xlsx};
+use crate::output::table::{self, Cell, Column, Table};
 use crate::system::whole_file;
 
+/// How do first contact, least clearance, largest speed and smallest pitch change with each measure?
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon solve sensitivity
+  bench-dragon solve sensitivity --range 10 --parameter pitch,width --xlsx sensitivity.xlsx --figure sensitivity.svg")]
+pub(crate) struct SensitivityArgs {
+    /// By how much each value is varied to either side, in percent.
+    #[arg(long, value_name = "PERCENT", default_value = "5", allow_negative_numbers = true, value_parser = range_percent)]
+    pub(crate) range: f64,
+    /// Values to either side of the planned one.
+    #[arg(long, value_name = "COUNT", default_value_t = 2, allow_negative_numbers = true, value_parser = within(1..=100_u32))]
+    pub(crate) steps: u32,
+    /// What to vary, with commas in between: pitch, head-length, body-length, width, hole-offset, speed [default: all].
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parameter)]
+    pub(crate) parameter: Vec<Parameter>,
+    /// Diameter in metres of the circle that a spiral is walked to [default: the configured turning circle, else 9].
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = diameter)]
+    pub(crate) turn_diameter: Option<f64>,
+    /// Write a workbook with a sheet of what is printed and one of all values; a file of that name is replaced.
+    #[arg(long, value_name = "FILE.xlsx", value_hint = ValueHint::FilePath, value_parser = xlsx)]
+    pub(crate) xlsx: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) figure: FigureArgs,
+    #[command(flatten)]
+    pub(crate) config: ConfigArgs,
+    #[command(flatten)]
+    pub(crate) work: WorkArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+fn range_percent(text: &str) -> Result<f64, String> {
+    let value: Option<f64> = text.parse().ok().filter(|value| *value > 0.0 && *value < 100.0);
+    value.ok_or_else(|| "must be above 0 and under 100".to_owned())
+}
+
+fn diameter(text: &str) -> Result<f64, String> {
+    let value: Option<f64> = text.parse().ok().filter(|value: &f64| *value > 0.0 && value.is_finite());
+    value.ok_or_else(|| "must be above 0 and finite".to_owned())
+}
+
+fn parameter(text: &str) -> Result<Parameter, String> {
+    let name = |parameter: &Parameter| parameter.to_string().replace(' ', "-");
+    let found = Parameter::ALL.into_iter().find(|parameter| name(parameter) == text);
+    found.ok_or_else(|| format!("must be one of {}", Parameter::ALL.each_ref().map(name).join(", ")))
+}
+
 pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<()> {
-    let config = load_config(&args.config, Overrides::default())?;
+    let config = load_config(&args.config, |_| ())?;
     let sensitivity = sensitivity(&config, args);
     let progress = Progress::new("answers", sensitivity.questions() as f64);
     let responses = sensitivity.study(&args.work.long_meter(), || progress.add(1.0));
     drop(progress);
     if let Some(path) = &args.xlsx {
-        whole_file::write(path, &Xlsx.export(&sheets(&sensitivity, &responses))?)?;
+        whole_file::write(path, &table::workbook(&sheets(&sensitivity, &responses))?)?;
     }
-    if args.figure.figure.is_some() {
-        let caption = caption(&args.figure, &config, "How the answers change with each measure");
-        figures::save(chart(caption, &sensitivity, &responses).draw(), &args.figure)?;
+    if args.figure.is_asked() {
+        let caption = args.figure.caption(&config, "How the answers change with each measure");
+        args.figure.save(chart(caption, &sensitivity, &responses).draw())?;
     }
     if args.format.format == Format::Json {
         return print_json(&answer(&sensitivity, &responses));
     }
-    print_bytes(Text.export(&texts(&sensitivity, &responses))?)?;
+    print_bytes(table::text(&texts(&sensitivity, &responses)))?;
     let notes = notes(&responses);
     if !notes.is_empty() {
         print_line("")?;
@@ -39,17 +88,14 @@ pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<()> {
 }
 
 fn sensitivity(config: &Config, args: &SensitivityArgs) -> Sensitivity {
-    let planned_diameter_m = match config.route() {
-        RouteSpec::Spiral(_) => TurnaroundSpec::default().turn_diameter_m,
-        RouteSpec::Turnaround(plan) => plan.turn_diameter_m,
-    };
+    let planned_diameter_m = config.route().turn_diameter_m();
     let is_asked = |parameter: &Parameter| args.parameter.is_empty() || args.parameter.contains(parameter);
     Sensitivity {
         setting: Setting {
             dimensions: *config.dragon().dimensions(),
             route: config.route(),
-            speed_mps: config.head_speed_mps(),
-            accel_mps2: config.head_accel_mps2(),
+            speed_mps: config.tables().head.speed_mps,
+            accel_mps2: config.tables().head.accel_mps2,
         },
         turn_diameter_m: args.turn_diameter.unwrap_or(planned_diameter_m),
         range: 0.01 * args.range,

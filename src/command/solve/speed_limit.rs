@@ -2,19 +2,40 @@
 
 use std::sync::Arc;
 
-use bench_dragon_geometry::dragon::Dragon;
+use bench_dragon_geometry::dragon::{ChainSolver, Dragon};
 use bench_dragon_geometry::planner::{Infeasible, LargestRatio, largest_speed_ratio, passage_through};
-use bench_dragon_geometry::route::RouteSpec;
+use clap::Args;
+use glam::DVec2;
 use serde::Serialize;
 
-use super::turn::{asks_for_turn, passage_time_s, planned_turn};
-use super::{figures, save_config};
-use crate::cli::{ConfigArgs, SpeedLimitArgs};
+use super::figure::even_travels;
+use super::turn::{TurnPlanArgs, asks_for_turn, passage_time_s, planned_turn};
+use super::{AnswerArgs, save_config};
+use crate::command::flags::{ConfigArgs, within};
 use crate::command::load_config;
 use crate::command::print::print_report;
-use crate::config::{Config, Overrides};
+use crate::config::Config;
+use crate::output::figure::{HandleSpeed, LargestSpeed, SpeedRange, SpeedsOverTime};
 
-#[derive(Serialize)]
+/// How fast may the head walk if no handle is ever to be faster than a limit?
+///
+/// On a turnaround the whole passage of all benches counts. On a spiral (--config with kind = "spiral", and none of
+/// --pitch, --turn-diameter and --radius-ratio) all of its run counts, to where the head comes to the centre.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon solve speed-limit --limit 2
+  bench-dragon solve speed-limit --limit 2 --config stage.toml --save-config fast.toml")]
+pub(crate) struct SpeedLimitArgs {
+    /// Speed in m/s that no handle may exceed.
+    #[arg(long, value_name = "MPS", allow_negative_numbers = true, value_parser = within(0.001..=1000.0))]
+    pub(crate) limit: f64,
+    #[command(flatten)]
+    pub(crate) plan: TurnPlanArgs,
+    #[command(flatten)]
+    pub(crate) answer: AnswerArgs,
+}
+
+#[derive(Default, Serialize)]
 struct SpeedLimitAnswer {
     head_speed_mps: Option<f64>,
     largest_ratio: Option<f64>,
@@ -30,14 +51,14 @@ struct SpeedLimitAnswer {
 pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
     let (config, passage) = passage(args)?;
     let largest = passage.as_ref().map_err(|infeasible| *infeasible).and_then(|dragon| largest_speed_ratio(dragon));
-    let answer = SpeedLimitAnswer::of(&largest, args.limit, &config);
-    print_report(args.answer.format.format, &answer, text(&answer, args.limit, config.route()))?;
-    if let (Some(_), Ok(dragon), Ok(largest)) = (&args.answer.figure.figure, &passage, &largest) {
-        let view = figures::speeds_over_time(&args.answer.figure, &config, dragon, largest, args.limit);
-        figures::save_and_tell(view.draw(), &args.answer.figure, args.answer.format.format)?;
+    let (answer, text) = answer(&largest, args.limit, &config);
+    print_report(args.answer.format.format, &answer, text)?;
+    if let (true, Ok(dragon), Ok(largest)) = (args.answer.figure.is_asked(), &passage, &largest) {
+        let view = speeds_over_time(args, &config, dragon, largest);
+        args.answer.figure.save_and_tell(view.draw(), args.answer.format.format)?;
     }
     if let Some(reason) = answer.infeasible.as_ref().or(answer.undecided.as_ref()) {
-        figures::refuse(&args.answer.figure, reason)?;
+        args.answer.figure.refuse(reason)?;
         return save_config(&args.answer, Err(reason));
     }
     match answer.head_speed_mps {
@@ -48,62 +69,113 @@ pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
     }
 }
 
-impl SpeedLimitAnswer {
-    fn of(largest: &Result<LargestRatio, Infeasible>, limit_mps: f64, config: &Config) -> Self {
-        let found = largest.as_ref().ok();
-        Self {
-            head_speed_mps: found.map(|largest| limit_mps / largest.ratio),
-            largest_ratio: found.map(|largest| largest.ratio),
-            time_s: found.map(|largest| passage_time_s(config, config.head_speed_mps(), largest.travel_m)),
-            handle: found.map(|largest| largest.handle),
-            infeasible: largest.err().filter(|reason| !is_undecided(reason)).map(|reason| reason.to_string()),
-            undecided: largest.err().filter(is_undecided).map(|reason| reason.to_string()),
-        }
-    }
-}
-
-fn is_undecided(reason: &Infeasible) -> bool {
-    matches!(reason, Infeasible::TooMuchWork(_))
-}
-
 /// The configuration and its dragon: on the whole passage through a turn, or on a spiral that the configuration names.
 fn passage(args: &SpeedLimitArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>, Infeasible>)> {
     let plan = &args.plan;
     if plan.config.is_some() && !asks_for_turn(plan) {
-        let config = load_config(&ConfigArgs { config: plan.config.clone() }, Overrides::default())?;
-        if let RouteSpec::Spiral(_) = config.route() {
+        let config = load_config(&ConfigArgs { config: plan.config.clone() }, |_| ())?;
+        if config.route().as_turnaround().is_none() {
             let dragon = Arc::new(config.dragon().metered(&args.answer.work.meter()));
             return Ok((config, Ok(dragon)));
         }
     }
     let (config, plan) = planned_turn(plan)?;
-    let turnaround = plan.turnaround(config.head_speed_mps())?;
+    let turnaround = plan.turnaround(config.tables().head.speed_mps)?;
     let passage = passage_through(turnaround, *config.dragon().dimensions(), &args.answer.work.meter());
     Ok((config, passage.map(Arc::new)))
 }
 
-fn text(answer: &SpeedLimitAnswer, limit_mps: f64, route: RouteSpec) -> String {
-    let of_what = match route {
-        RouteSpec::Spiral(_) => {
-            "on all of the spiral's run (--turn-diameter asks for a passage through a turn instead)"
+/// The answer for machines and for people.
+fn answer(largest: &Result<LargestRatio, Infeasible>, limit_mps: f64, config: &Config) -> (SpeedLimitAnswer, String) {
+    match largest {
+        &Ok(LargestRatio { ratio, travel_m, handle }) => {
+            let head_speed_mps = limit_mps / ratio;
+            let time_s = passage_time_s(config, config.tables().head.speed_mps, travel_m);
+            let answer = SpeedLimitAnswer {
+                head_speed_mps: Some(head_speed_mps),
+                largest_ratio: Some(ratio),
+                time_s: Some(time_s),
+                handle: Some(handle),
+                ..SpeedLimitAnswer::default()
+            };
+            let text = format!(
+                "the head may walk at {head_speed_mps:.6} m/s: no handle is faster than {limit_mps} m/s then\n\
+                 handle {handle} is the fastest, {ratio:.6} times as fast as the head, at {time_s:.6} s of the \
+                 configured speed"
+            );
+            (answer, text)
         }
-        RouteSpec::Turnaround(_) => "on the passage through the turn",
-    };
-    match answer {
-        SpeedLimitAnswer {
-            head_speed_mps: Some(head_speed_mps),
-            largest_ratio: Some(ratio),
-            time_s: Some(time_s),
-            handle: Some(handle),
-            ..
-        } => format!(
-            "the head may walk at {head_speed_mps:.6} m/s: no handle is faster than {limit_mps} m/s then\n\
-             handle {handle} is the fastest, {ratio:.6} times as fast as the head, at {time_s:.6} s of the \
-             configured speed"
-        ),
-        SpeedLimitAnswer { undecided: Some(reason), .. } => format!("{reason}, --work allows more"),
-        SpeedLimitAnswer { infeasible, .. } => {
-            format!("infeasible {of_what}: {}", infeasible.as_deref().unwrap_or_default())
+        Err(reason @ Infeasible::TooMuchWork(_)) => {
+            let answer = SpeedLimitAnswer { undecided: Some(reason.to_string()), ..SpeedLimitAnswer::default() };
+            (answer, format!("{reason}, --work allows more"))
+        }
+        Err(reason) => {
+            let of_what = if config.route().as_turnaround().is_some() {
+                "on the passage through the turn"
+            } else {
+                "on all of the spiral's run (--turn-diameter asks for a passage through a turn instead)"
+            };
+            let answer = SpeedLimitAnswer { infeasible: Some(reason.to_string()), ..SpeedLimitAnswer::default() };
+            (answer, format!("infeasible {of_what}: {reason}"))
         }
     }
+}
+
+/// Handles whose speeds are drawn, where the dragon has them: those that a turn sets apart, and one far back.
+const DRAWN_HANDLES: [usize; 5] = [0, 1, 2, 5, 51];
+
+/// Seconds around the largest speed that are drawn larger, at a head speed of 1 m/s: the head's way through a turn.
+const DETAIL_S: f64 = 16.0;
+
+/// Speeds of some handles around the time of the largest, with the head as fast as a limit allows.
+fn speeds_over_time(args: &SpeedLimitArgs, config: &Config, dragon: &Dragon, largest: &LargestRatio) -> SpeedsOverTime {
+    let limit_mps = args.limit;
+    let (head_speed_mps, planned_speed_mps) = (limit_mps / largest.ratio, config.tables().head.speed_mps);
+    let time_s = |travel_m| passage_time_s(config, head_speed_mps, travel_m);
+    let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+    let detail_m = [largest.travel_m - DETAIL_S, largest.travel_m + DETAIL_S].map(|at_m| at_m.clamp(start_m, end_m));
+    let mut travels_m = even_travels(dragon, start_m, end_m);
+    travels_m.extend(even_travels(dragon, detail_m[0], detail_m[1]));
+    travels_m.sort_unstable_by(f64::total_cmp);
+    let mut all = Vec::with_capacity(travels_m.len());
+    let mut handles: Vec<HandleSpeed> = drawn_handles(dragon, largest.handle)
+        .map(|handle| HandleSpeed { name: handle_name(handle), samples: Vec::with_capacity(travels_m.len()) })
+        .collect();
+    let mut solver = ChainSolver::new(dragon);
+    for &travel_m in &travels_m {
+        let chain = solver.solve(dragon, travel_m).expect("the travel lies within the run");
+        for (speeds, handle) in handles.iter_mut().zip(drawn_handles(dragon, largest.handle)) {
+            let speed_mps = head_speed_mps * chain[handle].speed_ratio;
+            speeds.samples.push(DVec2::new(time_s(travel_m), speed_mps));
+        }
+        let [least, most] = chain.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], handle| {
+            [least.min(handle.speed_ratio), most.max(handle.speed_ratio)]
+        });
+        let time_s = time_s(travel_m);
+        all.push(SpeedRange { time_s, least_mps: head_speed_mps * least, most_mps: head_speed_mps * most });
+    }
+    let time_s = time_s(largest.travel_m);
+    let detail_s = DETAIL_S / head_speed_mps;
+    let title = format!("Speeds of handles, the head at {head_speed_mps:.6} m/s (planned: {planned_speed_mps} m/s)");
+    SpeedsOverTime {
+        caption: args.answer.figure.caption_at_speed(config, head_speed_mps, title),
+        all,
+        handles,
+        largest: Some(LargestSpeed { time_s, speed_mps: limit_mps, handle: largest.handle }),
+        limit_mps: Some(limit_mps),
+        detail_s: Some(time_s - detail_s..=time_s + detail_s),
+    }
+}
+
+/// The handles that are drawn, the fastest among them.
+fn drawn_handles(dragon: &Dragon, fastest: usize) -> impl Iterator<Item = usize> {
+    let count = dragon.dimensions().handles();
+    let mut drawn: Vec<usize> = DRAWN_HANDLES.into_iter().chain([fastest]).filter(|&handle| handle < count).collect();
+    drawn.sort_unstable();
+    drawn.dedup();
+    drawn.into_iter()
+}
+
+fn handle_name(handle: usize) -> String {
+    if handle == 0 { "head".to_owned() } else { format!("handle {handle}") }
 }

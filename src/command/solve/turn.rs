@@ -1,5 +1,8 @@
 //! `solve turn`: does the dragon get through a turn, and how near do its benches come to each other?
 
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+
 use anyhow::{Context as _, bail};
 use bench_dragon_geometry::dragon::Dimensions;
 use bench_dragon_geometry::number::Number;
@@ -8,14 +11,63 @@ use bench_dragon_geometry::planner::{
     passage_through, shortest_turn, walk_through,
 };
 use bench_dragon_geometry::route::{CircularArc, RouteSpec, Turnaround, TurnaroundSpec};
+use clap::{Args, ValueHint};
+use glam::DVec2;
 use serde::Serialize;
 
-use super::caption::caption;
-use super::{figures, save_config};
-use crate::cli::{BadInput, ConfigArgs, TurnArgs, TurnPlanArgs};
+use super::figure::{on_turn, pair, plan_of};
+use super::{AnswerArgs, CLEARANCE_M, save_config};
+use crate::command::flags::{BadInput, ConfigArgs, finite, within};
 use crate::command::load_config;
 use crate::command::print::{Progress, complain, print_report};
-use crate::config::{Config, Overrides};
+use crate::config::Config;
+use crate::output::figure::PlanView;
+
+/// Does the dragon get through a turn, and how near do its benches come to each other?
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon solve turn
+  bench-dragon solve turn --pitch 1.5 --radius-ratio 1.2
+  bench-dragon solve turn --config spiral.toml --pitch 1.7 --turn-diameter 9
+  bench-dragon solve turn --shortest --clearance 0.05 --max-ratio 2 --save-config short.toml")]
+pub(crate) struct TurnArgs {
+    /// Look for the shortest S inside the turning circle, over where it begins and the ratio of its radii.
+    #[arg(long, conflicts_with = "radius_ratio")]
+    pub(crate) shortest: bool,
+    /// Metres that are to remain between any two boards [default: 0; with --shortest 0.05, or the configured margin if
+    /// that is more].
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = within(CLEARANCE_M))]
+    pub(crate) clearance: Option<f64>,
+    /// Largest speed of any handle ÷ the head's that is allowed, from 1 to 1000 [default: any; with --shortest 2].
+    #[arg(long, value_name = "RATIO", allow_negative_numbers = true, value_parser = within(SPEED_RATIO))]
+    pub(crate) max_ratio: Option<f64>,
+    #[command(flatten)]
+    pub(crate) plan: TurnPlanArgs,
+    #[command(flatten)]
+    pub(crate) answer: AnswerArgs,
+}
+
+/// Which turn.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct TurnPlanArgs {
+    /// Metres between neighbouring turns of the spiral, over the configuration's.
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) pitch: Option<f64>,
+    /// Diameter in metres of the circle that the S lies in, over the configuration's.
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) turn_diameter: Option<f64>,
+    /// Radius of the entry arc ÷ that of the exit arc, over the configuration's.
+    #[arg(long, value_name = "RATIO", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) radius_ratio: Option<f64>,
+    /// The configuration, TOML; the paper's turnaround without one. Where its route is a spiral, any of the flags
+    /// --pitch, --turn-diameter and --radius-ratio makes it a turnaround on that spiral.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) config: Option<PathBuf>,
+}
+
+/// Limits that may be set to a handle's speed, in speeds of the head: none is slower than the head, and a handle that is
+/// faster than the greatest jumps.
+const SPEED_RATIO: RangeInclusive<f64> = 1.0..=1000.0;
 
 #[derive(Default, Serialize)]
 struct TurnAnswer {
@@ -60,9 +112,8 @@ struct Shortest {
 #[derive(Serialize)]
 struct Nearness {
     clearance_m: f64,
-    time_s: f64,
-    benches: [usize; 2],
-    point_m: [f64; 2],
+    #[serde(flatten)]
+    at: Touch,
 }
 
 #[derive(Serialize)]
@@ -86,10 +137,10 @@ const SHORTEST_MAX_RATIO: f64 = 2.0;
 
 pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
     let (config, plan) = planned_turn(&args.plan)?;
-    let speed_mps = config.head_speed_mps();
+    let speed_mps = config.tables().head.speed_mps;
     let dimensions = *config.dragon().dimensions();
     let planned = plan.turnaround(speed_mps)?;
-    let margin_m = config.margin_m();
+    let margin_m = config.tables().monitor.margin_m;
     let default = |limit: f64| args.shortest.then_some(limit);
     // The guard stops the head where less than its margin remains: the shortest turn keeps that at least.
     let clearance_m = args.clearance.or(default(SHORTEST_CLEARANCE_M.max(margin_m)));
@@ -163,7 +214,7 @@ fn find_shortest(
 
 /// Draws the dragon where its benches come nearest, or where they touch.
 fn draw(args: &TurnArgs, config: &Config, turnaround: &Turnaround, passage: &TurnPassage) -> anyhow::Result<()> {
-    if args.answer.figure.figure.is_none() {
+    if !args.answer.figure.is_asked() {
         return Ok(());
     }
     let has_clearance = args.clearance.is_some_and(|clearance_m| clearance_m > 0.0);
@@ -176,22 +227,27 @@ fn draw(args: &TurnArgs, config: &Config, turnaround: &Turnaround, passage: &Tur
         TurnPassage::Contact(contact) => (meeting, contact.travel_m, Some(contact.benches)),
         TurnPassage::TooFast(largest) => ("at its fastest", largest.travel_m, None),
         TurnPassage::TooMuchWork(spent) => bail!("--figure has nothing to show: {spent}"),
-        TurnPassage::Infeasible(infeasible) => return figures::refuse(&args.answer.figure, &infeasible.to_string()),
+        TurnPassage::Infeasible(infeasible) => return args.answer.figure.refuse(&infeasible.to_string()),
     };
     let dragon = passage_through(*turnaround, *config.dragon().dimensions(), &args.answer.work.meter())?;
     let title = format!("The dragon {what}, at {:.6} s", time_s(config, travel_m));
-    let caption = caption(&args.answer.figure, config, title);
-    let view = figures::turn_view(caption, &dragon, turnaround, travel_m, benches);
-    figures::save_and_tell(view.draw(), &args.answer.figure, args.answer.format.format)
+    let plan = plan_of(&dragon, args.answer.figure.caption(config, title), travel_m);
+    let view = PlanView { pair: pair(&dragon, travel_m, benches), ..on_turn(plan, turnaround) };
+    args.answer.figure.save_and_tell(view.draw(), args.answer.format.format)
 }
 
 fn time_s(config: &Config, travel_m: f64) -> f64 {
-    passage_time_s(config, config.head_speed_mps(), travel_m)
+    passage_time_s(config, config.tables().head.speed_mps, travel_m)
 }
 
 impl TurnAnswer {
     fn of(turnaround: &Turnaround, passage: &TurnPassage, config: &Config) -> Self {
         let arcs = turnaround.arcs();
+        let touch = |travel_m, benches, point: DVec2| Touch {
+            time_s: time_s(config, travel_m),
+            benches,
+            point_m: point.to_array(),
+        };
         let mut answer = Self {
             radii_m: arcs.map(|arc| arc.radius_m()),
             length_m: turnaround.turn_length_m(),
@@ -205,14 +261,11 @@ impl TurnAnswer {
             TurnPassage::Clear { closest } => {
                 answer.least_clearance = closest.as_ref().map(|ClosestApproach { travel_m, pair }| Nearness {
                     clearance_m: pair.clearance_m,
-                    time_s: time_s(config, *travel_m),
-                    benches: pair.benches,
-                    point_m: pair.point.to_array(),
+                    at: touch(*travel_m, pair.benches, pair.point),
                 });
             }
             TurnPassage::Contact(contact) => {
-                let (time_s, point_m) = (time_s(config, contact.travel_m), contact.point.to_array());
-                answer.contact = Some(Touch { time_s, benches: contact.benches, point_m });
+                answer.contact = Some(touch(contact.travel_m, contact.benches, contact.point));
             }
             TurnPassage::TooFast(LargestRatio { ratio, travel_m, handle }) => {
                 answer.too_fast = Some(TooFast { ratio: *ratio, time_s: time_s(config, *travel_m), handle: *handle });
@@ -245,18 +298,18 @@ impl TurnAnswer {
             line(name, format!("radius {radius_m:.6} m, centre ({x:.6}, {y:.6}) m, turns {degrees:.3}°"));
         }
         let point = |[x, y]: [f64; 2]| format!("({x:.6}, {y:.6}) m");
-        let place = |time_s: f64, [first, second]: [usize; 2], point_m| {
+        let place = |&Touch { time_s, benches: [first, second], point_m }: &Touch| {
             format!("at {time_s:.6} s, benches {first} and {second}, at {}", point(point_m))
         };
         line("entry", point(self.entry_m));
         line("exit", point(self.exit_m));
         line("length", format!("{:.6} m", self.length_m));
-        if let Some(Nearness { clearance_m, time_s, benches, point_m }) = self.least_clearance {
-            line("least clearance", format!("{clearance_m:.6} m {}", place(time_s, benches, point_m)));
+        if let Some(Nearness { clearance_m, at }) = &self.least_clearance {
+            line("least clearance", format!("{clearance_m:.6} m {}", place(at)));
         }
-        if let Some(Touch { time_s, benches, point_m }) = self.contact {
+        if let Some(contact) = &self.contact {
             let is_near = self.clearance_m.is_some_and(|clearance_m| clearance_m > 0.0);
-            line(if is_near { "first too near" } else { "first contact" }, place(time_s, benches, point_m));
+            line(if is_near { "first too near" } else { "first contact" }, place(contact));
         }
         if let Some(TooFast { time_s, handle, .. }) = self.too_fast {
             line("too fast", format!("handle {handle} at {time_s:.6} s"));
@@ -291,14 +344,14 @@ pub(super) fn asks_for_turn(args: &TurnPlanArgs) -> bool {
 /// The configuration with its turnaround, and the flags over it; the paper's turnaround where no file is named. A file with a
 /// spiral gives the turn its pitch, where flags ask for one.
 pub(super) fn planned_turn(args: &TurnPlanArgs) -> anyhow::Result<(Config, TurnaroundSpec)> {
-    let config = load_config(&ConfigArgs { config: args.config.clone() }, Overrides::default())?;
-    let plan = match (config.route(), &args.config) {
-        (RouteSpec::Turnaround(plan), _) => plan,
-        (RouteSpec::Spiral(_), None) => TurnaroundSpec::default(),
-        (RouteSpec::Spiral(spiral), Some(_)) if asks_for_turn(args) => {
-            TurnaroundSpec { pitch_m: spiral.pitch_m, ..TurnaroundSpec::default() }
+    let config = load_config(&ConfigArgs { config: args.config.clone() }, |_| ())?;
+    let plan = match (config.route().as_turnaround(), &args.config) {
+        (Some(plan), _) => plan,
+        (None, None) => TurnaroundSpec::default(),
+        (None, Some(_)) if asks_for_turn(args) => {
+            TurnaroundSpec { pitch_m: config.route().pitch_m(), ..TurnaroundSpec::default() }
         }
-        (RouteSpec::Spiral(_), Some(path)) => {
+        (None, Some(path)) => {
             let error = "[route] kind is \"spiral\", must be \"turnaround\" for a question about a turn; \
                          --turn-diameter, --radius-ratio or --pitch makes it one";
             return Err(BadInput(error.to_owned())).with_context(|| path.display().to_string());
@@ -316,7 +369,7 @@ pub(super) fn planned_turn(args: &TurnPlanArgs) -> anyhow::Result<(Config, Turna
 /// Show time at which a head of this planned speed comes to a travel of a passage. Beyond the ends of the planned run, where a
 /// passage may reach, it is the time at which the head would be there if the run went on.
 pub(super) fn passage_time_s(config: &Config, speed_mps: f64, travel_m: f64) -> f64 {
-    let timetable = |start_s, end_m| HeadTimetable::new(speed_mps, config.head_accel_mps2(), start_s, end_m);
+    let timetable = |start_s, end_m| HeadTimetable::new(speed_mps, config.tables().head.accel_mps2, start_s, end_m);
     let (start_s, end_m) = (config.start_s(), config.dragon().end_travel_m());
     if (speed_mps * start_s..=end_m).contains(&travel_m) {
         timetable(start_s, end_m).time_s(travel_m)

@@ -8,14 +8,15 @@ use std::{io, thread};
 
 use anyhow::Context as _;
 use bench_dragon_ipc::{Domain, Request, Sender};
+use clap::Args;
 use ratatui::crossterm::event::Event as Input;
 use rustix::io::Errno;
 
-use crate::cli::WatchArgs;
+use crate::command::flags::BusArgs;
 use crate::command::print::complain;
 use crate::command_queue::{CommandQueue, HOLD_PATIENCE};
 use crate::display::observe::{Observer, Snapshot};
-use crate::display::watch::{Appearance, CommandOutcome, KeyAction, Screen, draw};
+use crate::display::watch::{Appearance, CommandOutcome, Glyphs, KeyAction, Screen, draw};
 use crate::system::clock::monotonic_ns;
 
 mod mailbox;
@@ -24,12 +25,31 @@ mod terminal;
 use mailbox::{EndsWith, Mailbox, WatchEvent};
 use terminal::Display;
 
+/// Watch the show in the terminal: the dragon, its clearance, alerts; keys give commands.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon watch
+  bench-dragon watch --instance main --read-only
+  ssh -t stage bench-dragon watch
+
+? shows all keys. Without colours under NO_COLOR. Where there is no terminal, `hz` and `echo` tell in lines.")]
+pub(crate) struct WatchArgs {
+    /// Take no commands: keys change only what is shown.
+    #[arg(long)]
+    pub(crate) read_only: bool,
+    /// What the plan is drawn with; by default what TERM and the locale allow.
+    #[arg(long, value_enum, value_name = "GLYPHS")]
+    pub(crate) glyphs: Option<Glyphs>,
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+}
+
 /// Snapshots a second. The eye sees a walk at this rate, and a terminal far away can follow.
 const SNAPSHOTS_HZ: u32 = 15;
 
 pub(crate) fn run(args: &WatchArgs) -> anyhow::Result<ExitCode> {
     let look = terminal::look(args.glyphs)?;
-    let domain = Domain::new(args.bus.instance.clone())?;
+    let domain = args.bus.domain()?;
     let mailbox = Arc::new(Mailbox::default());
     mailbox::send_signals_to(Arc::clone(&mailbox))?;
     let screen = Screen::new(domain.instance().as_str(), look, args.read_only);
@@ -46,7 +66,7 @@ pub(crate) fn run(args: &WatchArgs) -> anyhow::Result<ExitCode> {
     drop(display);
     commands.finish();
     for reply in mailbox.replies() {
-        complain(reply.text());
+        complain(&reply.text);
     }
     observing.join().map_err(|_| anyhow::anyhow!("the observer panicked"))?;
     watched.map(|()| ExitCode::SUCCESS)
@@ -147,7 +167,7 @@ impl CommandSender {
     /// commands that have not been sent are given up. Who waits longer than a moment is told for what.
     fn finish(self) {
         for request in self.commands.close(MOMENT, |_| true) {
-            complain(&format!("{}, waiting for the server's answer", CommandOutcome::sent(request).text()));
+            complain(&format!("{}, waiting for the server's answer", CommandOutcome::sent(request).text));
         }
         self.commands.close(HOLD_PATIENCE, |_| true);
     }

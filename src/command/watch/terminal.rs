@@ -17,7 +17,7 @@ use signal_hook::consts::SIGTSTP;
 use signal_hook::low_level::emulate_default_handler;
 
 use super::mailbox::Mailbox;
-use crate::cli::BadInput;
+use crate::command::flags::BadInput;
 use crate::display::watch::{Glyphs, Look, Theme};
 use crate::output::{Screen, hold_terminal, release_terminal};
 

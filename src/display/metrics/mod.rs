@@ -14,9 +14,10 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::Response;
 use axum::routing::get;
-use prometheus::{TEXT_FORMAT, TextEncoder};
 use tokio::sync::watch;
 
+use self::families::exposition;
+use self::samples::TEXT_FORMAT;
 use super::observe::Snapshot;
 use super::web::{refuse, text};
 use crate::system::clock::monotonic_ns;
@@ -41,14 +42,6 @@ async fn report(State(snapshots): State<watch::Receiver<Arc<Snapshot>>>) -> Resp
     reply(&snapshot)
 }
 
-/// All metrics of a snapshot at an instant, in nanoseconds of `CLOCK_MONOTONIC`, as text.
-fn exposition(snapshot: &Snapshot, now_ns: u64) -> String {
-    let mut families = families::families(snapshot, now_ns);
-    // The encoder rejects a family without samples.
-    families.retain(|family| !family.get_metric().is_empty());
-    TextEncoder::new().encode_to_string(&families).expect("every family has a name and samples")
-}
-
 #[cfg(test)]
 mod tests {
     use bench_dragon_geometry::clearance::PairClearance;
@@ -61,22 +54,21 @@ mod tests {
     };
     use crate::safety::monitor::run_alert;
 
-    const HEADER: FrameHeader = FrameHeader {
-        run_id: 9_007_199_254_740_991,
-        tick: 41,
-        sim_time_ns: 410_500_000_000,
-        scheduled_ns: 0,
-        published_ns: 5_000_000_000,
-        head_travel_m: 410.5,
-        head_speed_mps: 1.0,
-        time_scale: 20.0,
-        bench_count: 223,
-        state: ShowState::Held as u32,
-    };
+    fn header() -> FrameHeader {
+        FrameHeader {
+            run_id: 9_007_199_254_740_991,
+            tick: 41,
+            sim_time_ns: 410_500_000_000,
+            published_ns: 5_000_000_000,
+            time_scale: 20.0,
+            state: ShowState::Held.to_wire(),
+            ..FrameHeader::default()
+        }
+    }
 
     fn snapshot() -> Snapshot {
         let mut alerts = AlertLog::default();
-        alerts.push(run_alert(&HEADER, AlertKind::Near));
+        alerts.push(run_alert(&header(), AlertKind::Near));
         let mut report =
             ReaderReport { frames: 40, lost: 2, bytes_written: 77, sent_ns: 4_250_000_000, ..Default::default() };
         report.set_name("record \"main\"\\");
@@ -103,7 +95,7 @@ mod tests {
             guard: GuardSituation::Missing,
             alerts: Arc::new(alerts),
             readers: Arc::new(readers),
-            ..Snapshot::live(HEADER)
+            ..Snapshot::live(header())
         }
     }
 
@@ -154,10 +146,8 @@ mod tests {
         for name in
             ["show_", "clearance", "forecast", "ticks", "overruns", "behind", "tick_", "reader", "last_frame", "guard"]
         {
-            assert!(
-                !reported.iter().any(|line| line.starts_with(&format!("bench_dragon_{name}"))),
-                "{name} is in\n{text}"
-            );
+            let name = format!("bench_dragon_{name}");
+            assert!(!reported.iter().any(|line| line.starts_with(&name)), "{name} is in\n{text}");
         }
     }
 

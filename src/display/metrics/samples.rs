@@ -1,8 +1,13 @@
-//! Metrics in Prometheus' types: gauges, counters and distributions.
+//! Metrics in the text format of Prometheus: gauges, counters and distributions.
+//!
+//! Source: prometheus.io, exposition formats, the text-based format 0.0.4.
+
+use std::fmt::Write as _;
 
 use bench_dragon_ipc::TimeHistogram;
-use prometheus::proto::{Bucket, Counter, Gauge, Histogram, LabelPair, Metric, MetricFamily, MetricType};
 
+/// The text's media type.
+pub(super) const TEXT_FORMAT: &str = "text/plain; version=0.0.4";
 /// Begins every name.
 const PREFIX: &str = "bench_dragon_";
 
@@ -14,83 +19,65 @@ pub(super) trait Samples<'a, Value>: IntoIterator<Item = (Vec<Label<'a>>, Value)
 impl<'a, Value, All: IntoIterator<Item = (Vec<Label<'a>>, Value)>> Samples<'a, Value> for All {}
 
 /// A sample that goes up and down, where it is known.
-pub(super) fn gauge(name: &str, help: &str, value: impl Into<Option<f64>>) -> MetricFamily {
+pub(super) fn gauge(name: &str, help: &str, value: impl Into<Option<f64>>) -> String {
     gauges(name, help, value.into().map(|value| (vec![], value)))
 }
 
 /// Samples that go up and down, by their labels.
-pub(super) fn gauges<'a>(name: &str, help: &str, samples: impl Samples<'a, f64>) -> MetricFamily {
-    let metric = |value| {
-        let mut gauge = Gauge::default();
-        gauge.set_value(value);
-        Metric::from_gauge(gauge)
-    };
-    family(name, help, MetricType::GAUGE, samples, metric)
+pub(super) fn gauges<'a>(name: &str, help: &str, samples: impl Samples<'a, f64>) -> String {
+    metric(name, help, "gauge", samples.into_iter().map(|(labels, value)| ("", labels, value)))
 }
 
-/// A gauge for each of these names: 1 for the one that holds now, 0 for the others.
+/// A sample for each of these names: 1 for the one that holds now, 0 for the others.
 pub(super) fn one_of<'a>(
-    name: &str,
-    help: &str,
     label: &'static str,
     names: impl IntoIterator<Item = &'a str>,
     now: &str,
-) -> MetricFamily {
-    let sample = |name: &'a str| (vec![(label, name)], f64::from(u8::from(name == now)));
-    gauges(name, help, names.into_iter().map(sample))
+) -> impl Samples<'a, f64> {
+    names.into_iter().map(move |name| (vec![(label, name)], f64::from(u8::from(name == now))))
 }
 
 /// A sample that only grows, where it is known.
-pub(super) fn counter(name: &str, help: &str, value: impl Into<Option<u64>>) -> MetricFamily {
+pub(super) fn counter(name: &str, help: &str, value: impl Into<Option<u64>>) -> String {
     counters(name, help, value.into().map(|value| (vec![], value)))
 }
 
 /// Samples that only grow, by their labels.
-pub(super) fn counters<'a>(name: &str, help: &str, samples: impl Samples<'a, u64>) -> MetricFamily {
-    let metric = |value: u64| {
-        let (mut counter, mut metric) = (Counter::default(), Metric::default());
-        counter.set_value(value as f64);
-        metric.set_counter(counter);
-        metric
-    };
-    family(name, help, MetricType::COUNTER, samples, metric)
+pub(super) fn counters<'a>(name: &str, help: &str, samples: impl Samples<'a, u64>) -> String {
+    metric(name, help, "counter", samples.into_iter().map(|(labels, value)| ("", labels, value as f64)))
 }
 
 /// The distribution of times, in seconds, where it is known.
-pub(super) fn histogram(name: &str, help: &str, times: Option<&TimeHistogram>) -> MetricFamily {
-    let metric = |times| {
-        let mut metric = Metric::default();
-        metric.set_histogram(distribution(times));
-        metric
-    };
-    family(name, help, MetricType::HISTOGRAM, times.map(|times| (vec![], times)), metric)
+pub(super) fn histogram(name: &str, help: &str, times: Option<&TimeHistogram>) -> String {
+    let Some(times) = times else { return String::new() };
+    let bounds = buckets(times).map(|(bound_s, count)| (bound_s.to_string(), count));
+    let bounds: Vec<(String, u64)> = bounds.chain([("+Inf".to_owned(), times.count())]).collect();
+    let buckets = bounds.iter().map(|(bound, count)| ("_bucket", vec![("le", bound.as_str())], *count as f64));
+    let totals = [("_sum", vec![], sum_s(times)), ("_count", vec![], times.count() as f64)];
+    metric(name, help, "histogram", buckets.chain(totals))
 }
 
-fn family<'a, Value>(
+/// A metric, each of whose samples has a suffix to the name, labels and a value; without samples nothing.
+fn metric<'a>(
     name: &str,
     help: &str,
-    kind: MetricType,
-    samples: impl Samples<'a, Value>,
-    metric: impl Fn(Value) -> Metric,
-) -> MetricFamily {
-    let sample = |(labels, value): (Vec<Label<'_>>, Value)| {
-        let mut metric = metric(value);
-        metric.set_label(labels.into_iter().map(label_pair).collect());
-        metric
-    };
-    let mut family = MetricFamily::default();
-    family.set_name(format!("{PREFIX}{name}"));
-    family.set_help(help.to_owned());
-    family.set_field_type(kind);
-    family.set_metric(samples.into_iter().map(sample).collect());
-    family
+    kind: &str,
+    samples: impl Iterator<Item = (&'static str, Vec<Label<'a>>, f64)>,
+) -> String {
+    let mut text = String::new();
+    for (suffix, labels, value) in samples {
+        if text.is_empty() {
+            text = format!("# HELP {PREFIX}{name} {help}\n# TYPE {PREFIX}{name} {kind}\n");
+        }
+        let labels: Vec<String> = labels.iter().map(|(name, value)| format!("{name}=\"{}\"", escaped(value))).collect();
+        let labels = if labels.is_empty() { String::new() } else { format!("{{{}}}", labels.join(",")) };
+        writeln!(text, "{PREFIX}{name}{suffix}{labels} {value}").expect("a string takes every character");
+    }
+    text
 }
 
-fn label_pair((name, value): Label<'_>) -> LabelPair {
-    let mut pair = LabelPair::default();
-    pair.set_name(name.to_owned());
-    pair.set_value(value.to_owned());
-    pair
+fn escaped(text: &str) -> String {
+    text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n")
 }
 
 /// Exponents of the least and the greatest bound: a microsecond to a second.
@@ -99,20 +86,12 @@ fn label_pair((name, value): Label<'_>) -> LabelPair {
 /// the times themselves. Their sum is not known; it is taken from the middles of the buckets, each of which is off by 1/64 at most.
 const EXPONENTS: std::ops::RangeInclusive<u32> = 10..=30;
 
-fn distribution(times: &TimeHistogram) -> Histogram {
-    let mut histogram = Histogram::default();
-    histogram.set_sample_count(times.count());
-    histogram.set_sample_sum(sum_s(times));
-    histogram.set_bucket(EXPONENTS.map(|exponent| bucket(times, (1 << exponent) - 1)).collect());
-    histogram
-}
-
-fn bucket(times: &TimeHistogram, bound_ns: u64) -> Bucket {
-    let counted = &times.counts[..=TimeHistogram::bucket_of(bound_ns)];
-    let mut bucket = Bucket::default();
-    bucket.set_upper_bound(seconds(bound_ns));
-    bucket.set_cumulative_count(counted.iter().sum());
-    bucket
+/// The buckets' bounds in seconds, and how many times are no longer.
+fn buckets(times: &TimeHistogram) -> impl Iterator<Item = (f64, u64)> {
+    EXPONENTS.map(|exponent| {
+        let bound_ns = (1 << exponent) - 1;
+        (seconds(bound_ns), times.counts[..=TimeHistogram::bucket_of(bound_ns)].iter().sum())
+    })
 }
 
 fn sum_s(times: &TimeHistogram) -> f64 {
@@ -140,14 +119,13 @@ mod tests {
         for time in recorded {
             times.record(time);
         }
-        let histogram = distribution(&times);
-        assert_eq!(histogram.get_sample_count(), recorded.len() as u64);
-        for bucket in histogram.get_bucket() {
-            let no_longer = recorded.iter().filter(|time| seconds(**time) <= bucket.upper_bound()).count();
-            assert_eq!(bucket.cumulative_count(), no_longer as u64, "{}", bucket.upper_bound());
+        assert_eq!(times.count(), recorded.len() as u64);
+        let buckets: Vec<(f64, u64)> = buckets(&times).collect();
+        for (bound_s, count) in &buckets {
+            let no_longer = recorded.iter().filter(|time| seconds(**time) <= *bound_s).count();
+            assert_eq!(*count, no_longer as u64, "{bound_s}");
         }
-        assert_eq!(histogram.get_bucket().first().map(Bucket::upper_bound), Some(0.000_001_023));
-        assert_eq!(histogram.get_bucket().last().map(Bucket::upper_bound), Some(1.073_741_823));
+        assert_eq!((buckets[0].0, buckets[buckets.len() - 1].0), (0.000_001_023, 1.073_741_823));
     }
 
     #[test]
@@ -157,9 +135,8 @@ mod tests {
         for &time in &recorded {
             times.record(time);
         }
-        let exact = recorded.iter().map(|&time| seconds(time)).sum::<f64>();
-        let sum = distribution(&times).get_sample_sum();
+        let (sum, exact) = (sum_s(&times), recorded.iter().map(|&time| seconds(time)).sum::<f64>());
         assert!((sum - exact).abs() <= exact / 64.0, "{sum}, really {exact}");
-        assert_eq!(distribution(&TimeHistogram::default()).get_sample_sum(), 0.0);
+        assert_eq!(sum_s(&TimeHistogram::default()), 0.0);
     }
 }

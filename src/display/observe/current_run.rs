@@ -9,11 +9,12 @@ use bench_dragon_ipc::{FrameHeader, GuardState, HandleState, Status};
 
 use super::described_run::{ClearanceChart, DescribedRun};
 use super::head_motion::{HeadMotion, TravelClock};
-use super::planned_clearance::{ClearancePlanner, PlannedClearance};
-use super::show_forecast::{GuardLimits, ShowForecast, WalkLimits};
-use super::snapshot::{LeastClearance, plan_view};
+use super::planned_clearance::ClearancePlanner;
+use super::show_forecast::ShowForecast;
+use super::snapshot::LeastClearance;
 use crate::config::Config;
 use crate::safety::forecast::Forecaster;
+use crate::safety::monitor::plan_view;
 
 /// Wall time that may pass between the last frame of a run and the first one that is seen of the run that goes on with it, in
 /// seconds.
@@ -31,11 +32,9 @@ pub(super) struct CurrentRun {
     clearances: ClearanceSearch,
     boards: Vec<Board>,
     forecaster: Forecaster,
-    /// Travel from which the forecast was last asked for.
-    asked_from_m: f64,
     /// Clearance that is looked for: 0, or the guard's margin.
     looked_for_m: f64,
-    planner: Option<ClearancePlanner>,
+    pub(super) planner: Option<ClearancePlanner>,
 }
 
 impl CurrentRun {
@@ -53,11 +52,10 @@ impl CurrentRun {
     ) -> io::Result<Self> {
         earlier = earlier.filter(|earlier| earlier.run.config.to_toml() == config.to_toml());
         let planner = match earlier.as_mut().and_then(|earlier| earlier.planner.take()) {
-            None if plans => Some(ClearancePlanner::start(config.dragon(), config.near_m())?),
+            None if plans => Some(ClearancePlanner::start(config.dragon(), config.tables().monitor.near_m)?),
             planner => planner,
         };
-        let from_m = header.head_travel_m;
-        let forecaster = Forecaster::start(config.dragon(), from_m)?;
+        let forecaster = Forecaster::start(config.dragon(), 0.0, header.head_travel_m)?;
         let goes_on = |earlier: &Self| {
             let longest_break_s = LONGEST_BREAK_S * header.time_scale.max(1.0);
             (header.sim_time_s() - earlier.time_s).abs() <= longest_break_s
@@ -75,7 +73,6 @@ impl CurrentRun {
             clearances: ClearanceSearch::default(),
             boards: Vec::new(),
             forecaster,
-            asked_from_m: from_m,
             looked_for_m: 0.0,
             planner,
         })
@@ -105,20 +102,15 @@ impl CurrentRun {
         nearest: Option<PairClearance>,
         status: Option<&Status>,
     ) -> ShowForecast {
-        let guard = status.and_then(guard_limits);
-        self.look_for(if guard.is_some() { self.run.config.margin_m() } else { 0.0 }, header.head_travel_m);
-        let forecast = self.forecaster.latest();
+        let guarded = status.filter(|status| !matches!(status.guard_state(), None | Some(GuardState::None)));
         let travel_m = header.head_travel_m;
+        self.look_for(if guarded.is_some() { self.run.config.tables().monitor.margin_m } else { 0.0 }, travel_m);
         let is_found = nearest.is_some_and(|pair| pair.clearance_m <= self.looked_for_m);
-        // What was asked of this very travel is known.
-        let is_asked = travel_m == self.asked_from_m || self.asked_from_m != forecast.from_m;
-        if !is_asked && !forecast.covers(travel_m) && !is_found {
-            self.forecaster.restart(travel_m);
-            self.asked_from_m = travel_m;
-        }
-        let motion = HeadMotion::new(header, self.clock(header), self.run.config.head_accel_mps2());
-        let limits = WalkLimits { end_m: self.run.config.dragon().end_travel_m(), guard };
-        ShowForecast::of(&forecast, &motion, header.show_state(), &limits)
+        let forecast = self.forecaster.latest();
+        self.forecaster.follow(&forecast, travel_m, is_found);
+        let motion = HeadMotion::new(header, self.clock(header), self.run.config.tables().head.accel_mps2);
+        let end_m = self.run.config.dragon().end_travel_m();
+        ShowForecast::of(&forecast, &motion, header.show_state(), end_m, guarded)
     }
 
     /// Looks for where some pair's clearance falls to this, from a travel on. Whether a head is guarded is known with the first
@@ -127,36 +119,21 @@ impl CurrentRun {
         if clearance_m == self.looked_for_m {
             return;
         }
-        match Forecaster::start_within(self.run.config.dragon(), clearance_m, from_m) {
+        match Forecaster::start(self.run.config.dragon(), clearance_m, from_m) {
             Ok(forecaster) => {
                 self.forecaster = forecaster;
-                (self.looked_for_m, self.asked_from_m) = (clearance_m, from_m);
+                self.looked_for_m = clearance_m;
             }
             Err(error) => tracing::warn!("the guard's stop is not forecast: cannot start a thread: {error}"),
         }
     }
 
-    /// The clearance over the whole run, where it is planned.
-    pub(super) fn plan(&self) -> Option<Arc<PlannedClearance>> {
-        self.planner.as_ref().map(ClearancePlanner::latest)
-    }
-
     /// When the head of a frame comes to a travel.
     pub(super) fn clock(&self, header: &FrameHeader) -> TravelClock {
         // The speed at which the head walks on after a stand or a change of speed.
-        let speed_mps = self.walking_speed.steady_mps.unwrap_or(self.run.config.head_speed_mps());
+        let speed_mps = self.walking_speed.steady_mps.unwrap_or(self.run.config.tables().head.speed_mps);
         TravelClock { travel_m: header.head_travel_m, time_s: header.sim_time_s(), speed_mps }
     }
-}
-
-/// What a status says of the guard of a guarded head.
-fn guard_limits(status: &Status) -> Option<GuardLimits> {
-    let runs = match status.guard_state()? {
-        GuardState::None => return None,
-        GuardState::Missing => false,
-        GuardState::Running => true,
-    };
-    Some(GuardLimits { runs, granted_to_m: status.granted_to_m, end_m: status.guard_end() })
 }
 
 /// The speed at which a head last walked steadily.
@@ -185,23 +162,14 @@ mod tests {
     use std::time::{Duration, Instant};
 
     use super::*;
-    use crate::config::Overrides;
+    use crate::safety::monitor::walking_frame;
 
     fn paper() -> Config {
-        Config::load(None, Overrides::default()).expect("the paper's")
+        Config::load(None, |_| ()).expect("the paper's")
     }
 
-    /// A frame of the paper's dragon, whose head walks a metre a show second.
     fn frame(run_id: u64, time_s: f64) -> FrameHeader {
-        let sim_time_ns = (time_s * 1e9) as i64;
-        FrameHeader {
-            run_id,
-            sim_time_ns,
-            head_travel_m: time_s,
-            head_speed_mps: 1.0,
-            time_scale: 1.0,
-            ..FrameHeader::default()
-        }
+        FrameHeader { run_id, ..walking_frame(0, time_s) }
     }
 
     fn handles(time_s: f64) -> Vec<HandleState> {

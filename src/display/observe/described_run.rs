@@ -1,6 +1,5 @@
 //! A run as its description has it, and the clearance that was seen of it so far.
 
-use bench_dragon_geometry::route::Route;
 use glam::DVec2;
 
 use crate::config::Config;
@@ -26,29 +25,13 @@ pub struct DescribedRun {
 impl DescribedRun {
     /// The run of this number, with this configuration.
     pub fn new(run_id: u64, config: Config) -> Self {
-        let route = points(&config);
+        let (dragon, dimensions) = (config.dragon(), config.dragon().dimensions());
+        let length_m: f64 = (0..dimensions.benches()).map(|bench| dimensions.link_m(bench)).sum();
+        let (from_m, to_m) = (dragon.start_travel_m() - length_m, dragon.route().end_travel_m());
+        let least_step_m = (to_m - from_m) / (MAX_POINTS - 1) as f64;
+        let route = dragon.route().polyline(from_m, to_m, SAGITTA_M, least_step_m..=LONGEST_STEP_M);
         Self { run_id, config, route }
     }
-}
-
-fn points(config: &Config) -> Vec<DVec2> {
-    let dragon = config.dragon();
-    let dimensions = dragon.dimensions();
-    let length_m: f64 = (0..dimensions.benches()).map(|bench| dimensions.link_m(bench)).sum();
-    let route: &Route = dragon.route();
-    let to_m = route.end_travel_m();
-    let mut travel_m = dragon.start_travel_m() - length_m;
-    let least_step_m = (to_m - travel_m) / (MAX_POINTS - 1) as f64;
-    let mut points = Vec::new();
-    while travel_m < to_m {
-        let parameter = route.parameter(travel_m);
-        points.push(route.point(parameter).position);
-        // A chord of an arc with curvature k lies k s² / 8 beside it.
-        let step_m = (8.0 * SAGITTA_M / route.curvature_bound(parameter, parameter)).sqrt();
-        travel_m += step_m.min(LONGEST_STEP_M).max(least_step_m);
-    }
-    points.push(route.point(route.parameter(to_m)).position);
-    points
 }
 
 /// Stretches that a run is cut into.
@@ -98,11 +81,10 @@ mod tests {
     use std::f64::consts::TAU;
 
     use super::*;
-    use crate::config::Overrides;
 
     #[test]
     fn the_drawn_route_leads_from_behind_the_tail_through_the_start_to_the_end() {
-        let config = Config::load(None, Overrides::default()).expect("the paper's");
+        let config = Config::load(None, |_| ()).expect("the paper's");
         let run = DescribedRun::new(7, config);
         let nearest_m = |point: DVec2| run.route.iter().map(|at| at.distance(point)).fold(f64::INFINITY, f64::min);
         assert!(nearest_m(DVec2::new(8.8, 0.0)) < 0.5, "the head starts on it");
@@ -110,7 +92,7 @@ mod tests {
         let middles = run.route.windows(2).map(|ends| (ends[0] + ends[1]) / 2.0);
         // In the innermost turn a difference of radii is no distance from the curve.
         for middle in middles.filter(|middle| middle.length() > 0.55) {
-            // On the spiral r = b θ the turn is told by the angle, the radius by the turn.
+            // On the spiral r = b θ the turn follows from the angle, the radius by the turn.
             let turns = (middle.length() / 0.55 - middle.to_angle() / TAU).round();
             let beside_m = middle.length() - 0.55 * (turns + middle.to_angle() / TAU);
             assert!(beside_m.abs() < 2.0 * SAGITTA_M, "{beside_m} m beside the route at {middle}");

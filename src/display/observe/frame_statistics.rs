@@ -26,7 +26,6 @@ pub struct FrameStatistics {
     pub latency: Arc<TimeHistogram>,
 }
 
-/// Counts them.
 #[derive(Debug, Default)]
 pub(super) struct FrameCounter {
     statistics: FrameStatistics,
@@ -43,7 +42,6 @@ impl FrameCounter {
         Self { begun_ns: now_ns, ..Self::default() }
     }
 
-    /// Counts a frame that is read now.
     pub(super) fn count(&mut self, header: &FrameHeader, continuity: Continuity, now_ns: u64) {
         self.statistics.frames += 1;
         match continuity {

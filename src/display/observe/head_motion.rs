@@ -19,7 +19,7 @@ pub struct Arrival {
 /// Braking follows v²/(2a): the server plans a rest with the configured acceleration, and without one the head stops at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct HeadMotion {
-    clock: TravelClock,
+    pub(super) clock: TravelClock,
     /// Speed of the head in the frame, in metres per show second.
     speed_mps: f64,
     accel_mps2: Option<f64>,
@@ -30,11 +30,6 @@ impl HeadMotion {
     /// From this frame on, at the speed of the clock.
     pub(super) fn new(header: &FrameHeader, clock: TravelClock, accel_mps2: Option<f64>) -> Self {
         Self { clock, speed_mps: header.head_speed_mps, accel_mps2, time_scale: header.time_scale }
-    }
-
-    /// Travel of the head in the frame.
-    pub(super) fn travel_m(&self) -> f64 {
-        self.clock.travel_m
     }
 
     /// The head passes a travel at its walking speed.

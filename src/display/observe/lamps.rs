@@ -71,12 +71,12 @@ pub fn lamps(snapshot: &Snapshot, now_ns: u64) -> Vec<Lamp> {
     vec![
         server(snapshot, &presence),
         source(snapshot),
-        readers.required("monitor", "monitor"),
+        readers.lamp("monitor", "monitor", (LampLevel::Warning, "missing")),
         guard(snapshot, &presence),
         readers.recorder(),
-        readers.optional("psn", "bridge-psn"),
-        readers.optional("osc", "bridge-osc"),
-        readers.optional("zenoh", "bridge-zenoh"),
+        readers.lamp("psn", "bridge-psn", OPTIONAL),
+        readers.lamp("osc", "bridge-osc", OPTIONAL),
+        readers.lamp("zenoh", "bridge-zenoh", OPTIONAL),
         timecode(snapshot),
         readers.losing(),
     ]
@@ -142,7 +142,8 @@ fn guard(snapshot: &Snapshot, presence: &SourcePresence) -> Lamp {
         GuardSituation::AtEnd { for_good: false } => (LampLevel::Warning, "stops the head, "),
         GuardSituation::Missing => (LampLevel::Danger, "missing, "),
     };
-    let margin = snapshot.run.as_ref().map(|run| format!("margin {} mm", millimetres(run.config.margin_m())));
+    let margin =
+        snapshot.run.as_ref().map(|run| format!("margin {} mm", millimetres(run.config.tables().monitor.margin_m)));
     Lamp::new("guard", level, text.to_owned() + margin.as_deref().unwrap_or("margin unknown"))
 }
 
@@ -160,6 +161,9 @@ fn timecode(snapshot: &Snapshot) -> Lamp {
     lamp(level, &format!("{protocol}, {text}"))
 }
 
+/// A reader that a show may do without, and has not.
+const OPTIONAL: (LampLevel, &str) = (LampLevel::Off, "not started");
+
 /// The readers as they have reported of themselves.
 struct Readers<'a> {
     snapshot: &'a Snapshot,
@@ -168,20 +172,9 @@ struct Readers<'a> {
 }
 
 impl Readers<'_> {
-    /// A reader that each show should have.
-    fn required(&self, name: &'static str, reader: &str) -> Lamp {
-        self.heard(name, reader).unwrap_or_else(|| self.unheard(name, LampLevel::Warning, "missing"))
-    }
-
-    fn optional(&self, name: &'static str, reader: &str) -> Lamp {
-        self.heard(name, reader).unwrap_or_else(|| self.unheard(name, LampLevel::Off, "not started"))
-    }
-
     fn recorder(&self) -> Lamp {
         let reader = "record";
-        let Some(lamp) = self.heard("recorder", reader) else {
-            return self.unheard("recorder", LampLevel::Off, "not started");
-        };
+        let lamp = self.lamp("recorder", reader, OPTIONAL);
         let room_s = self.of_name(reader).filter_map(ReaderReport::room).reduce(f64::min);
         let Some(room_s) = room_s.filter(|_| lamp.level == LampLevel::Good) else { return lamp };
         let level = match room_s {
@@ -192,7 +185,6 @@ impl Readers<'_> {
         Lamp { level, text: format!("{} of disk left", long_span(room_s)), ..lamp }
     }
 
-    /// The readers that have lost frames.
     fn losing(&self) -> Lamp {
         let mut lost: BTreeMap<&str, u64> = BTreeMap::new();
         for report in self.snapshot.readers.awaited().filter(|report| report.lost > 0) {
@@ -207,21 +199,21 @@ impl Readers<'_> {
         Lamp::new("readers", LampLevel::Warning, lost.join(", "))
     }
 
-    /// The lamp of a reader that has reported and not ended; by the one that has been silent for longest, if there are several.
-    fn heard(&self, name: &'static str, reader: &str) -> Option<Lamp> {
-        let sent_ns = self.of_name(reader).map(|report| report.sent_ns).min()?;
+    /// The lamp of a reader: of the one that has been silent for longest, if there are several; `missing` where none is there that has
+    /// reported and not ended.
+    fn lamp(&self, name: &'static str, reader: &str, missing: (LampLevel, &'static str)) -> Lamp {
+        let Some(sent_ns) = self.of_name(reader).map(|report| report.sent_ns).min() else {
+            let since_ns = self.snapshot.reading_since_ns;
+            let is_early = since_ns.is_none_or(|since_ns| self.now_ns.saturating_sub(since_ns) < FIRST_REPORTS_NS);
+            // Readers report while frames come.
+            let (level, text) = if is_early || !self.is_live { (LampLevel::Off, "unknown yet") } else { missing };
+            return Lamp::new(name, level, text);
+        };
         let published_ns = self.snapshot.header().map_or(0, |header| header.published_ns);
-        let age_ns = published_ns.saturating_sub(sent_ns);
-        let silent = || Lamp::new(name, LampLevel::Danger, format!("silent for {:.0} s", age_ns as f64 * 1e-9));
-        Some(if age_ns > HANGS_NS { silent() } else { Lamp::new(name, LampLevel::Good, "runs") })
-    }
-
-    fn unheard(&self, name: &'static str, level: LampLevel, text: &'static str) -> Lamp {
-        let since_ns = self.snapshot.reading_since_ns;
-        let is_early = since_ns.is_none_or(|since_ns| self.now_ns.saturating_sub(since_ns) < FIRST_REPORTS_NS);
-        // Readers report while frames come.
-        let (level, text) = if is_early || !self.is_live { (LampLevel::Off, "unknown yet") } else { (level, text) };
-        Lamp::new(name, level, text)
+        match published_ns.saturating_sub(sent_ns) {
+            0..=HANGS_NS => Lamp::new(name, LampLevel::Good, "runs"),
+            age_ns => Lamp::new(name, LampLevel::Danger, format!("silent for {:.0} s", age_ns as f64 * 1e-9)),
+        }
     }
 
     fn of_name(&self, reader: &str) -> impl Iterator<Item = &ReaderReport> {
@@ -258,7 +250,7 @@ mod tests {
     use bench_dragon_ipc::{FrameHeader, TimecodeKind};
 
     use super::*;
-    use crate::config::{Config, Overrides};
+    use crate::config::Config;
     use crate::display::observe::{DescribedRun, ReaderLog};
 
     const NOW_NS: u64 = 20_000_000_000;
@@ -286,45 +278,42 @@ mod tests {
         report
     }
 
-    fn lamp(snapshot: &Snapshot, name: &str) -> (LampLevel, String) {
+    #[track_caller]
+    fn check(snapshot: &Snapshot, name: &str, level: LampLevel, text: &str) {
         let lamp = lamps(snapshot, NOW_NS).into_iter().find(|lamp| lamp.name == name).expect("a lamp");
-        (lamp.level, lamp.text)
-    }
-
-    fn expected(level: LampLevel, text: &str) -> (LampLevel, String) {
-        (level, text.to_owned())
+        assert_eq!((lamp.level, lamp.text.as_str()), (level, text), "{name}");
     }
 
     #[test]
     fn a_missing_monitor_is_a_warning_once_it_could_have_reported() {
         let nobody = snapshot(&Status::default(), &[]);
-        assert_eq!(lamp(&nobody, "monitor"), expected(LampLevel::Warning, "missing"));
+        check(&nobody, "monitor", LampLevel::Warning, "missing");
         let early = Snapshot { reading_since_ns: Some(NOW_NS - 1_999_999_999), ..nobody.clone() };
-        assert_eq!(lamp(&early, "monitor"), expected(LampLevel::Off, "unknown yet"));
-        assert_eq!(lamp(&nobody, "psn"), expected(LampLevel::Off, "not started"));
+        check(&early, "monitor", LampLevel::Off, "unknown yet");
+        check(&nobody, "psn", LampLevel::Off, "not started");
         let ended = snapshot(&Status::default(), &[ReaderReport { ended: 1, ..report("monitor", 1) }]);
-        assert_eq!(lamp(&ended, "monitor"), expected(LampLevel::Warning, "missing"));
+        check(&ended, "monitor", LampLevel::Warning, "missing");
     }
 
     #[test]
     fn a_reader_that_reports_no_more_is_red() {
         let runs = snapshot(&Status::default(), &[report("monitor", 3), report("bridge-psn", 0)]);
-        assert_eq!(lamp(&runs, "monitor"), expected(LampLevel::Good, "runs"));
-        assert_eq!(lamp(&runs, "psn"), expected(LampLevel::Good, "runs"));
+        check(&runs, "monitor", LampLevel::Good, "runs");
+        check(&runs, "psn", LampLevel::Good, "runs");
         let hangs = snapshot(&Status::default(), &[report("monitor", 4)]);
-        assert_eq!(lamp(&hangs, "monitor"), expected(LampLevel::Danger, "silent for 4 s"));
+        check(&hangs, "monitor", LampLevel::Danger, "silent for 4 s");
     }
 
     #[test]
     fn the_recorder_says_how_long_its_disk_lasts() {
-        for (room_s, expected) in [
-            (ReaderReport::NO_ROOM, expected(LampLevel::Good, "runs")),
-            (11_100.0, expected(LampLevel::Good, "3 h 05 min of disk left")),
-            (599.0, expected(LampLevel::Warning, "9 min of disk left")),
-            (59.0, expected(LampLevel::Danger, "59 s of disk left")),
+        for (room_s, level, text) in [
+            (ReaderReport::NO_ROOM, LampLevel::Good, "runs"),
+            (11_100.0, LampLevel::Good, "3 h 05 min of disk left"),
+            (599.0, LampLevel::Warning, "9 min of disk left"),
+            (59.0, LampLevel::Danger, "59 s of disk left"),
         ] {
             let snapshot = snapshot(&Status::default(), &[ReaderReport { room_s, ..report("record", 1) }]);
-            assert_eq!(lamp(&snapshot, "recorder"), expected);
+            check(&snapshot, "recorder", level, text);
         }
     }
 
@@ -340,40 +329,39 @@ mod tests {
                 lost(2, report("d\u{1b}sk", 1)),
             ],
         );
-        assert_eq!(lamp(&snapshot, "readers"), expected(LampLevel::Warning, "d?sk lost 2, hz lost 7"));
+        check(&snapshot, "readers", LampLevel::Warning, "d?sk lost 2, hz lost 7");
     }
 
     #[test]
     fn a_missing_guard_is_red_until_the_run_has_ended() {
         let unguarded = Snapshot { guard: GuardSituation::Missing, ..snapshot(&Status::default(), &[]) };
-        assert_eq!(lamp(&unguarded, "guard").0, LampLevel::Danger);
+        check(&unguarded, "guard", LampLevel::Danger, "missing, margin unknown");
         let ended = Snapshot { presence: SourcePresence::Ended { age_ns: 1 }, ..unguarded };
-        assert_eq!(lamp(&ended, "guard"), expected(LampLevel::Off, "ended"));
+        check(&ended, "guard", LampLevel::Off, "ended");
     }
 
     #[test]
     fn a_server_that_keeps_its_schedule_is_good_and_any_other_is_not() {
         let status = Status { rate_hz: 1000, tick: 100_000, ..Status::default() };
-        let of =
-            |tick, overruns, behind_ns| lamp(&snapshot(&Status { tick, overruns, behind_ns, ..status }, &[]), "server");
-        assert_eq!(of(100_000, 0, 0), expected(LampLevel::Good, "1000 Hz"));
-        assert_eq!(of(10, 1, 0), expected(LampLevel::Good, "1000 Hz, 1 missed release"));
-        assert_eq!(of(100_000, 100, 0), expected(LampLevel::Good, "1000 Hz, 100 missed releases"));
-        assert_eq!(of(100_000, 101, 0), expected(LampLevel::Warning, "1000 Hz, 101 missed releases"));
-        assert_eq!(of(100_000, 0, 1_500_000_000), expected(LampLevel::Warning, "1000 Hz, 1.50 s behind"));
+        for (tick, overruns, behind_ns, level, text) in [
+            (100_000, 0, 0, LampLevel::Good, "1000 Hz"),
+            (10, 1, 0, LampLevel::Good, "1000 Hz, 1 missed release"),
+            (100_000, 100, 0, LampLevel::Good, "1000 Hz, 100 missed releases"),
+            (100_000, 101, 0, LampLevel::Warning, "1000 Hz, 101 missed releases"),
+            (100_000, 0, 1_500_000_000, LampLevel::Warning, "1000 Hz, 1.50 s behind"),
+        ] {
+            check(&snapshot(&Status { tick, overruns, behind_ns, ..status }, &[]), "server", level, text);
+        }
         let mut restarted = snapshot(&status, &[]);
         restarted.statistics.crashes = 1;
-        assert_eq!(lamp(&restarted, "server"), expected(LampLevel::Warning, "1000 Hz, restarted once"));
-        let presence = |presence| lamp(&Snapshot { presence, ..snapshot(&status, &[]) }, "server");
-        assert_eq!(presence(SourcePresence::Ended { age_ns: 1 }), expected(LampLevel::Off, "ended"));
-        assert_eq!(
-            presence(SourcePresence::Gone { age_ns: 1_200_000_000 }),
-            expected(LampLevel::Danger, "lost 1.2 s ago")
-        );
-        assert_eq!(
-            lamp(&Snapshot { seen_ns: NOW_NS, ..Snapshot::default() }, "server"),
-            expected(LampLevel::Danger, "no server")
-        );
+        check(&restarted, "server", LampLevel::Warning, "1000 Hz, restarted once");
+        for (presence, level, text) in [
+            (SourcePresence::Ended { age_ns: 1 }, LampLevel::Off, "ended"),
+            (SourcePresence::Gone { age_ns: 1_200_000_000 }, LampLevel::Danger, "lost 1.2 s ago"),
+        ] {
+            check(&Snapshot { presence, ..snapshot(&status, &[]) }, "server", level, text);
+        }
+        check(&Snapshot { seen_ns: NOW_NS, ..Snapshot::default() }, "server", LampLevel::Danger, "no server");
     }
 
     #[test]
@@ -385,22 +373,17 @@ mod tests {
             ..Status::default()
         };
         let lost = snapshot(&status(TimecodeState::Lost), &[]);
-        assert_eq!(lamp(&lost, "timecode"), expected(LampLevel::Danger, "Art-Net, lost"));
-        assert_eq!(lamp(&lost, "source"), expected(LampLevel::Warning, "a replay of a recording"));
-        assert_eq!(
-            lamp(&snapshot(&status(TimecodeState::None), &[]), "timecode"),
-            expected(LampLevel::Off, "not followed")
-        );
-        let run = DescribedRun::new(0, Config::load(None, Overrides::default()).expect("the paper's"));
+        check(&lost, "timecode", LampLevel::Danger, "Art-Net, lost");
+        check(&lost, "source", LampLevel::Warning, "a replay of a recording");
+        check(&snapshot(&status(TimecodeState::None), &[]), "timecode", LampLevel::Off, "not followed");
+        let run = DescribedRun::new(0, Config::load(None, |_| ()).expect("the paper's"));
         let guarded = Snapshot { guard: GuardSituation::Missing, run: Some(Arc::new(run)), ..lost };
-        assert_eq!(lamp(&guarded, "guard"), expected(LampLevel::Danger, "missing, margin 0.5 mm"));
+        check(&guarded, "guard", LampLevel::Danger, "missing, margin 0.5 mm");
     }
 
     #[test]
     fn a_span_has_the_units_that_matter() {
-        assert_eq!(
-            [0.4, 59.0, 60.0, 3_599.0, 3_600.0].map(long_span),
-            ["0 s", "59 s", "1 min", "59 min", "1 h 00 min"]
-        );
+        let spans = [0.4, 59.0, 60.0, 3_599.0, 3_600.0].map(long_span);
+        assert_eq!(spans, ["0 s", "59 s", "1 min", "59 min", "1 h 00 min"]);
     }
 }

@@ -30,4 +30,4 @@ pub use observer::Observer;
 pub use planned_clearance::PlannedClearance;
 pub use reader_log::{ReaderCount, ReaderLog};
 pub use show_forecast::ShowForecast;
-pub use snapshot::{FrameCopy, LeastClearance, Snapshot, SourcePresence, plan_view};
+pub use snapshot::{FrameCopy, LeastClearance, Snapshot, SourcePresence};

@@ -75,12 +75,11 @@ impl Observer {
         }
         match Ports::open(&self.domain, self.name) {
             Ok(opened) => {
-                state.can_read();
-                state.begin_reading(monotonic_ns());
+                state.can_read(Some(monotonic_ns()));
                 *ports = Some(opened);
             }
             Err(error) if error.is_absent() => {
-                state.can_read();
+                state.can_read(None);
                 thread::sleep(LOOK_PERIOD.min(wait));
             }
             Err(error) => return Err(error),

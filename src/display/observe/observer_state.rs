@@ -11,6 +11,7 @@ use super::current_run::CurrentRun;
 use super::frame_statistics::FrameCounter;
 use super::guard_situation::GuardSituation;
 use super::observer::Ports;
+use super::planned_clearance::ClearancePlanner;
 use super::snapshot::{FrameCopy, Snapshot, SourcePresence};
 use crate::config::Config;
 use crate::system::clock::monotonic_ns;
@@ -86,7 +87,6 @@ impl ObserverState {
         Ok(())
     }
 
-    /// Takes the newest frame.
     fn see(&mut self, frame: FrameCopy) {
         self.seen.frame = Some(Arc::new(frame));
         self.follow_run();
@@ -100,7 +100,6 @@ impl ObserverState {
         self.seen.forecast = forecast.unwrap_or_default();
     }
 
-    /// Judges whether the source is there.
     pub(super) fn judge(&mut self, domain: &Domain, now_ns: u64) {
         if now_ns.saturating_sub(self.source_asked_ns) >= SOURCE_PERIOD_NS {
             self.source_asked_ns = now_ns;
@@ -130,11 +129,6 @@ impl ObserverState {
         self.status.clone().filter(|status| status.run_id == run_id)
     }
 
-    /// Takes note that the bus is read from now on.
-    pub(super) fn begin_reading(&mut self, now_ns: u64) {
-        self.seen.reading_since_ns = Some(now_ns);
-    }
-
     /// Takes note that the bus cannot be read.
     pub(super) fn fail(&mut self, error: &BusError) {
         self.seen.reading_since_ns = None;
@@ -142,14 +136,14 @@ impl ObserverState {
         self.newest = None;
     }
 
-    /// Takes note that the bus can be read, or could be if it were there.
-    pub(super) fn can_read(&mut self) {
+    /// Takes note that the bus is read from an instant on, or could be read if it were there.
+    pub(super) fn can_read(&mut self, since_ns: Option<u64>) {
+        self.seen.reading_since_ns = since_ns;
         if matches!(self.seen.presence, SourcePresence::Failed { .. }) {
             self.seen.presence = SourcePresence::Waiting;
         }
     }
 
-    /// Everything, as it is now.
     pub(super) fn snapshot(&mut self, now_ns: u64) -> Snapshot {
         let status = self.current_status();
         let statistics = self.counter.statistics(now_ns).clone();
@@ -158,11 +152,11 @@ impl ObserverState {
             snapshot.run = Some(Arc::clone(&run.run));
             snapshot.least = run.least;
             snapshot.chart = Some(Arc::clone(&run.chart));
-            snapshot.plan = run.plan();
+            snapshot.plan = run.planner.as_ref().map(ClearancePlanner::latest);
             snapshot.clock = Some(run.clock(&frame.header));
-            let guard = status
-                .as_deref()
-                .map(|status| GuardSituation::of(status, &frame.header, snapshot.nearest, run.run.config.margin_m()));
+            let guard = status.as_deref().map(|status| {
+                GuardSituation::of(status, &frame.header, snapshot.nearest, run.run.config.tables().monitor.margin_m)
+            });
             snapshot.guard = guard.unwrap_or_default();
         }
         Snapshot { status, ..snapshot }
@@ -200,7 +194,6 @@ impl ObserverState {
 mod tests {
     use super::super::ShowForecast;
     use super::*;
-    use crate::config::Overrides;
 
     fn see(state: &mut ObserverState, run_id: u64, toml: &str) -> Snapshot {
         state.description = Some(Description { run_id, toml: toml.to_owned() });
@@ -212,7 +205,7 @@ mod tests {
     #[test]
     fn of_a_run_that_cannot_be_read_nothing_is_said_but_its_frames() {
         let mut state = ObserverState::new(0, false);
-        let toml = Config::load(None, Overrides::default()).expect("the paper's").to_toml();
+        let toml = Config::load(None, |_| ()).expect("the paper's").to_toml();
         let known = see(&mut state, 1, &toml);
         assert!(known.run.is_some() && known.chart.is_some(), "{known:?}");
         assert_ne!(known.forecast, ShowForecast::Unknown);

@@ -3,13 +3,14 @@
 //! All of it is against the head's travel, because the state of a dragon is a function of its travel alone. A
 //! [`TravelClock`](super::TravelClock) converts travel to show time.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::Arc;
 use std::{io, thread};
 
 use bench_dragon_geometry::clearance::{Contact, ContactSearch, PairClearance};
 use bench_dragon_geometry::dragon::{Dragon, Meter};
 use bench_dragon_geometry::planner::{ClosestApproach, clearance_profile, near_misses, on_one_core};
 use rustix::process::setpriority_process;
+use tokio::sync::watch;
 
 /// Points of the curve, evenly over the run.
 const POINTS: usize = 600;
@@ -51,111 +52,81 @@ impl PlannedClearance {
         curve.sort_by(|one, other| one.travel_m.total_cmp(&other.travel_m));
         curve
     }
-}
-
-/// Works a plan out step by step; each item is the plan with one step more.
-///
-/// A step has bounded work. A search whose step runs out of it ends there, and what lies beyond stays unknown.
-pub(super) struct Planning {
-    dragon: Dragon,
-    near_m: f64,
-    contacts: ContactSearch,
-    next: Step,
-    plan: PlannedClearance,
-}
-
-/// What is to be worked out next.
-#[derive(Clone, Copy, Debug)]
-enum Step {
-    /// The points from this one on.
-    Points(usize),
-    /// The contact in this part of the run.
-    Contact(usize),
-    /// The near misses in this part of the travel from the start to here, in metres, where no benches touch.
-    NearMisses(usize, f64),
-    Done,
-}
-
-impl Planning {
-    /// A plan of the dragon's run, with the near misses under `near_m`.
-    pub(super) fn new(dragon: &Dragon, near_m: f64) -> Self {
-        let dragon = dragon.metered(&Meter::of(WORK_PER_STEP));
-        Self {
-            contacts: ContactSearch::new(&dragon),
-            dragon,
-            near_m,
-            next: Step::Points(0),
-            plan: PlannedClearance::default(),
-        }
-    }
-
-    /// The travel at this share of the way from the start to `to_m`.
-    fn travel_m(&self, part: usize, of: usize, to_m: f64) -> f64 {
-        let from_m = self.dragon.start_travel_m();
-        if part >= of { to_m } else { from_m + (to_m - from_m) * (part as f64 / of as f64) }
-    }
-
-    fn add_points(&mut self, from: usize) -> Step {
-        let to = (from + POINTS_PER_STEP).min(POINTS);
-        let end_m = self.dragon.end_travel_m();
-        let travels_m: Vec<f64> = (from..to).map(|point| self.travel_m(point, POINTS - 1, end_m)).collect();
-        let found = clearance_profile(&self.dragon, &travels_m, || ());
-        self.plan.points.extend(found.approaches);
-        if to == POINTS || found.ends_early_m.is_some() { Step::Contact(0) } else { Step::Points(to) }
-    }
-
-    fn find_contact(&mut self, part: usize) -> Step {
-        let end_m = self.dragon.end_travel_m();
-        let [from_m, to_m] = [part, part + 1].map(|part| self.travel_m(part, STEPS, end_m));
-        match self.contacts.first(from_m, to_m) {
-            Ok(Some(contact)) => {
-                self.plan.contact = Some(contact);
-                Step::NearMisses(0, contact.travel_m)
-            }
-            Ok(None) if part + 1 < STEPS => Step::Contact(part + 1),
-            Ok(None) => Step::NearMisses(0, end_m),
-            Err(spent) => Step::NearMisses(0, spent.reached_m.clamp(from_m, to_m)),
-        }
-    }
-
-    fn add_near_misses(&mut self, part: usize, free_to_m: f64) -> Step {
-        let [from_m, to_m] = [part, part + 1].map(|part| self.travel_m(part, STEPS, free_to_m));
-        let overlap_m = OVERLAP_LINKS * self.dragon.dimensions().link_m(1);
-        let first_m = (from_m - overlap_m).max(self.dragon.start_travel_m());
-        let found = near_misses(&self.dragon, first_m, (to_m + overlap_m).min(free_to_m), self.near_m, |_| ());
-        let within = found.approaches.into_iter().filter(|miss| (from_m..to_m).contains(&miss.travel_m));
-        self.plan.near_misses.extend(within);
-        self.keep_nearest();
-        let is_over = part + 1 == STEPS || found.ends_early_m.is_some();
-        if is_over { Step::Done } else { Step::NearMisses(part + 1, free_to_m) }
-    }
 
     fn keep_nearest(&mut self) {
-        let misses = &mut self.plan.near_misses;
+        let misses = &mut self.near_misses;
         let Some(dropped) = misses.len().checked_sub(MAX_NEAR_MISSES) else { return };
         misses.sort_by(|one, other| one.pair.clearance_m.total_cmp(&other.pair.clearance_m));
         misses.truncate(MAX_NEAR_MISSES);
         misses.sort_by(|one, other| one.travel_m.total_cmp(&other.travel_m));
-        self.plan.near_misses_dropped += dropped;
+        self.near_misses_dropped += dropped;
     }
 }
 
-impl Iterator for Planning {
-    type Item = PlannedClearance;
-
-    fn next(&mut self) -> Option<PlannedClearance> {
-        self.dragon.meter().restart();
-        self.next = match self.next {
-            // Fewer than three benches have no pair but neighbours.
-            Step::Points(0) if self.dragon.dimensions().benches() < 3 => Step::Done,
-            Step::Points(from) => self.add_points(from),
-            Step::Contact(part) => self.find_contact(part),
-            Step::NearMisses(part, free_to_m) => self.add_near_misses(part, free_to_m),
-            Step::Done => return None,
-        };
-        self.plan.is_complete = matches!(self.next, Step::Done);
-        Some(self.plan.clone())
+/// Works out the plan of the dragon's run, with the near misses under `near_m`, and shows it after each step for as long as `show`
+/// returns true.
+///
+/// A step has bounded work. A search whose step runs out of it ends there, and what lies beyond stays unknown.
+fn work_out(dragon: &Dragon, near_m: f64, mut show: impl FnMut(&PlannedClearance) -> bool) {
+    let dragon = dragon.metered(&Meter::of(WORK_PER_STEP));
+    let mut plan = PlannedClearance::default();
+    // Fewer than three benches have no pair but neighbours.
+    if dragon.dimensions().benches() < 3 {
+        plan.is_complete = true;
+        show(&plan);
+        return;
     }
+    let mut free_to_m = dragon.end_travel_m();
+    for from in (0..POINTS).step_by(POINTS_PER_STEP) {
+        let points = from..(from + POINTS_PER_STEP).min(POINTS);
+        let travels_m: Vec<f64> = points.map(|point| share_m(&dragon, point, POINTS - 1, free_to_m)).collect();
+        dragon.meter().restart();
+        let found = clearance_profile(&dragon, &travels_m, || ());
+        plan.points.extend(found.approaches);
+        if !show(&plan) {
+            return;
+        }
+        if found.ends_early_m.is_some() {
+            break;
+        }
+    }
+    let mut contacts = ContactSearch::new(&dragon);
+    for part in 0..STEPS {
+        let [from_m, to_m] = [part, part + 1].map(|part| share_m(&dragon, part, STEPS, dragon.end_travel_m()));
+        dragon.meter().restart();
+        let found = contacts.first(from_m, to_m);
+        let is_over = !matches!(found, Ok(None));
+        match found {
+            Ok(None) => {}
+            Ok(Some(contact)) => (plan.contact, free_to_m) = (Some(contact), contact.travel_m),
+            Err(spent) => free_to_m = spent.reached_m.clamp(from_m, to_m),
+        }
+        if !show(&plan) {
+            return;
+        }
+        if is_over {
+            break;
+        }
+    }
+    let overlap_m = OVERLAP_LINKS * dragon.dimensions().link_m(1);
+    for part in 0..STEPS {
+        let [from_m, to_m] = [part, part + 1].map(|part| share_m(&dragon, part, STEPS, free_to_m));
+        let first_m = (from_m - overlap_m).max(dragon.start_travel_m());
+        dragon.meter().restart();
+        let found = near_misses(&dragon, first_m, (to_m + overlap_m).min(free_to_m), near_m, |_| ());
+        plan.near_misses.extend(found.approaches.into_iter().filter(|miss| (from_m..to_m).contains(&miss.travel_m)));
+        plan.keep_nearest();
+        plan.is_complete = part + 1 == STEPS || found.ends_early_m.is_some();
+        if !show(&plan) || plan.is_complete {
+            return;
+        }
+    }
+}
+
+/// The travel at this share of the run from the start to `to_m`.
+fn share_m(dragon: &Dragon, part: usize, of: usize, to_m: f64) -> f64 {
+    let from_m = dragon.start_travel_m();
+    if part >= of { to_m } else { from_m + (to_m - from_m) * (part as f64 / of as f64) }
 }
 
 /// The thread's niceness: frames and snapshots come first.
@@ -164,7 +135,7 @@ const NICENESS: i32 = 10;
 /// A plan in the making. The thread is not joined: it ends with its owner, after the step that it is in.
 #[derive(Debug)]
 pub(super) struct ClearancePlanner {
-    latest: Arc<Mutex<Arc<PlannedClearance>>>,
+    latest: watch::Receiver<Arc<PlannedClearance>>,
 }
 
 impl ClearancePlanner {
@@ -173,13 +144,14 @@ impl ClearancePlanner {
     /// # Errors
     /// The operating system's reason why there can be no thread for it.
     pub(super) fn start(dragon: &Dragon, near_m: f64) -> io::Result<Self> {
-        let latest = Arc::new(Mutex::new(Arc::default()));
-        let shared = Arc::downgrade(&latest);
+        let (sender, latest) = watch::channel(Arc::default());
         let dragon = dragon.clone();
+        // Fails where nobody waits for a plan any more.
+        let show = move |plan: &PlannedClearance| sender.send(Arc::new(plan.clone())).is_ok();
         let work = move || {
             // Of the calling thread alone, as Linux has it. Where it is refused, the work is done all the same.
             let _ = setpriority_process(None, NICENESS);
-            on_one_core(|| plan(&dragon, near_m, &shared));
+            on_one_core(|| work_out(&dragon, near_m, show));
         };
         thread::Builder::new().name("plan".to_owned()).spawn(work)?;
         Ok(Self { latest })
@@ -187,20 +159,8 @@ impl ClearancePlanner {
 
     /// What is known at present.
     pub(super) fn latest(&self) -> Arc<PlannedClearance> {
-        Arc::clone(&lock(&self.latest))
+        Arc::clone(&self.latest.borrow())
     }
-}
-
-/// Works the plan out for as long as somebody waits for it.
-fn plan(dragon: &Dragon, near_m: f64, latest: &Weak<Mutex<Arc<PlannedClearance>>>) {
-    for plan in Planning::new(dragon, near_m) {
-        let Some(latest) = latest.upgrade() else { return };
-        *lock(&latest) = Arc::new(plan);
-    }
-}
-
-fn lock(latest: &Mutex<Arc<PlannedClearance>>) -> MutexGuard<'_, Arc<PlannedClearance>> {
-    latest.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
@@ -210,14 +170,22 @@ mod tests {
     use super::*;
     use crate::config::Config;
 
-    fn planned(toml: &str) -> Vec<PlannedClearance> {
-        let config = Config::from_toml(toml).expect("a valid text");
-        Planning::new(config.dragon(), config.near_m()).collect()
+    /// The plan after each step.
+    fn planned(toml: &str, near_m: f64) -> Vec<PlannedClearance> {
+        let mut plans = Vec::new();
+        work_out(Config::from_toml(toml).expect("a valid text").dragon(), near_m, |plan| {
+            plans.push(plan.clone());
+            true
+        });
+        plans
     }
+
+    /// The configuration's default.
+    const NEAR_M: f64 = 0.02;
 
     #[test]
     fn the_papers_plan_has_its_contact_its_near_misses_and_its_clearances() {
-        let plans = planned("");
+        let plans = planned("", NEAR_M);
         let plan = plans.last().expect("a plan");
         let contact = plan.contact.expect("a contact");
         assert!((contact.travel_m - 412.473_838).abs() < 1e-6 && contact.benches == [0, 8], "{contact:?}");
@@ -239,7 +207,7 @@ mod tests {
 
     #[test]
     fn each_step_adds_to_the_plan_and_takes_nothing_away() {
-        let plans = planned("");
+        let plans = planned("", NEAR_M);
         for pair in plans.windows(2) {
             assert!(pair[1].points.starts_with(&pair[0].points));
             assert!(pair[1].near_misses.starts_with(&pair[0].near_misses));
@@ -249,17 +217,17 @@ mod tests {
 
     #[test]
     fn a_seam_between_two_searches_loses_and_doubles_no_near_miss() {
-        const NEAR_M: f64 = 0.08;
+        const FAR_M: f64 = 0.08;
         let config = Config::from_toml("").expect("the paper's");
         let dragon = config.dragon();
-        let plan = Planning::new(dragon, NEAR_M).last().expect("a plan");
+        let plan = planned("", FAR_M).pop().expect("a plan");
         let contact_m = plan.contact.expect("a contact").travel_m;
-        let at_once = near_misses(dragon, dragon.start_travel_m(), contact_m, NEAR_M, |_| ()).approaches;
+        let at_once = near_misses(dragon, dragon.start_travel_m(), contact_m, FAR_M, |_| ()).approaches;
         let pairs = |misses: &[ClosestApproach]| misses.iter().map(|miss| miss.pair.benches).collect::<Vec<_>>();
         assert!(at_once.len() > 10, "{}", at_once.len());
         assert_eq!(pairs(&plan.near_misses), pairs(&at_once));
         for (found, known) in plan.near_misses.iter().zip(&at_once) {
-            // At its least a clearance is flat: rounding moves its place.
+            // At its least a clearance is flat: rounding moves its travel.
             assert!((found.travel_m - known.travel_m).abs() < 1e-4, "{found:?}, {known:?}");
             assert!((found.pair.clearance_m - known.pair.clearance_m).abs() < 1e-10, "{found:?}, {known:?}");
         }
@@ -267,22 +235,21 @@ mod tests {
 
     #[test]
     fn of_more_near_misses_than_are_kept_the_nearest_stay_in_order() {
-        let config = Config::from_toml("").expect("the paper's");
-        let mut planning = Planning::new(config.dragon(), config.near_m());
+        let mut plan = PlannedClearance::default();
         let miss = |at: usize| ClosestApproach {
             travel_m: at as f64,
             pair: PairClearance { benches: [0, 2], clearance_m: 1.0 / (at + 1) as f64, point: DVec2::ZERO },
         };
-        planning.plan.near_misses = (0..MAX_NEAR_MISSES + 5).map(miss).collect();
-        planning.keep_nearest();
-        let kept: Vec<f64> = planning.plan.near_misses.iter().map(|miss| miss.travel_m).collect();
+        plan.near_misses = (0..MAX_NEAR_MISSES + 5).map(miss).collect();
+        plan.keep_nearest();
+        let kept: Vec<f64> = plan.near_misses.iter().map(|miss| miss.travel_m).collect();
         assert_eq!(kept, (5..MAX_NEAR_MISSES + 5).map(|at| at as f64).collect::<Vec<_>>());
-        assert_eq!(planning.plan.near_misses_dropped, 5);
+        assert_eq!(plan.near_misses_dropped, 5);
     }
 
     #[test]
     fn a_dragon_of_two_benches_has_an_empty_plan() {
-        let plans = planned("[dragon]\nbenches = 2\n");
+        let plans = planned("[dragon]\nbenches = 2\n", NEAR_M);
         assert_eq!(plans.len(), 1);
         assert!(plans[0].is_complete && plans[0].curve().is_empty());
     }

@@ -11,14 +11,12 @@ const KEPT_NAMES: usize = 64;
 
 /// What the readers of one name have reported, all together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[expect(missing_docs, reason = "each field is what its name says")]
 pub struct ReaderCount {
     /// How many there were, one after the other or side by side.
     pub readers: u64,
-    /// Frames read.
     pub frames: u64,
-    /// Frames lost.
     pub lost: u64,
-    /// Bytes written.
     pub bytes_written: u64,
     /// When the last report of any of them was sent, in nanoseconds of `CLOCK_MONOTONIC`.
     pub sent_ns: u64,

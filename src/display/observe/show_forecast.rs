@@ -1,6 +1,6 @@
 //! The next event of the show: a contact, a stop by the guard, or a rest.
 
-use bench_dragon_ipc::ShowState;
+use bench_dragon_ipc::{GuardState, ShowState, Status};
 use serde::Serialize;
 
 use super::head_motion::{Arrival, HeadMotion};
@@ -47,62 +47,45 @@ pub enum ShowForecast {
     },
 }
 
-/// What ends the head's walk.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct WalkLimits {
-    /// The run's end, in metres of travel.
-    pub(super) end_m: f64,
-    /// Of a guarded head.
-    pub(super) guard: Option<GuardLimits>,
-}
-
-/// What the guard lets the head walk.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct GuardLimits {
-    /// Whether a guard runs, which may grant more.
-    pub(super) runs: bool,
-    /// Travel up to which it has granted.
-    pub(super) granted_to_m: f64,
-    /// Travel at which the proven travel ends for good, where it is known.
-    pub(super) end_m: Option<f64>,
-}
-
 impl ShowForecast {
-    /// What a forecast says of a head in motion. The forecast of a guarded head is of the guard's margin, and of any other
-    /// one of contacts.
-    pub(super) fn of(forecast: &Forecast, motion: &HeadMotion, state: Option<ShowState>, limits: &WalkLimits) -> Self {
+    /// What a forecast says of a head in motion, whose run ends at the travel `end_m`. The forecast of a guarded head, whose server's
+    /// status `guarded` is, is of the guard's margin, and that of any other one of contacts.
+    pub(super) fn of(
+        forecast: &Forecast,
+        motion: &HeadMotion,
+        state: Option<ShowState>,
+        end_m: f64,
+        guarded: Option<&Status>,
+    ) -> Self {
         match state {
-            Some(ShowState::Stopping) => return Self::of_stopping(forecast, motion, limits),
+            Some(ShowState::Stopping) => return Self::of_stopping(forecast, motion, end_m, guarded),
             Some(ShowState::Ended) => return Self::Unknown,
             _ => {}
         }
-        match limits.guard {
-            Some(GuardLimits { runs: false, granted_to_m, .. }) if granted_to_m < limits.end_m => {
-                return Self::GuardStop { at: motion.resting_at(granted_to_m), benches: None };
-            }
-            _ => {}
+        let abandoned = guarded.filter(|status| status.guard_state() == Some(GuardState::Missing));
+        if let Some(status) = abandoned.filter(|status| status.granted_to_m < end_m) {
+            return Self::GuardStop { at: motion.resting_at(status.granted_to_m), benches: None };
         }
-        if !forecast.covers(motion.travel_m()) {
+        if !forecast.covers(motion.clock.travel_m) {
             return Self::Unknown;
         }
-        match (forecast.contact, limits.guard) {
-            (Some(contact), Some(guard)) => {
-                let rest_m = guard.end_m.filter(|end_m| *end_m < contact.travel_m).unwrap_or(contact.travel_m);
+        match (forecast.contact, guarded) {
+            (Some(contact), Some(status)) => {
+                let rest_m = status.guard_end().filter(|end_m| *end_m < contact.travel_m).unwrap_or(contact.travel_m);
                 Self::GuardStop { at: motion.resting_at(rest_m), benches: Some(contact.benches) }
             }
             (Some(contact), None) => Self::Contact { at: motion.passing(contact.travel_m), benches: contact.benches },
             (None, _) => {
-                let (to_m, is_end) = (forecast.free_to_m.max(motion.travel_m()), forecast.free_to_m >= limits.end_m);
+                let (to_m, is_end) = (forecast.free_to_m.max(motion.clock.travel_m), forecast.free_to_m >= end_m);
                 Self::Free { to: if is_end { motion.resting_at(to_m) } else { motion.passing(to_m) }, is_end }
             }
         }
     }
 
     /// A contact counts only where it comes before the rest. In granted travel there is none.
-    fn of_stopping(forecast: &Forecast, motion: &HeadMotion, limits: &WalkLimits) -> Self {
-        let granted_to_m = limits.guard.map_or(f64::INFINITY, |guard| guard.granted_to_m);
-        let at = motion.braking(limits.end_m.min(granted_to_m));
-        let contact = forecast.contact.filter(|_| limits.guard.is_none() && forecast.covers(motion.travel_m()));
+    fn of_stopping(forecast: &Forecast, motion: &HeadMotion, end_m: f64, guarded: Option<&Status>) -> Self {
+        let at = motion.braking(end_m.min(guarded.map_or(f64::INFINITY, |status| status.granted_to_m)));
+        let contact = forecast.contact.filter(|_| guarded.is_none() && forecast.covers(motion.clock.travel_m));
         match contact.filter(|contact| contact.travel_m <= at.travel_m) {
             Some(contact) => Self::Contact { at: motion.passing_braking(contact.travel_m), benches: contact.benches },
             None => Self::Rest { at },
@@ -111,10 +94,7 @@ impl ShowForecast {
 
     /// Show time of the contact ahead, in seconds.
     pub fn contact_s(&self) -> Option<f64> {
-        match self {
-            Self::Contact { at, .. } => Some(at.time_s),
-            Self::Unknown | Self::Free { .. } | Self::GuardStop { .. } | Self::Rest { .. } => None,
-        }
+        if let Self::Contact { at, .. } = self { Some(at.time_s) } else { None }
     }
 
     /// When it happens, or up to when it is known.
@@ -132,11 +112,10 @@ mod tests {
     use bench_dragon_geometry::clearance::Contact;
     use bench_dragon_ipc::FrameHeader;
     use glam::DVec2;
+    use serde_json::json;
 
     use super::*;
     use crate::display::observe::TravelClock;
-
-    const UNGUARDED: WalkLimits = WalkLimits { end_m: 50.0, guard: None };
 
     /// At 10 m and 10 s of show time, at a metre a show second, five times as fast as the clock, with 0.25 m/s².
     fn motion() -> HeadMotion {
@@ -149,71 +128,62 @@ mod tests {
         Forecast { from_m: 0.0, free_to_m: contact_m.unwrap_or(50.0), contact }
     }
 
-    fn ahead(contact_m: Option<f64>, state: ShowState, limits: WalkLimits) -> ShowForecast {
-        ShowForecast::of(&forecast(contact_m), &motion(), Some(state), &limits)
+    fn ahead(contact_m: Option<f64>, state: ShowState, guarded: Option<&Status>) -> ShowForecast {
+        ShowForecast::of(&forecast(contact_m), &motion(), Some(state), 50.0, guarded)
     }
 
-    fn guarded(runs: bool, granted_to_m: f64, end_m: Option<f64>) -> WalkLimits {
-        WalkLimits { end_m: 50.0, guard: Some(GuardLimits { runs, granted_to_m, end_m }) }
+    fn guarded(guard: GuardState, granted_to_m: f64, guard_end_m: f64) -> Status {
+        Status { guard: guard.to_wire(), granted_to_m, guard_end_m, ..Status::default() }
     }
 
     #[test]
     fn a_contact_is_counted_down_by_the_clock_on_the_wall() {
-        let ahead = ahead(Some(13.7), ShowState::Running, UNGUARDED);
+        let ahead = ahead(Some(13.7), ShowState::Running, None);
         let ShowForecast::Contact { at, benches: [0, 8] } = ahead else { panic!("{ahead:?}") };
         assert!((at.time_s - 13.7).abs() < 1e-12 && (at.wall_s - 0.74).abs() < 1e-12, "{at:?}");
     }
 
     #[test]
     fn a_stopping_head_touches_only_what_comes_before_it_stands() {
-        let rest = ahead(Some(13.0), ShowState::Stopping, UNGUARDED);
+        let rest = ahead(Some(13.0), ShowState::Stopping, None);
         assert_eq!(rest, ShowForecast::Rest { at: Arrival { travel_m: 12.0, time_s: 14.0, wall_s: 0.8 } });
-        let contact = ahead(Some(11.5), ShowState::Stopping, UNGUARDED);
+        let contact = ahead(Some(11.5), ShowState::Stopping, None);
         assert_eq!(contact.contact_s(), Some(12.0));
-        let at_grants_end = ahead(None, ShowState::Stopping, guarded(true, 11.0, None));
+        let at_grants_end = ahead(None, ShowState::Stopping, Some(&guarded(GuardState::Running, 11.0, Status::NONE)));
         assert_eq!(at_grants_end.arrival().map(|at| at.travel_m), Some(11.0));
     }
 
     #[test]
     fn of_a_run_that_has_ended_nothing_lies_ahead() {
-        assert_eq!(ahead(Some(13.0), ShowState::Ended, UNGUARDED), ShowForecast::Unknown);
+        assert_eq!(ahead(Some(13.0), ShowState::Ended, None), ShowForecast::Unknown);
     }
 
     #[test]
     fn a_guarded_head_has_no_contact_ahead_but_a_stop() {
-        let stop = ahead(Some(20.0), ShowState::Running, guarded(true, 11.5, None));
+        let stop = ahead(Some(20.0), ShowState::Running, Some(&guarded(GuardState::Running, 11.5, Status::NONE)));
         // Eight metres at speed, and two in which it brakes for four seconds.
-        assert_eq!(
-            stop,
-            ShowForecast::GuardStop {
-                at: Arrival { travel_m: 20.0, time_s: 22.0, wall_s: 2.4 },
-                benches: Some([0, 8])
-            }
-        );
-        let known = ahead(Some(20.0), ShowState::Running, guarded(true, 19.0, Some(19.0)));
+        let at = Arrival { travel_m: 20.0, time_s: 22.0, wall_s: 2.4 };
+        assert_eq!(stop, ShowForecast::GuardStop { at, benches: Some([0, 8]) });
+        let known = ahead(Some(20.0), ShowState::Running, Some(&guarded(GuardState::Running, 19.0, 19.0)));
         assert_eq!(known.arrival().map(|at| at.travel_m), Some(19.0));
-        let free = ahead(None, ShowState::Running, guarded(true, 11.5, None));
+        let free = ahead(None, ShowState::Running, Some(&guarded(GuardState::Running, 11.5, Status::NONE)));
         assert!(matches!(free, ShowForecast::Free { is_end: true, .. }), "{free:?}");
     }
 
     #[test]
     fn without_its_guard_a_head_stops_where_its_grants_end() {
-        let stop = ahead(Some(40.0), ShowState::Running, guarded(false, 15.0, None));
+        let stop = ahead(Some(40.0), ShowState::Running, Some(&guarded(GuardState::Missing, 15.0, Status::NONE)));
         let ShowForecast::GuardStop { at, benches: None } = stop else { panic!("{stop:?}") };
         assert_eq!((at.travel_m, at.wall_s), (15.0, 1.4));
-        let whole = ahead(None, ShowState::Running, guarded(false, 50.0, Some(50.0)));
+        let whole = ahead(None, ShowState::Running, Some(&guarded(GuardState::Missing, 50.0, 50.0)));
         assert!(matches!(whole, ShowForecast::Free { is_end: true, .. }), "{whole:?}");
     }
 
     #[test]
     fn as_json_it_has_its_arrival_beside_its_kind() {
-        let json = serde_json::to_value(ahead(Some(15.0), ShowState::Running, UNGUARDED)).expect("JSON");
-        assert_eq!(
-            json,
-            serde_json::json!({
-                "kind": "contact", "travel_m": 15.0, "time_s": 15.0, "wall_s": 1.0, "benches": [0, 8]
-            })
-        );
+        let json = serde_json::to_value(ahead(Some(15.0), ShowState::Running, None)).expect("JSON");
+        let expected = json!({ "kind": "contact", "travel_m": 15.0, "time_s": 15.0, "wall_s": 1.0, "benches": [0, 8] });
+        assert_eq!(json, expected);
         assert_eq!(serde_json::to_value(ShowForecast::Unknown).expect("JSON")["kind"], "unknown");
     }
 }

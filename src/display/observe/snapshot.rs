@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use bench_dragon_geometry::clearance::PairClearance;
 use bench_dragon_ipc::{FrameHeader, HandleState, ShowState, Status};
-use glam::DVec2;
 use serde::Serialize;
 
 use super::described_run::{ClearanceChart, DescribedRun};
@@ -40,10 +39,11 @@ const FRESH_NS: u64 = 1_000_000_000;
 
 /// What an observer shows.
 #[derive(Clone, Debug, Default)]
+#[expect(missing_docs, reason = "the types of the fields say what they are")]
 pub struct Snapshot {
     /// When it was seen, in nanoseconds of `CLOCK_MONOTONIC`.
     pub seen_ns: u64,
-    /// Whether there was a source then, and whether it said anything. How that is to be taken later tells [`Snapshot::presence_at`].
+    /// The source's presence at that instant; [`Snapshot::presence_at`] judges a later one.
     pub presence: SourcePresence,
     /// Whether the process of a source is there.
     pub has_source: bool,
@@ -57,11 +57,8 @@ pub struct Snapshot {
     pub nearest: Option<PairClearance>,
     /// The least clearance of all snapshots of this run.
     pub least: Option<LeastClearance>,
-    /// What lies ahead.
     pub forecast: ShowForecast,
-    /// How it stands with the guard.
     pub guard: GuardSituation,
-    /// The clearance so far.
     pub chart: Option<Arc<ClearanceChart>>,
     /// The clearance over the whole run as far as the planner has worked it out; for an observer that plans.
     pub plan: Option<Arc<PlannedClearance>>,
@@ -69,22 +66,14 @@ pub struct Snapshot {
     pub clock: Option<TravelClock>,
     /// The server's account of itself; of the run that the frame is of.
     pub status: Option<Arc<Status>>,
-    /// The frames that arrive.
     pub statistics: FrameStatistics,
-    /// The alerts that have come.
     pub alerts: Arc<AlertLog>,
-    /// What the readers have reported of themselves.
     pub readers: Arc<ReaderLog>,
     /// The newest commands, the operators', the timecode's and refused ones of the guard.
     pub commands: Arc<CommandHistory>,
 }
 
 impl Snapshot {
-    /// Before anything has been looked at.
-    pub fn empty(seen_ns: u64) -> Self {
-        Self { seen_ns, ..Self::default() }
-    }
-
     /// With a frame that has no handles, from a source that lives.
     #[cfg(test)]
     pub(crate) fn live(header: FrameHeader) -> Self {
@@ -109,7 +98,7 @@ impl Snapshot {
     /// ```
     /// use bench_dragon::display::observe::{SourcePresence, Snapshot};
     ///
-    /// let snapshot = Snapshot { presence: SourcePresence::Live, ..Snapshot::empty(5_000_000_000) };
+    /// let snapshot = Snapshot { presence: SourcePresence::Live, seen_ns: 5_000_000_000, ..Snapshot::default() };
     /// assert_eq!(snapshot.presence_at(6_000_000_000), SourcePresence::Live);
     /// assert_eq!(snapshot.presence_at(6_000_000_001).name(), "failed");
     /// ```
@@ -121,8 +110,9 @@ impl Snapshot {
     }
 }
 
-/// How an observer stands to the source of the frames.
+/// Whether the source of the frames is present to an observer. `age_ns` is how long ago the last frame was sent.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the type says what the fields are")]
 pub enum SourcePresence {
     /// No frame has been seen yet.
     #[default]
@@ -130,25 +120,13 @@ pub enum SourcePresence {
     /// Frames come.
     Live,
     /// The source's process is there, and says nothing: it hangs, or was suspended.
-    Silent {
-        /// How long ago the last frame was sent, in nanoseconds.
-        age_ns: u64,
-    },
+    Silent { age_ns: u64 },
     /// The run has ended in order.
-    Ended {
-        /// How long ago its last frame was sent, in nanoseconds.
-        age_ns: u64,
-    },
+    Ended { age_ns: u64 },
     /// The source's process is gone, and the run has not ended in order.
-    Gone {
-        /// How long ago the last frame was sent, in nanoseconds.
-        age_ns: u64,
-    },
-    /// The bus cannot be read.
-    Failed {
-        /// Why, in one line.
-        reason: String,
-    },
+    Gone { age_ns: u64 },
+    /// The bus cannot be read, for this reason in one line.
+    Failed { reason: String },
 }
 
 /// Beyond this age, and this many periods where frames come seldom, a source that is there is silent.
@@ -198,9 +176,4 @@ impl SourcePresence {
             (false, false) => Self::Gone { age_ns },
         }
     }
-}
-
-/// A handle's position as seen from above, in metres.
-pub fn plan_view(handle: &HandleState) -> DVec2 {
-    DVec2::new(handle.position_m[0], handle.position_m[1])
 }

@@ -16,10 +16,10 @@ const TOKEN_HEADER: &str = "x-bench-dragon-token";
 /// The rules of a view.
 #[derive(Clone, Debug)]
 pub(super) struct Access {
-    token: Token,
-    is_read_only: bool,
+    pub(super) token: Token,
+    pub(super) is_read_only: bool,
     /// Whether looking takes the token too: whoever can reach the address need not be on this machine.
-    is_exposed: bool,
+    pub(super) is_exposed: bool,
 }
 
 /// What a request may do.
@@ -30,14 +30,6 @@ pub(super) struct Rights {
 }
 
 impl Access {
-    pub(super) fn new(token: Token, is_read_only: bool, is_exposed: bool) -> Self {
-        Self { token, is_read_only, is_exposed }
-    }
-
-    pub(super) fn is_read_only(&self) -> bool {
-        self.is_read_only
-    }
-
     /// Judges a request by its headers.
     pub(super) fn rights(&self, headers: &HeaderMap) -> Rights {
         let knows = shown(headers).any(|shown| self.token.is(shown));
@@ -130,9 +122,9 @@ mod tests {
     #[test]
     fn steering_takes_the_token_and_so_does_looking_where_others_can_reach_the_view() {
         let token: Token = "0123456789abcdef".parse().expect("a token");
-        let local = Access::new(token.clone(), false, false);
-        let exposed = Access::new(token.clone(), false, true);
-        let read_only = Access::new(token, true, false);
+        let local = Access { token, is_read_only: false, is_exposed: false };
+        let exposed = Access { is_exposed: true, ..local.clone() };
+        let read_only = Access { is_read_only: true, ..local.clone() };
         let rights = |may_view, may_control| Rights { may_view, may_control };
         for known in [
             headers("authorization", "Bearer 0123456789abcdef"),

@@ -36,10 +36,8 @@ pub(super) fn encode_frame(sequence: u32, frame: &FrameCopy, nearest: Option<Pai
     let mut bytes = Vec::with_capacity(HEADER_LEN + frame.handles.len() * HANDLE_LEN);
     let benches = nearest.map_or([NO_BENCH; 2], |pair| pair.benches.map(|bench| bench as u32));
     let (clearance_m, point_m) = nearest.map_or((f64::NAN, [0.0; 2]), |pair| (pair.clearance_m, pair.point.to_array()));
-    for word in [KIND, sequence, header.bench_count, header.state] {
-        bytes.extend_from_slice(&word.to_le_bytes());
-    }
-    for value in [
+    bytes.extend_from_slice([KIND, sequence, header.bench_count, header.state].map(u32::to_le_bytes).as_flattened());
+    let doubles = [
         header.run_id as f64,
         header.tick as f64,
         header.sim_time_s(),
@@ -47,20 +45,14 @@ pub(super) fn encode_frame(sequence: u32, frame: &FrameCopy, nearest: Option<Pai
         header.head_speed_mps,
         header.time_scale,
         clearance_m,
-    ] {
-        bytes.extend_from_slice(&value.to_le_bytes());
-    }
-    for bench in benches {
-        bytes.extend_from_slice(&bench.to_le_bytes());
-    }
-    for value in point_m {
-        bytes.extend_from_slice(&value.to_le_bytes());
-    }
+    ];
+    bytes.extend_from_slice(doubles.map(f64::to_le_bytes).as_flattened());
+    bytes.extend_from_slice(benches.map(u32::to_le_bytes).as_flattened());
+    bytes.extend_from_slice(point_m.map(f64::to_le_bytes).as_flattened());
     for handle in &frame.handles {
         let [x_m, y_m, _] = handle.position_m;
-        for value in [x_m, y_m, handle.speed_mps()] {
-            bytes.extend_from_slice(&(value as f32).to_le_bytes());
-        }
+        let floats = [x_m, y_m, handle.speed_mps()].map(|value| (value as f32).to_le_bytes());
+        bytes.extend_from_slice(floats.as_flattened());
     }
     bytes
 }

@@ -7,8 +7,8 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::display::observe::{Controls, DescribedRun, Numbered, PlannedClearance, Snapshot, SourcePresence, lamps};
+use crate::output::command_words::CommandWords;
 use crate::output::histogram::Percentiles;
-use crate::output::report::CommandWords;
 
 /// The name of a kind or a state that only a newer source knows.
 const UNKNOWN: &str = "unknown";
@@ -28,11 +28,11 @@ pub(super) fn run_message(run: &DescribedRun) -> Value {
         "start_s": config.start_s(),
         // The latest show time that may be sought: with ramps the run ends later.
         "end_s": config.last_seek_s(),
-        "near_m": config.near_m(),
-        "margin_m": config.margin_m(),
-        "guarded": config.is_guarded(),
-        "planned_speed_mps": config.head_speed_mps(),
-        "rate_hz": config.rate_hz(),
+        "near_m": config.tables().monitor.near_m,
+        "margin_m": config.tables().monitor.margin_m,
+        "guarded": config.tables().monitor.guard,
+        "planned_speed_mps": config.tables().head.speed_mps,
+        "rate_hz": config.tables().serve.rate_hz,
         // From point to point: x, y, x, y, …, to a millimetre.
         "route": run.route.iter().flat_map(DVec2::to_array).map(|value_m| (value_m * 1e3).round() / 1e3).collect::<Vec<_>>(),
     })
@@ -263,7 +263,7 @@ mod tests {
 
     #[test]
     fn a_page_shows_that_the_observer_stands_still() {
-        let snapshot = Snapshot { presence: SourcePresence::Live, ..Snapshot::empty(5_000_000_000) };
+        let snapshot = Snapshot { presence: SourcePresence::Live, seen_ns: 5_000_000_000, ..Snapshot::default() };
         let presence_at = |now_ns| status_message(&snapshot, 0, now_ns)["link"].clone();
         assert_eq!(presence_at(5_900_000_000)["state"], "live");
         let stale = presence_at(6_100_000_000);

@@ -10,7 +10,6 @@
 //! frame, by its sequence number, and commands; to the page go frames, and JSON with a `type`.
 
 mod access;
-mod assets;
 mod frame_message;
 mod messages;
 mod page_stream;
@@ -30,12 +29,12 @@ use axum::middleware::{self, Next};
 use axum::response::Response;
 use axum::routing::{any, get, post};
 use bench_dragon_ipc::{BusError, Domain, Request, Sender};
+use include_dir::{Dir, File, include_dir};
 use serde_json::json;
 use tokio::sync::{Semaphore, oneshot, watch};
 use tokio::time::timeout;
 
 use self::access::{Access, Rights};
-use self::assets::{Asset, assets};
 use self::messages::read_command;
 use self::page_stream::{MAX_MESSAGE_BYTES, NumberedSnapshot, PageStream};
 use super::metrics;
@@ -45,6 +44,9 @@ use crate::command_queue::{CommandQueue, CommandQueueError, HOLD_PATIENCE};
 
 pub use self::access::{Token, TokenError};
 
+/// The page's files, in the program.
+static PAGE: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/src/display/view/page");
+
 /// Streams at a time.
 pub const MAX_VIEWERS: usize = 32;
 /// The WebSocket protocol of a page's stream.
@@ -53,17 +55,6 @@ const PROTOCOL: &str = "bench-dragon.view.v1";
 const MAX_COMMAND_BYTES: usize = 1 << 10;
 /// How long a body may take.
 const BODY_PATIENCE: Duration = Duration::from_secs(5);
-
-/// How a view is set up.
-#[derive(Debug)]
-pub struct ViewSettings {
-    /// What steering takes.
-    pub token: Token,
-    /// Whether nobody may steer.
-    pub is_read_only: bool,
-    /// Where it listens: off loopback, looking takes the token too.
-    pub address: IpAddr,
-}
 
 /// A view of one instance.
 #[derive(Clone, Debug)]
@@ -81,15 +72,15 @@ struct Inner {
 }
 
 impl View {
-    /// A view of a domain's instance, which sends its commands there.
+    /// A view of a domain's instance, which sends its commands there. Steering takes the token, unless nobody may steer. Off loopback,
+    /// looking takes the token too.
     ///
     /// # Errors
     /// As [`CommandQueue::open`].
-    pub fn open(domain: Domain, settings: ViewSettings) -> io::Result<Self> {
-        let ViewSettings { token, is_read_only, address } = settings;
+    pub fn open(domain: Domain, token: Token, is_read_only: bool, address: IpAddr) -> io::Result<Self> {
         Ok(Self(Arc::new(Inner {
             instance: domain.instance().to_string(),
-            access: Access::new(token, is_read_only, !address.is_loopback()),
+            access: Access { token, is_read_only, is_exposed: !address.is_loopback() },
             commands: CommandQueue::open(domain, "view-command", Sender::Page)?,
             snapshots: watch::Sender::new(Arc::default()),
             closing: watch::Sender::new(false),
@@ -115,10 +106,8 @@ impl View {
 
     /// The router of its requests.
     pub fn router(&self) -> Router {
-        let pages = assets().fold(Router::new(), |router, Asset { path, media_type, bytes }| {
-            router.route(&path, get(async move || page(media_type, bytes)))
-        });
-        pages
+        PAGE.files()
+            .fold(Router::new(), add_page)
             .route("/access", get(report_access))
             .route("/metrics", get(report_metrics))
             .route("/stream", any(open_stream))
@@ -136,7 +125,7 @@ impl View {
     /// Whether a command may be read, by its headers alone.
     #[expect(clippy::result_large_err, reason = "it is the reply")]
     fn check_command(&self, headers: &HeaderMap) -> Result<(), Response> {
-        if self.0.access.is_read_only() {
+        if self.0.access.is_read_only {
             return Err(refuse(StatusCode::FORBIDDEN, "this view takes no commands: it was started with --read-only"));
         }
         if !self.rights(headers).may_control {
@@ -159,11 +148,24 @@ fn refuse_look() -> Response {
     refuse(StatusCode::UNAUTHORIZED, "looking from elsewhere takes the token that `bench-dragon view` printed")
 }
 
-fn page(media_type: &'static str, bytes: &'static [u8]) -> Response {
-    let mut response = text(StatusCode::OK, media_type, bytes);
-    // The next version of the program has other files under the same names.
-    response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
-    response
+/// Adds a file of the page. A new one is embedded once a file that is here already imports it.
+fn add_page(router: Router<View>, file: &'static File<'_>) -> Router<View> {
+    let media_type = match file.path().extension().and_then(|extension| extension.to_str()) {
+        Some("css") => "text/css; charset=utf-8",
+        Some("html") => "text/html; charset=utf-8",
+        Some("js") => "text/javascript; charset=utf-8",
+        Some("svg") => "image/svg+xml",
+        other => unreachable!("a page has no files of the kind {other:?}"),
+    };
+    let name = file.path().display().to_string();
+    let path = if name == "index.html" { "/".to_owned() } else { format!("/{name}") };
+    let page = async move || {
+        let mut response = text(StatusCode::OK, media_type, file.contents());
+        // The next version of the program has other files under the same names.
+        response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+        response
+    };
+    router.route(&path, get(page))
 }
 
 /// Whoever may steer keeps the connection, however many others come.
@@ -181,7 +183,7 @@ async fn report_access(State(View(view)): State<View>, headers: HeaderMap) -> Re
     let report = json!({
         "version": env!("CARGO_PKG_VERSION"),
         "instance": if may_view { &view.instance } else { "" },
-        "read_only": view.access.is_read_only(),
+        "read_only": view.access.is_read_only,
         "may_view": may_view,
         "may_control": may_control,
         "viewers": MAX_VIEWERS - view.viewers.available_permits(),

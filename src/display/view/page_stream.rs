@@ -146,7 +146,11 @@ impl PageStream {
         self.send(Message::Binary(bytes)).await?;
         self.send_plan(&newest).await?;
         self.send_alerts(&newest).await?;
-        self.send_commands(&newest).await
+        let commands = &newest.snapshot.commands.log;
+        for command in commands.since(std::mem::replace(&mut self.sent.next_command, commands.total)) {
+            self.send_json(&command_message(command)).await?;
+        }
+        Ok(())
     }
 
     /// Sends the planned clearance, unless the page has it already: once a run, and a few times before it is complete.
@@ -173,19 +177,10 @@ impl PageStream {
 
     /// Sends the alerts that are new.
     async fn send_alerts(&mut self, newest: &NumberedSnapshot) -> Result<(), StreamEnd> {
-        for alert in newest.snapshot.alerts.log.since(self.sent.next_alert) {
+        let alerts = &newest.snapshot.alerts.log;
+        for alert in alerts.since(std::mem::replace(&mut self.sent.next_alert, alerts.total)) {
             self.send_json(&alert_message(alert)).await?;
         }
-        self.sent.next_alert = newest.snapshot.alerts.log.total();
-        Ok(())
-    }
-
-    /// Sends the commands that are new.
-    async fn send_commands(&mut self, newest: &NumberedSnapshot) -> Result<(), StreamEnd> {
-        for command in newest.snapshot.commands.log.since(self.sent.next_command) {
-            self.send_json(&command_message(command)).await?;
-        }
-        self.sent.next_command = newest.snapshot.commands.log.total();
         Ok(())
     }
 

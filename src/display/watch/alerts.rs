@@ -8,7 +8,7 @@ use crate::display::observe::Snapshot;
 
 /// A title and as many of the filter's alerts as there are lines.
 pub(super) fn lines(snapshot: &Snapshot, look: Look, filter: AlertFilter, count: usize) -> Vec<Line<'static>> {
-    let total = snapshot.alerts.log.total();
+    let total = snapshot.alerts.log.total;
     let count_words = match total {
         0 => "no alerts".to_owned(),
         1 => "1 alert".to_owned(),

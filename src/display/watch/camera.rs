@@ -7,7 +7,8 @@ use ratatui::crossterm::event::KeyCode;
 use ratatui::layout::Rect;
 
 use super::look::Glyphs;
-use crate::display::observe::{FrameCopy, Snapshot, plan_view};
+use crate::display::observe::{FrameCopy, Snapshot};
+use crate::safety::monitor::plan_view;
 
 /// One step of the zoom, and how far it may go. 1 shows all of the route.
 const ZOOM_STEP: f64 = 1.25;
@@ -22,7 +23,8 @@ const MARGIN: f64 = 0.03;
 /// What is seen of the plan, as the keys have set it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Camera {
-    follows: bool,
+    /// Whether the head is followed.
+    pub(super) follows: bool,
     zoom: f64,
     /// From the head where that is followed, else from the middle of all, in metres.
     offset: DVec2,
@@ -66,11 +68,6 @@ impl Camera {
             _ => return false,
         }
         true
-    }
-
-    /// Whether the head is followed.
-    pub(super) fn follows(&self) -> bool {
-        self.follows
     }
 
     /// What is seen in an area of cells; `None` where there is nothing to see or nowhere to show it.
@@ -144,7 +141,6 @@ impl Extent {
     }
 }
 
-/// Where the head is.
 pub(super) fn head(frame: &FrameCopy) -> Option<DVec2> {
     frame.handles.first().map(plan_view)
 }

@@ -138,7 +138,7 @@ mod tests {
     fn a_screen_of_80_by_24_has_all_that_a_show_is_watched_for() {
         let snapshot = snapshot(ShowState::Running, 300.0);
         let text = text_after("", &snapshot);
-        for told in [
+        for figure in [
             "RUNNING",
             "t 300.000 s",
             "1.000 m/s",
@@ -154,7 +154,7 @@ mod tests {
             "space pause",
             "q quit",
         ] {
-            assert!(text.contains(told), "{told} is missing in\n{text}");
+            assert!(text.contains(figure), "{figure} is missing in\n{text}");
         }
         let dots = text.chars().filter(|symbol| ('\u{2801}'..='\u{28ff}').contains(symbol)).count();
         assert!(dots > 280, "{dots} cells with dots in\n{text}");
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn a_source_that_says_nothing_is_told_across_the_plan_and_in_the_first_line() {
+    fn a_silent_source_is_reported_across_the_plan_and_in_the_first_line() {
         let words = ["WAITING", "SILENT", "LOST", "FAILED"];
         for ((width, height), (presence, word)) in [(40, 12), (80, 24), (200, 60)]
             .into_iter()
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn without_colours_everything_is_still_told_by_words() {
+    fn without_colours_everything_is_still_there_in_words() {
         let look = Look { theme: Theme::Plain, glyphs: Glyphs::Braille };
         for presence in presences() {
             let snapshot = Snapshot { presence, ..snapshot(ShowState::Held, 300.0) };

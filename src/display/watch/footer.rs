@@ -1,6 +1,6 @@
 //! The last two lines: the outcome of the last command, or a prompt; and the keys.
 
-use bench_dragon_ipc::{CommandEvent, CommandReply, Request};
+use bench_dragon_ipc::{CommandReply, Request};
 use ratatui::Frame;
 use ratatui::layout::{Position, Rect};
 use ratatui::text::{Line, Span};
@@ -11,7 +11,7 @@ use super::look::{Tone, strong};
 use super::screen::Screen;
 use crate::command_queue::CommandQueueError;
 use crate::display::observe::{Controls, Snapshot};
-use crate::output::report::{CommandWords, request_words};
+use crate::output::command_words::request_words;
 
 /// Keys that are always shown.
 const HELP: (&str, &str) = ("?", "help");
@@ -99,7 +99,8 @@ fn fitting<'a>(keys: &[(&'a str, &'a str)], columns: usize) -> Vec<(&'a str, &'a
 /// One line about a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CommandOutcome {
-    pub(super) text: String,
+    /// The line.
+    pub text: String,
     pub(super) tone: Tone,
     /// Where the command was a speed: the tick from which it holds, or that it will not be walked at.
     pub(super) speed: Option<Result<u64, ()>>,
@@ -109,22 +110,6 @@ impl CommandOutcome {
     /// The command is on its way.
     pub fn sent(request: Request) -> Self {
         Self::new(format!("{}: sent", request_words(request)), Tone::Calm)
-    }
-
-    /// Nothing was sent, for it would be refused.
-    pub(super) fn not_sent(request: Request, reason: &str) -> Self {
-        Self::new(format!("{}: not sent: {reason}", request_words(request)), Tone::Caution)
-    }
-
-    /// A command that somebody else has given.
-    pub(super) fn of_others(event: &CommandEvent) -> Self {
-        let words = CommandWords::from(event);
-        Self::new(format!("{} {}", words.clock, words.text), Tone::Calm)
-    }
-
-    /// Nothing was sent.
-    pub(super) fn rejected(why: String) -> Self {
-        Self::new(why, Tone::Caution)
     }
 
     /// What the server said, or why it said nothing.
@@ -141,12 +126,7 @@ impl CommandOutcome {
         Self { speed: matches!(request, Request::Speed { .. }).then_some(from_tick), ..reply }
     }
 
-    /// The line.
-    pub fn text(&self) -> &str {
-        &self.text
-    }
-
-    fn new(text: String, tone: Tone) -> Self {
+    pub(super) fn new(text: String, tone: Tone) -> Self {
         Self { text, tone, speed: None }
     }
 }

@@ -11,7 +11,6 @@ use super::panel::short;
 use super::screen::Screen;
 use crate::display::observe::{GuardSituation, Lamp, LampLevel, Snapshot, SourcePresence, lamps};
 
-/// Draws the first line.
 pub(super) fn draw_status(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
     let look = screen.look;
     let condition = Condition::of(snapshot);

@@ -4,9 +4,11 @@ use bench_dragon_ipc::{Request, ShowState};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::footer::CommandOutcome;
-use super::prompt::{Confirmation, NumberEntry, NumberKind};
+use super::look::Tone;
+use super::prompt::{Confirmation, NumberEntry};
 use super::screen::{Overlay, Screen};
 use crate::display::observe::{Controls, Snapshot};
+use crate::output::command_words::request_words;
 
 /// What is to be done about a key, beside drawing the screen anew.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,8 +26,9 @@ pub enum KeyAction {
 impl Screen {
     /// A key was hit, while this snapshot was shown, at this instant of a clock that never goes back.
     pub fn press(&mut self, key: KeyEvent, snapshot: &Snapshot, now_ns: u64) -> KeyAction {
-        // Whatever is hit withdraws the confirmation, if it is not the answer.
-        let confirmation = self.confirmation.take().filter(|confirmation| confirmation.stands(snapshot, now_ns));
+        self.withdraw_confirmation(snapshot, now_ns);
+        // Any key withdraws the confirmation, unless it is the answer.
+        let confirmation = self.confirmation.take();
         if key.modifiers.contains(KeyModifiers::CONTROL) {
             return match key.code {
                 KeyCode::Char('c') => KeyAction::Quit,
@@ -87,7 +90,8 @@ impl Screen {
         let controls = Controls::of(snapshot);
         let reason = controls.refusal(request);
         if let Some(reason) = reason {
-            self.reply = Some(CommandOutcome::not_sent(request, reason));
+            let text = format!("{}: not sent: {reason}", request_words(request));
+            self.reply = Some(CommandOutcome::new(text, Tone::Caution));
         }
         reason.is_some()
     }
@@ -98,8 +102,8 @@ impl Screen {
             ' ' => self.command(space_request(snapshot), snapshot),
             '+' | '=' => self.step_speed(snapshot, 1.0),
             '-' | '_' => self.step_speed(snapshot, -1.0),
-            'v' => self.ask_for(NumberKind::Speed, snapshot),
-            's' => self.ask_for(NumberKind::Seek, snapshot),
+            'v' => self.type_in(NumberEntry::speed(), "speed", Controls::of(snapshot).speed),
+            's' => self.type_in(NumberEntry::seek(), "seek", Controls::of(snapshot).seek),
             _ => KeyAction::None,
         }
     }
@@ -109,14 +113,11 @@ impl Screen {
         self.command(Request::Speed { speed_mps }, snapshot)
     }
 
-    fn ask_for(&mut self, kind: NumberKind, snapshot: &Snapshot) -> KeyAction {
-        let refusal = match kind {
-            NumberKind::Speed => ("speed", Controls::of(snapshot).speed),
-            NumberKind::Seek => ("seek", Controls::of(snapshot).seek),
-        };
-        match refusal {
-            (name, Some(reason)) => self.reply = Some(CommandOutcome::rejected(format!("{name}: not sent: {reason}"))),
-            (_, None) => self.entry = Some(NumberEntry::new(kind)),
+    /// Begins to take a number, unless its command would be refused.
+    fn type_in(&mut self, entry: NumberEntry, name: &str, refusal: Option<String>) -> KeyAction {
+        match refusal.map(|reason| CommandOutcome::new(format!("{name}: not sent: {reason}"), Tone::Caution)) {
+            Some(reply) => self.reply = Some(reply),
+            None => self.entry = Some(entry),
         }
         KeyAction::None
     }
@@ -133,7 +134,7 @@ impl Screen {
                 match request {
                     Ok(request @ Request::Seek { .. }) => return self.ask(request, snapshot, now_ns),
                     Ok(request) => return self.command(request, snapshot),
-                    Err(why) => self.reply = Some(CommandOutcome::rejected(why)),
+                    Err(why) => self.reply = Some(CommandOutcome::new(why, Tone::Caution)),
                 }
             }
             _ => {}
@@ -205,7 +206,7 @@ mod tests {
     fn a_hold_does_not_wait_for_a_number_that_is_half_typed() {
         let (mut screen, snapshot) = (new_screen(false), walking(ShowState::Running, 1.0));
         assert_eq!(type_keys(&mut screen, "s12h", &snapshot), [KeyAction::Command(Request::Hold)]);
-        assert_eq!(screen.entry, None);
+        assert!(screen.entry.is_none());
     }
 
     #[test]
@@ -215,12 +216,9 @@ mod tests {
             for before in ["", "s12", "v", "?", "r"] {
                 let mut screen = new_screen(false);
                 type_keys(&mut screen, before, &snapshot);
-                assert_eq!(
-                    type_keys(&mut screen, key, &snapshot),
-                    [KeyAction::Command(Request::Hold)],
-                    "{before}{key}"
-                );
-                assert_eq!((screen.entry, screen.confirmation, screen.overlay), (None, None, None));
+                let actions = type_keys(&mut screen, key, &snapshot);
+                assert_eq!(actions, [KeyAction::Command(Request::Hold)], "{before}{key}");
+                assert!(screen.entry.is_none() && screen.confirmation.is_none() && screen.overlay.is_none());
             }
         }
     }
@@ -231,7 +229,7 @@ mod tests {
         let actions = type_keys(&mut screen, "S12\n\nV2\nFZXQ", &snapshot);
         let expected = [Request::Seek { sim_time_s: 12.0 }, Request::Speed { speed_mps: 2.0 }].map(KeyAction::Command);
         assert_eq!(actions, [&expected[..], &[KeyAction::Quit]].concat());
-        assert!(screen.camera.follows());
+        assert!(screen.camera.follows);
     }
 
     #[test]

@@ -56,7 +56,6 @@ impl Theme {
         }
     }
 
-    /// Text of a tone.
     pub(super) fn text(self, tone: Tone) -> Style {
         let style = Style::new().fg(self.colour(tone.colour()));
         if tone == Tone::Danger { style.add_modifier(Modifier::BOLD) } else { style }
@@ -161,7 +160,6 @@ impl Glyphs {
         if self == Self::Ascii { ASCII } else { border::PLAIN }
     }
 
-    /// The signs of this set of characters.
     pub(super) fn signs(self) -> &'static Signs {
         if self == Self::Ascii { &ASCII_SIGNS } else { &UNICODE_SIGNS }
     }

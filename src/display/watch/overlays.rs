@@ -36,7 +36,6 @@ fn reason(snapshot: &Snapshot, instance: &str) -> Option<String> {
     }
 }
 
-/// Draws all keys in the middle of an area.
 pub(super) fn draw_help(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     let look = screen.look;
     let commands = [
@@ -66,7 +65,6 @@ pub(super) fn draw_help(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     draw_box(frame, area, HELP_WIDTH, lines, Alignment::Left, Block::bordered().title(" keys "), screen);
 }
 
-/// Draws all lamps in the middle of an area.
 pub(super) fn draw_all_lamps(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
     let line = |lamp: &Lamp| {
         let (sign, style) = lamp_sign(lamp.level, screen.look);

@@ -5,7 +5,7 @@ use bench_dragon_ipc::ShowState;
 use ratatui::text::{Line, Span};
 
 use super::look::{Glyphs, Look, Tone, strong};
-use crate::display::observe::{Arrival, GuardSituation, LeastClearance, ShowForecast, Snapshot};
+use crate::display::observe::{Arrival, GuardSituation, ShowForecast, Snapshot};
 
 /// In six lines: the clearance and its pair, the least so far, and what lies ahead.
 pub(super) fn lines(snapshot: &Snapshot, look: Look) -> Vec<Line<'static>> {
@@ -41,23 +41,25 @@ pub(super) fn tone(clearance_m: f64, near_m: f64) -> Option<Tone> {
 
 /// From here on a pair is near.
 pub(super) fn near_m(snapshot: &Snapshot) -> f64 {
-    snapshot.run.as_ref().map_or(0.0, |run| run.config.near_m())
+    snapshot.run.as_ref().map_or(0.0, |run| run.config.tables().monitor.near_m)
 }
 
 fn nearest(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
-    let Some(PairClearance { clearance_m, benches: [one, another], .. }) = snapshot.nearest else {
-        return figure("clearance", "unknown".to_owned(), None, "", look);
-    };
-    let (tone, detail) = (tone(clearance_m, near_m(snapshot)), format!("benches {one} and {another}"));
-    figure("clearance", millimetres(clearance_m), tone, &detail, look)
+    let known = snapshot.nearest.map(|PairClearance { clearance_m, benches: [one, another], .. }| {
+        (clearance_m, format!("benches {one} and {another}"))
+    });
+    clearance("clearance", known, snapshot, look)
 }
 
 fn least(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
-    let Some(LeastClearance { clearance_m, time_s }) = snapshot.least else {
-        return figure("least", "unknown".to_owned(), None, "", look);
-    };
-    let (tone, detail) = (tone(clearance_m, near_m(snapshot)), format!("at {time_s:.3} s"));
-    figure("least", millimetres(clearance_m), tone, &detail, look)
+    let known = snapshot.least.map(|least| (least.clearance_m, format!("at {:.3} s", least.time_s)));
+    clearance("least", known, snapshot, look)
+}
+
+fn clearance(name: &str, known: Option<(f64, String)>, snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
+    let Some((clearance_m, detail)) = known else { return figure(name, "unknown".to_owned(), None, "", look) };
+    // To the micrometre.
+    figure(name, format!("{:.3} mm", clearance_m * 1e3), tone(clearance_m, near_m(snapshot)), &detail, look)
 }
 
 /// The guard's stop of a head that stands there comes before all that a forecast says.
@@ -155,11 +157,6 @@ pub(super) fn span(time_ns: u64, glyphs: Glyphs) -> String {
         9_950_000..999_500_000 => format!("{:.0} ms", time_us * 1e-3),
         _ => format!("{:.1} s", time_us * 1e-6),
     }
-}
-
-/// A clearance to the micrometre.
-fn millimetres(length_m: f64) -> String {
-    format!("{:.3} mm", length_m * 1e3)
 }
 
 /// A number without decimals that say nothing.

@@ -1,7 +1,6 @@
 //! The dragon on its route, seen from above, in dots.
 
 use bench_dragon_geometry::dragon::Board;
-use bench_dragon_ipc::HandleState;
 use glam::DVec2;
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -13,7 +12,8 @@ use super::camera::{Viewport, head};
 use super::look::{Theme, Tone, strong};
 use super::panel::{near_m, short, tone};
 use super::screen::Screen;
-use crate::display::observe::{DescribedRun, FrameCopy, Snapshot, plan_view};
+use crate::display::observe::{DescribedRun, FrameCopy, Snapshot};
+use crate::safety::monitor::plan_view;
 
 /// A board that is so many dots wide is drawn with its outline, and as a line where it is less.
 const OUTLINED_DOTS: f64 = 3.0;
@@ -22,7 +22,6 @@ const ROUTE_DOTS: f64 = 4.0;
 /// The longest scale, as a share of the plan's width.
 const SCALE_SHARE: f64 = 0.25;
 
-/// Draws it, with a scale.
 pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
     let look = screen.look;
     let Some(viewport) = screen.camera.viewport(area, look.glyphs, snapshot) else { return };
@@ -59,61 +58,38 @@ fn paint(context: &mut Context<'_>, viewport: &Viewport, snapshot: &Snapshot, sc
 
 /// The tail first, so that the head lies on top, and over it the nearest pair.
 fn paint_boards(context: &mut Context<'_>, viewport: &Viewport, copy: &FrameCopy, snapshot: &Snapshot, theme: Theme) {
+    let (handles, mut boards) = (&copy.handles, Vec::new());
+    if let Some(run) = snapshot.run.as_ref().filter(|run| run.config.dragon().dimensions().handles() == handles.len()) {
+        run.config.dragon().place_boards_at(handles, plan_view, &mut boards);
+    }
+    let mut draw = |bench: usize, colour: Color| {
+        let colour = theme.colour(colour);
+        if let Some(board) = boards.get(bench) {
+            draw_board(context, viewport, board, colour);
+        } else if let [front, rear] = handles.get(bench..bench + 2).unwrap_or_default() {
+            // Without a description only the lines from hinge to hinge are known.
+            line(context, [plan_view(front), plan_view(rear)], colour);
+        }
+    };
+    for bench in (0..handles.len().saturating_sub(1)).rev() {
+        draw(bench, if bench == 0 { Color::Red } else { Color::Cyan });
+    }
     let nearest = snapshot.nearest.map(|nearest| nearest.benches);
-    let mut boards = Boards::of(copy, snapshot.run.as_deref());
-    boards.outlined = boards.width_m() >= OUTLINED_DOTS * viewport.dot_m;
-    for bench in (0..boards.count()).rev() {
-        let colour = if bench == 0 { Color::Red } else { Color::Cyan };
-        boards.draw(context, viewport, bench, theme.colour(colour));
-    }
-    for bench in nearest.into_iter().flatten() {
-        boards.draw(context, viewport, bench, theme.colour(Color::Magenta));
-    }
+    nearest.into_iter().flatten().for_each(|bench| draw(bench, Color::Magenta));
 }
 
-/// The boards of a frame; without a description only the lines from hinge to hinge are known.
-struct Boards<'a> {
-    handles: &'a [HandleState],
-    placed: Vec<Board>,
-    outlined: bool,
-}
-
-impl<'a> Boards<'a> {
-    fn of(copy: &'a FrameCopy, run: Option<&DescribedRun>) -> Self {
-        let mut placed = Vec::new();
-        if let Some(run) = run.filter(|run| run.config.dragon().dimensions().handles() == copy.handles.len()) {
-            run.config.dragon().place_boards_at(&copy.handles, plan_view, &mut placed);
-        }
-        Self { handles: &copy.handles, placed, outlined: false }
+fn draw_board(context: &mut Context<'_>, viewport: &Viewport, board: &Board, colour: Color) {
+    if !viewport.extent.reaches(board.centre, board.radius_m()) {
+        return;
     }
-
-    fn count(&self) -> usize {
-        self.handles.len().saturating_sub(1)
-    }
-
-    fn width_m(&self) -> f64 {
-        self.placed.first().map_or(0.0, |board| 2.0 * board.half_width)
-    }
-
-    fn draw(&self, context: &mut Context<'_>, viewport: &Viewport, bench: usize, colour: Color) {
-        let Some(board) = self.placed.get(bench) else {
-            if let [front, rear] = self.handles.get(bench..bench + 2).unwrap_or_default() {
-                line(context, [plan_view(front), plan_view(rear)], colour);
-            }
-            return;
-        };
-        if !viewport.extent.reaches(board.centre, board.radius_m()) {
-            return;
+    if 2.0 * board.half_width >= OUTLINED_DOTS * viewport.dot_m {
+        let [a, b, c, d] = board.corners();
+        for ends in [[a, b], [b, c], [c, d], [d, a]] {
+            line(context, ends, colour);
         }
-        if self.outlined {
-            let [a, b, c, d] = board.corners();
-            for ends in [[a, b], [b, c], [c, d], [d, a]] {
-                line(context, ends, colour);
-            }
-        } else {
-            let along = board.half_length * board.heading;
-            line(context, [board.centre - along, board.centre + along], colour);
-        }
+    } else {
+        let along = board.half_length * board.heading;
+        line(context, [board.centre - along, board.centre + along], colour);
     }
 }
 
@@ -134,7 +110,7 @@ fn scale(viewport: &Viewport, width: u16, screen: &Screen) -> Text<'static> {
     let Some(length_m) = length_m else { return Text::default() };
     let cells = ((length_m / viewport.cell_m).round() as usize).saturating_sub(2);
     let [begin, between, end] = look.glyphs.signs().span;
-    let camera = if screen.camera.follows() { "  following the head" } else { "" };
+    let camera = if screen.camera.follows { "  following the head" } else { "" };
     let text = format!("{begin}{}{end} {} m{camera}", between.repeat(cells), short(length_m));
     Text::styled(text, look.theme.faint())
 }

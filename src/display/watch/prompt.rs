@@ -3,29 +3,31 @@
 use bench_dragon_ipc::Request;
 use ratatui::crossterm::event::KeyCode;
 
+use super::footer::CommandOutcome;
+use super::look::Tone;
 use crate::display::observe::Snapshot;
-use crate::output::report::request_words;
+use crate::output::command_words::request_words;
 
 /// The longest one.
 const LONGEST: usize = 16;
 
-/// What the number is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum NumberKind {
-    Speed,
-    Seek,
-}
-
 /// The number as far as it is typed.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub(super) struct NumberEntry {
-    kind: NumberKind,
+    asked: &'static str,
+    request: fn(f64) -> Request,
     text: String,
 }
 
 impl NumberEntry {
-    pub(super) fn new(kind: NumberKind) -> Self {
-        Self { kind, text: String::new() }
+    pub(super) fn speed() -> Self {
+        let request = |speed_mps| Request::Speed { speed_mps };
+        Self { asked: "speed of the head in m/s", request, text: String::new() }
+    }
+
+    pub(super) fn seek() -> Self {
+        let request = |sim_time_s| Request::Seek { sim_time_s };
+        Self { asked: "show time to go to in s", request, text: String::new() }
     }
 
     /// Adds a character; one that no number has is left out.
@@ -36,33 +38,26 @@ impl NumberEntry {
         }
     }
 
-    /// Takes the last character back.
     pub(super) fn take_back(&mut self) {
         self.text.pop();
     }
 
     /// The line as it is shown; what is typed next comes at its end.
     pub(super) fn line(&self) -> String {
-        let asked = match self.kind {
-            NumberKind::Speed => "speed of the head in m/s",
-            NumberKind::Seek => "show time to go to in s",
-        };
-        format!("{asked}: {}", self.text)
+        format!("{}: {}", self.asked, self.text)
     }
 
     /// The command, or why it is none.
     pub(super) fn request(&self) -> Result<Request, String> {
         let value = self.text.parse().ok().filter(|value: &f64| value.is_finite());
         let value = value.ok_or_else(|| format!("{:?} is not a number: nothing was sent", self.text))?;
-        Ok(match self.kind {
-            NumberKind::Speed => Request::Speed { speed_mps: value },
-            NumberKind::Seek => Request::Seek { sim_time_s: value },
-        })
+        Ok((self.request)(value))
     }
 }
 
-/// So long the confirmation stands, in nanoseconds.
+/// How long a confirmation stands, in nanoseconds; and the reason that the screen gives afterwards.
 const STANDS_NS: u64 = 5_000_000_000;
+const NOT_CONFIRMED: &str = "it was not confirmed within 5 s";
 
 /// The confirmation: which command, since when it is asked, and of what show: its run and its state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,7 +73,6 @@ impl Confirmation {
         Self { request, asked_ns: now_ns, about: about(snapshot) }
     }
 
-    /// What is asked.
     pub(super) fn text(&self) -> String {
         match self.request {
             Request::Release => "release the hold? r again".to_owned(),
@@ -97,9 +91,20 @@ impl Confirmation {
         (code == key).then_some(self.request)
     }
 
-    /// Whether it still stands: of a show that has been held meanwhile, or has ended, it was not asked.
-    pub(super) fn stands(&self, snapshot: &Snapshot, now_ns: u64) -> bool {
-        now_ns.saturating_sub(self.asked_ns) < STANDS_NS && self.about == about(snapshot)
+    /// Why it no longer stands, if so: it stands for five seconds, and only for the show and the state that it was asked about.
+    pub(super) fn withdrawn_because(&self, snapshot: &Snapshot, now_ns: u64) -> Option<&'static str> {
+        if self.about != about(snapshot) {
+            Some("the show has changed meanwhile")
+        } else if now_ns.saturating_sub(self.asked_ns) >= STANDS_NS {
+            Some(NOT_CONFIRMED)
+        } else {
+            None
+        }
+    }
+
+    /// The line on the screen when it is withdrawn for a reason.
+    pub(super) fn withdrawal(&self, reason: &str) -> CommandOutcome {
+        CommandOutcome::new(format!("{}: not sent: {reason}", request_words(self.request)), Tone::Caution)
     }
 }
 
@@ -175,14 +180,18 @@ mod tests {
     fn a_release_is_not_asked_for_ever_nor_of_a_show_that_has_been_held_since() {
         let (held, running) = (walking(ShowState::Held, 0.0), walking(ShowState::Running, 1.0));
         let key = KeyEvent::new(KeyCode::Char('r'), KeyModifiers::NONE);
-        for (before, after, after_ns, stands) in
-            [(&held, &held, 4_999_999_999, true), (&held, &held, 5_000_000_000, false), (&held, &running, 1, false)]
-        {
+        for (before, after, after_ns, withdrawal) in [
+            (&held, &held, 4_999_999_999, None),
+            (&held, &held, 5_000_000_000, Some("release: not sent: it was not confirmed within 5 s")),
+            (&held, &running, 1, Some("release: not sent: the show has changed meanwhile")),
+        ] {
             let mut screen = new_screen(false);
             screen.press(key, before, 0);
-            let was_withdrawn = screen.clone().see(after, after_ns);
-            assert_eq!(was_withdrawn, !stands, "the screen shows it no longer");
-            assert_eq!(screen.press(key, after, after_ns) == KeyAction::Command(Request::Release), stands);
+            let mut shown = screen.clone();
+            assert_eq!(shown.see(after, after_ns), withdrawal.is_some(), "the screen shows it no longer");
+            assert_eq!(shown.reply.map(|reply| reply.text).as_deref(), withdrawal);
+            let is_sent = screen.press(key, after, after_ns) == KeyAction::Command(Request::Release);
+            assert_eq!(is_sent, withdrawal.is_none());
         }
     }
 }

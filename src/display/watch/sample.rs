@@ -10,15 +10,15 @@ use ratatui::buffer::{Buffer, Cell};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::{KeyAction, Look, Screen, draw};
-use crate::config::{Config, Overrides};
+use crate::config::Config;
 use crate::display::observe::{
     AlertLog, Arrival, ClearanceChart, DescribedRun, FrameCopy, LeastClearance, ShowForecast, Snapshot,
 };
-use crate::safety::monitor::run_alert;
+use crate::safety::monitor::{run_alert, walking_frame};
 
 /// The paper's dragon at a show time, live.
 pub(super) fn snapshot(state: ShowState, time_s: f64) -> Snapshot {
-    let run = DescribedRun::new(7, Config::load(None, Overrides::default()).expect("the paper's"));
+    let run = DescribedRun::new(7, Config::load(None, |_| ()).expect("the paper's"));
     let dragon = run.config.dragon();
     let positions: Vec<_> = dragon.chain(time_s).expect("within the run").map(|handle| handle.position).collect();
     let mut boards = Vec::new();
@@ -27,16 +27,8 @@ pub(super) fn snapshot(state: ShowState, time_s: f64) -> Snapshot {
     let mut chart = ClearanceChart::new(run.config.start_s(), run.config.end_s());
     (0..time_s as u32).for_each(|second| chart.note(second.into(), nearest.clearance_m));
     let handles = positions.iter().map(|at| HandleState { position_m: [at.x, at.y, 0.0], ..HandleState::default() });
-    let header = FrameHeader {
-        run_id: 7,
-        sim_time_ns: (time_s * 1e9) as i64,
-        head_travel_m: time_s,
-        head_speed_mps: 1.0,
-        time_scale: 20.0,
-        bench_count: 223,
-        state: state.to_wire(),
-        ..FrameHeader::default()
-    };
+    let (state, walking) = (state.to_wire(), walking_frame(0, time_s));
+    let header = FrameHeader { run_id: 7, time_scale: 20.0, bench_count: 223, state, ..walking };
     let mut alerts = AlertLog::default();
     alerts.push(run_alert(&header, AlertKind::Restarted));
     alerts.push(Alert { bench_a: 0, bench_b: 11, ..run_alert(&header, AlertKind::Near) });

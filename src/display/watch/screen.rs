@@ -1,15 +1,16 @@
 //! The state of the screen: what its user has chosen, and what it keeps of the past.
 
-use bench_dragon_ipc::{AlertKind, CommandEvent, FrameHeader, Sender};
+use bench_dragon_ipc::{AlertKind, CommandEvent, FrameHeader, Sender, Status};
 
 use super::alerts::AlertFilter;
 use super::camera::Camera;
 use super::charts::LatenessHistory;
 use super::footer::CommandOutcome;
-use super::look::Look;
+use super::look::{Look, Tone};
 use super::prompt::{Confirmation, NumberEntry};
 use super::speed_steps::SpeedSteps;
 use crate::display::observe::{GuardSituation, Lamp, LeastClearance, ShowForecast, Snapshot, SourcePresence, lamps};
+use crate::output::command_words::CommandWords;
 
 /// All that is shown beside the snapshot, and how.
 #[derive(Clone, Debug, Default)]
@@ -56,7 +57,16 @@ impl Screen {
         if let Some(status) = &snapshot.status {
             self.lateness.note(status);
         }
-        self.confirmation.take_if(|confirmation| !confirmation.stands(snapshot, now_ns)).is_some()
+        self.withdraw_confirmation(snapshot, now_ns)
+    }
+
+    /// Withdraws the confirmation if it no longer stands, and says why. Whether it did.
+    pub(super) fn withdraw_confirmation(&mut self, snapshot: &Snapshot, now_ns: u64) -> bool {
+        let Some(confirmation) = self.confirmation else { return false };
+        let Some(reason) = confirmation.withdrawn_because(snapshot, now_ns) else { return false };
+        self.confirmation = None;
+        self.reply = Some(confirmation.withdrawal(reason));
+        true
     }
 
     /// Keeps a contact until it is acknowledged, whether a monitor has found it or this program.
@@ -71,7 +81,7 @@ impl Screen {
         if let Some(alert) = found.last().map(|numbered| numbered.event) {
             self.past_contact = alert.pair().map(|pair| contact(pair, alert.sim_time_ns as f64 * 1e-9));
         }
-        self.seen_alerts = snapshot.alerts.log.total();
+        self.seen_alerts = snapshot.alerts.log.total;
     }
 
     /// Shows the newest command, unless it was given here: of that there is a reply.
@@ -79,9 +89,10 @@ impl Screen {
         let is_own = |event: &CommandEvent| event.sent_by() == Some(Sender::Watch) && event.pid == std::process::id();
         let newest = snapshot.commands.log.since(self.seen_commands).filter(|command| !is_own(&command.event)).last();
         if let Some(command) = newest {
-            self.reply = Some(CommandOutcome::of_others(&command.event));
+            let words = CommandWords::from(&command.event);
+            self.reply = Some(CommandOutcome::new(format!("{} {}", words.clock, words.text), Tone::Calm));
         }
-        self.seen_commands = snapshot.commands.log.total();
+        self.seen_commands = snapshot.commands.log.total;
     }
 
     /// Shows what became of a command.
@@ -102,52 +113,45 @@ fn contact(benches: [impl std::fmt::Display; 2], time_s: f64) -> String {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Appearance {
     presence: &'static str,
-    age_tenths: u64,
     header: FrameHeader,
     forecast: ShowForecast,
     least: Option<LeastClearance>,
-    run: Option<u64>,
-    statistics: [u64; 4],
-    lateness_ns: [u64; 5],
-    alerts: u64,
     guard: GuardSituation,
     lamps: Vec<Lamp>,
-    commands: u64,
-    /// What keeps the head from walking, and the kind of source.
-    stops: [u32; 2],
+    /// All else is a number.
+    figures: [u64; 15],
 }
 
 impl Appearance {
     /// The appearance of a snapshot.
     pub fn of(snapshot: &Snapshot) -> Self {
-        let header = snapshot.header().copied().unwrap_or_default();
-        let (statistics, status) = (&snapshot.statistics, snapshot.status.as_ref());
+        let (header, no_status) = (snapshot.header().copied().unwrap_or_default(), Status::default());
+        let (statistics, status) = (&snapshot.statistics, snapshot.status.as_deref().unwrap_or(&no_status));
         Self {
-            presence: match &snapshot.presence {
-                SourcePresence::Live => "",
-                other => other.name(),
-            },
-            age_tenths: (snapshot.presence.age_s().unwrap_or_default() * 10.0) as u64,
+            presence: if snapshot.presence == SourcePresence::Live { "" } else { snapshot.presence.name() },
             // A head that stands is the same from tick to tick.
             header: FrameHeader { tick: 0, scheduled_ns: 0, published_ns: 0, ..header },
             forecast: snapshot.forecast,
             least: snapshot.least,
-            run: snapshot.run.as_ref().map(|run| run.run_id),
-            statistics: [
+            guard: snapshot.guard,
+            lamps: lamps(snapshot, snapshot.seen_ns),
+            figures: [
+                (snapshot.presence.age_s().unwrap_or_default() * 10.0) as u64,
+                snapshot.run.as_ref().map_or(u64::MAX, |run| run.run_id),
                 statistics.lost,
                 statistics.restarts,
                 statistics.rate_hz.to_bits(),
                 statistics.latency.count(),
+                status.overruns,
+                status.behind_ns,
+                status.lateness_p50_ns,
+                status.lateness_p99_ns,
+                status.lateness_max_ns,
+                status.stops.into(),
+                status.source.into(),
+                snapshot.alerts.log.total,
+                snapshot.commands.log.total,
             ],
-            lateness_ns: status.map_or([0; 5], |status| {
-                let [p50_ns, p99_ns, max_ns] = [status.lateness_p50_ns, status.lateness_p99_ns, status.lateness_max_ns];
-                [status.overruns, status.behind_ns, p50_ns, p99_ns, max_ns]
-            }),
-            alerts: snapshot.alerts.log.total(),
-            guard: snapshot.guard,
-            lamps: lamps(snapshot, snapshot.seen_ns),
-            commands: snapshot.commands.log.total(),
-            stops: status.map_or([0; 2], |status| [status.stops, status.source]),
         }
     }
 }
@@ -176,12 +180,12 @@ mod tests {
         assert_eq!(watching.past_contact.as_deref(), Some("CONTACT 0-8 at 0.000 s"));
         type_keys(&mut watching, "a", &parted);
         assert_eq!(watching.past_contact, None);
-        let mut told = walking(ShowState::Running, 1.0);
-        let header = told.frame.as_ref().expect("a frame").header;
+        let mut alerted = walking(ShowState::Running, 1.0);
+        let header = alerted.frame.as_ref().expect("a frame").header;
         let alert = Alert { bench_a: 3, bench_b: 9, ..run_alert(&header, AlertKind::Contact) };
-        Arc::make_mut(&mut told.alerts).push(alert);
-        watching.see(&told, 0);
-        watching.see(&told, 0);
+        Arc::make_mut(&mut alerted.alerts).push(alert);
+        watching.see(&alerted, 0);
+        watching.see(&alerted, 0);
         assert_eq!(watching.past_contact.as_deref(), Some("CONTACT 3-9 at 0.000 s"));
     }
 
@@ -193,15 +197,10 @@ mod tests {
         for (width, height) in [(80, 24), (60, 14), (40, 12)] {
             let mut screen = screen_after(Look::default(), "", &touching);
             screen.see(&parted, 0);
-            assert!(
-                rows(&drawn(&parted, &screen, width, height)).join("\n").contains("CONTACT 0-21 at 300.000 s"),
-                "{width} by {height}"
-            );
+            let text = |screen: &Screen| rows(&drawn(&parted, screen, width, height)).join("\n");
+            assert!(text(&screen).contains("CONTACT 0-21 at 300.000 s"), "{width} by {height}");
             screen.press(KeyEvent::new(KeyCode::Char('a'), KeyModifiers::NONE), &parted, 0);
-            assert!(
-                !rows(&drawn(&parted, &screen, width, height)).join("\n").contains("CONTACT"),
-                "{width} by {height}"
-            );
+            assert!(!text(&screen).contains("CONTACT"), "{width} by {height}");
         }
     }
 }

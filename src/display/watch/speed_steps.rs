@@ -68,7 +68,7 @@ impl SpeedSteps {
 
     /// The speed that is so many steps faster, in tenths, within what may be asked for.
     pub(super) fn stepped(&self, snapshot: &Snapshot, steps: f64) -> f64 {
-        let planned_mps = snapshot.run.as_ref().map_or(1.0, |run| run.config.head_speed_mps());
+        let planned_mps = snapshot.run.as_ref().map_or(1.0, |run| run.config.tables().head.speed_mps);
         let now_mps = self.asked_mps.or(self.walked.map(|walk| walk.speed_mps)).unwrap_or(planned_mps);
         let tenths = (now_mps / STEP_MPS + steps).round();
         (tenths / 10.0).clamp(0.0, Request::MAX_SPEED_MPS)
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_of_speed_add_up_while_the_head_is_on_its_way_to_them() {
+    fn steps_of_speed_add_up_while_the_head_speeds_up() {
         let (mut screen, snapshot) = (new_screen(false), walking(ShowState::Running, 1.0));
         screen.see(&snapshot, 0);
         let speeds = [1.1, 1.2].map(|speed_mps| Request::Speed { speed_mps });

@@ -46,7 +46,8 @@ const ACCEPT_PERIOD: Duration = Duration::from_millis(50);
 #[derive(Debug)]
 pub struct Site {
     listener: TcpListener,
-    address: SocketAddr,
+    /// Where it listens.
+    pub address: SocketAddr,
     hosts: Hosts,
 }
 
@@ -61,11 +62,6 @@ impl Site {
         listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
         Ok(Self { hosts: Hosts::new(address, machine, allowed), listener, address })
-    }
-
-    /// Where it listens.
-    pub fn address(&self) -> SocketAddr {
-        self.address
     }
 
     /// Answers with what the router says, until the flag is set. Then `closing` becomes true, and whoever has subscribed to it

@@ -9,7 +9,6 @@ use super::plot::Plot;
 use super::style::{BLACK, FINE_WIDTH, GREY, LABEL_SIZE, LineStyle, ORANGE, SKY_BLUE, VERMILION};
 use super::text::Text;
 
-/// Width of a board's outline.
 const OUTLINE_WIDTH: f64 = 0.1;
 /// Room around a name that is as good as more, in millimetres.
 const ENOUGH_FREE: f64 = 4.0;
@@ -62,7 +61,6 @@ impl DragonInPlan {
     }
 }
 
-/// Width of a board in metres.
 pub(super) fn width_m([front_left, _, _, front_right]: &[DVec2; 4]) -> f64 {
     front_left.distance(*front_right)
 }

@@ -94,7 +94,6 @@ impl ClearanceOverTime {
         named
     }
 
-    /// The time around the notes.
     fn part_times(&self, whole: &RangeInclusive<f64>) -> RangeInclusive<f64> {
         let named = self.named().into_iter().map(|miss| miss.time_s);
         let times: Vec<f64> = named.chain(self.contact.map(|contact| contact.time_s)).collect();

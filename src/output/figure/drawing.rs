@@ -33,7 +33,6 @@ pub(super) struct Mark {
     pub(super) label: Option<String>,
 }
 
-/// How a line is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stroke {
     pub(super) colour: Colour,
@@ -42,22 +41,12 @@ pub(super) struct Stroke {
 }
 
 /// A size of paper on which a figure fills the sheet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Paper {
-    /// 841 × 1189 mm.
-    A0,
-    /// 594 × 841 mm.
-    A1,
-    /// 420 × 594 mm.
-    A2,
-    /// 297 × 420 mm.
-    A3,
-    /// 210 × 297 mm.
-    A4,
-    /// 8.5 × 11 inches.
-    Letter,
-    /// 11 × 17 inches.
-    Tabloid,
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Paper {
+    /// What it is called on the command line.
+    pub name: &'static str,
+    /// Width and height of an upright sheet in millimetres.
+    pub size_mm: [f64; 2],
 }
 
 /// Room that is left free at each edge of a sheet: what printers cannot print on.
@@ -66,7 +55,6 @@ const EDGE: f64 = 10.0;
 const INCH: f64 = 25.4;
 
 impl Drawing {
-    /// An empty page.
     pub(super) fn new(title: String, size: Size) -> Self {
         Self { title, size, sheet: size.to_rect(), scale: 1.0, marks: Vec::new() }
     }
@@ -77,7 +65,7 @@ impl Drawing {
         let fit = |sheet: Size| {
             ((sheet.width - 2.0 * EDGE) / self.size.width).min((sheet.height - 2.0 * EDGE) / self.size.height)
         };
-        let (_, [width, height]) = paper.name_and_size();
+        let [width, height] = paper.size_mm;
         let [upright, across] = [Size::new(width, height), Size::new(height, width)];
         let sheet = if fit(across) > fit(upright) { across } else { upright };
         let scale = fit(sheet);
@@ -101,9 +89,8 @@ impl Drawing {
         }
     }
 
-    /// Adds a line of text over all others.
     pub(super) fn write(&mut self, text: &Text, at: Point) {
-        self.push(Mark::filled(text.outline(at), BLACK).labelled(text.words()));
+        self.push(Mark::filled(text.outline(at), BLACK).labelled(text.words.as_str()));
     }
 }
 
@@ -148,25 +135,15 @@ impl Mark {
 
 impl Paper {
     /// Every size.
-    pub const ALL: [Self; 7] = [Self::A0, Self::A1, Self::A2, Self::A3, Self::A4, Self::Letter, Self::Tabloid];
-
-    /// What the size is called on the command line.
-    pub fn name(self) -> &'static str {
-        self.name_and_size().0
-    }
-
-    /// The name, and the width and height of an upright sheet in millimetres.
-    fn name_and_size(self) -> (&'static str, [f64; 2]) {
-        match self {
-            Self::A0 => ("a0", [841.0, 1189.0]),
-            Self::A1 => ("a1", [594.0, 841.0]),
-            Self::A2 => ("a2", [420.0, 594.0]),
-            Self::A3 => ("a3", [297.0, 420.0]),
-            Self::A4 => ("a4", [210.0, 297.0]),
-            Self::Letter => ("letter", [8.5 * INCH, 11.0 * INCH]),
-            Self::Tabloid => ("tabloid", [11.0 * INCH, 17.0 * INCH]),
-        }
-    }
+    pub const ALL: [Self; 7] = [
+        Self { name: "a0", size_mm: [841.0, 1189.0] },
+        Self { name: "a1", size_mm: [594.0, 841.0] },
+        Self { name: "a2", size_mm: [420.0, 594.0] },
+        Self { name: "a3", size_mm: [297.0, 420.0] },
+        Self { name: "a4", size_mm: [210.0, 297.0] },
+        Self { name: "letter", size_mm: [8.5 * INCH, 11.0 * INCH] },
+        Self { name: "tabloid", size_mm: [11.0 * INCH, 17.0 * INCH] },
+    ];
 }
 
 /// Reads a name, in capitals or not.
@@ -174,8 +151,8 @@ impl FromStr for Paper {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let found = Self::ALL.into_iter().find(|paper| paper.name().eq_ignore_ascii_case(text));
-        found.ok_or_else(|| format!("must be one of {}", Self::ALL.map(Self::name).join(", ")))
+        let found = Self::ALL.into_iter().find(|paper| paper.name.eq_ignore_ascii_case(text));
+        found.ok_or_else(|| format!("must be one of {}", Self::ALL.map(|paper| paper.name).join(", ")))
     }
 }
 

@@ -8,7 +8,6 @@ use super::drawing::{Drawing, Mark, contains, polyline};
 use super::style::{BLACK, GRID_WIDTH, TICK_SIZE, WHITE};
 use super::text::{Anchor, Text};
 
-/// Finds room for notes in a plot.
 #[derive(Clone, Debug)]
 pub(super) struct Notes {
     area: Rect,
@@ -32,7 +31,6 @@ struct Candidate {
 /// Distances at which room is looked for, from the point to the note's nearest edge, in millimetres.
 const DISTANCES: [f64; 10] = [2.0, 3.5, 5.0, 7.0, 9.0, 12.0, 15.0, 19.0, 24.0, 30.0];
 const DIRECTIONS: u32 = 36;
-/// Room around a note.
 const MARGIN: f64 = 0.8;
 /// Distance from a point to the begin of the line that leads to its note.
 const LEADER_GAP: f64 = 1.2;

@@ -28,7 +28,6 @@ pub(super) struct LegendEntry {
     pub(super) words: String,
 }
 
-/// How something is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Swatch {
     Line { colour: Colour, width: f64, style: LineStyle },
@@ -56,7 +55,7 @@ const ENTRY_GAP: f64 = 5.0;
 
 /// A page with its caption and its legend, and the top of an area of this height below them.
 pub(super) fn page(caption: &Caption, entries: &[LegendEntry], height: f64) -> (Drawing, f64) {
-    let rows = legend_rows(entries, PLOT_WIDTH);
+    let rows = rows_of(entries, LegendEntry::width, ENTRY_GAP);
     let top = caption.height() + rows.len() as f64 * ROW_HEIGHT + LEGEND_GAP;
     let mut drawing = Drawing::new(caption.name(), Size::new(PAGE_WIDTH, top + height));
     for (text, drop) in caption.lines() {
@@ -86,7 +85,6 @@ impl Caption {
         }
     }
 
-    /// Height that it takes of a page.
     fn height(&self) -> f64 {
         self.lines().last().map_or(0.0, |(_, drop)| drop + BOTTOM_GAP)
     }
@@ -102,8 +100,10 @@ impl Caption {
             add(heading, HEADING_SIZE, 0.0);
         }
         add(&self.title, TITLE_SIZE, TITLE_DROP);
-        for line in joined(&self.facts) {
-            add(&line, TICK_SIZE, FACTS_DROP);
+        let width = |words: &str| TICK_SIZE * text::width(words);
+        for facts in rows_of(&self.facts, |fact| width(fact), width(SEPARATOR)) {
+            let facts: Vec<&str> = facts.into_iter().map(String::as_str).collect();
+            add(&facts.join(SEPARATOR), TICK_SIZE, FACTS_DROP);
         }
         lines
     }
@@ -124,19 +124,6 @@ pub fn missing_letter(words: &str) -> Option<char> {
 /// The size at which words are as wide as a plot, or a given smaller one.
 fn fitting(words: &str, size: f64) -> f64 {
     size.min(PLOT_WIDTH / text::width(words).max(f64::MIN_POSITIVE))
-}
-
-/// As many facts to a line as it holds, one at least.
-fn joined(facts: &[String]) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for fact in facts {
-        let longer = lines.last().map(|line| format!("{line}{SEPARATOR}{fact}"));
-        match longer.filter(|longer| TICK_SIZE * text::width(longer) <= PLOT_WIDTH) {
-            Some(longer) => *lines.last_mut().expect("a line was made longer") = longer,
-            None => lines.push(fact.clone()),
-        }
-    }
-    lines
 }
 
 impl LegendEntry {
@@ -174,20 +161,20 @@ impl Swatch {
     }
 }
 
-/// As many entries to a row as it holds, one at least.
-fn legend_rows(entries: &[LegendEntry], width: f64) -> Vec<Vec<&LegendEntry>> {
-    let mut rows: Vec<Vec<&LegendEntry>> = Vec::new();
+/// As many items to a row of a plot's width as it holds, one at least.
+fn rows_of<T>(items: &[T], width: impl Fn(&T) -> f64, gap: f64) -> Vec<Vec<&T>> {
+    let mut rows: Vec<Vec<&T>> = Vec::new();
     let mut left = 0.0;
-    for entry in entries {
-        let needed = entry.width();
+    for item in items {
+        let needed = width(item);
         match rows.last_mut() {
-            Some(row) if needed <= left => row.push(entry),
+            Some(row) if needed <= left => row.push(item),
             _ => {
-                rows.push(vec![entry]);
-                left = width;
+                rows.push(vec![item]);
+                left = PLOT_WIDTH;
             }
         }
-        left -= needed + ENTRY_GAP;
+        left -= needed + gap;
     }
     rows
 }

@@ -54,7 +54,6 @@ impl Plot {
         Self { y_tick_spacing: X_TICK_SPACING, ..Self::new(area, &x, &y) }
     }
 
-    /// The plot with its y axis labelled at the right.
     pub(super) fn with_y_at_the_right(self) -> Self {
         Self { is_y_at_right: true, ..self }
     }
@@ -64,7 +63,6 @@ impl Plot {
         Point::new(self.x.at(point.x), self.y.at(point.y))
     }
 
-    /// Millimetres of page for each unit of x.
     pub(super) fn mm_per_x(&self) -> f64 {
         self.x.mm_per_unit()
     }
@@ -97,7 +95,6 @@ impl Plot {
         polyline([self.area.x0, self.area.x1].map(|x| Point::new(x, self.y.at(y))))
     }
 
-    /// Draws level lines behind the data.
     pub(super) fn draw_grid(&self, drawing: &mut Drawing) {
         for tick in self.y_ticks() {
             drawing.push(Mark::stroked(self.level_line(tick.value), LIGHT_GREY, GRID_WIDTH));

@@ -16,7 +16,6 @@ const DOTS_PER_MM: f64 = 300.0 / 25.4;
 /// dots to the inch: it is looked at from further away.
 const MOST_DOTS: f64 = 36e6;
 
-/// The drawing as a PNG file that knows its size in print.
 pub(super) fn file(drawing: &Drawing) -> Vec<u8> {
     let Drawing { sheet: area, scale, ref marks, .. } = *drawing;
     let paper = area.size() * scale;

@@ -63,7 +63,6 @@ pub struct LargestSpeed {
     pub handle: usize,
 }
 
-/// The name of the range of all handles.
 const ALL: &str = "all handles";
 const HEIGHT: f64 = 65.0;
 const MARGIN: f64 = 0.08;
@@ -144,7 +143,6 @@ impl SpeedsOverTime {
         upper.chain(lower).collect()
     }
 
-    /// Writes the largest speed as a note.
     fn draw_note(&self, drawing: &mut Drawing, plot: &Plot) {
         let Some(LargestSpeed { time_s, speed_mps, handle }) = self.largest else { return };
         let inside = |samples: &[DVec2]| {

@@ -72,11 +72,9 @@ pub(super) const LABEL_SIZE: f64 = 3.0;
 /// Size of the numbers at an axis and of notes in a plot: 7.5 points.
 pub(super) const TICK_SIZE: f64 = 2.65;
 
-/// Width of a line of data.
 pub(super) const LINE_WIDTH: f64 = 0.35;
 /// Width of a line that goes with the data.
 pub(super) const FINE_WIDTH: f64 = 0.2;
-/// Width of an axis.
 pub(super) const AXIS_WIDTH: f64 = 0.2;
 /// Width of a line that only guides the eye.
 pub(super) const GRID_WIDTH: f64 = 0.12;

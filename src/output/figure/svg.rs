@@ -77,7 +77,6 @@ fn path_data(path: &BezPath) -> String {
     path.elements().iter().map(step).collect()
 }
 
-/// Words as XML has them, in text and in attributes.
 fn escaped(words: &str) -> String {
     words.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

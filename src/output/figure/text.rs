@@ -9,10 +9,9 @@ use std::sync::LazyLock;
 
 use kurbo::{Affine, BezPath, Point, Vec2};
 
-/// A line of text.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Text {
-    words: String,
+    pub(super) words: String,
     /// Millimetres.
     size: f64,
     anchor: Anchor,
@@ -55,10 +54,6 @@ impl Text {
         Self { turn, ..self }
     }
 
-    pub(super) fn words(&self) -> &str {
-        &self.words
-    }
-
     pub(super) fn width(&self) -> f64 {
         self.size * width(&self.words)
     }
@@ -93,7 +88,6 @@ fn outline(text: &str) -> BezPath {
     path
 }
 
-/// Whether the table has a glyph for a character.
 pub(super) fn has_glyph(char: char) -> bool {
     GLYPHS.contains_key(&char)
 }

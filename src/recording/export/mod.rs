@@ -17,13 +17,12 @@ mod workbook;
 use std::{io, path::PathBuf};
 
 use super::{NothingFound, ReadError, ShowInterval};
-use crate::output::table;
+use crate::output::table::WorkbookError;
 
 pub(crate) use rows::write_csv;
 pub(crate) use selection::Selection;
 pub(crate) use workbook::Workbook;
 
-/// What is exported of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ExportSettings {
     pub(crate) file: PathBuf,
@@ -82,7 +81,6 @@ pub struct ExportCounts {
     pub rows: Option<u64>,
 }
 
-/// Why a recording could not be exported.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum ExportError {
     /// The file cannot be opened as a recording.
@@ -102,5 +100,5 @@ pub(crate) enum ExportError {
     #[error("cannot write the rows")]
     Write(#[source] io::Error),
     #[error(transparent)]
-    Table(#[from] table::ExportError),
+    Table(#[from] WorkbookError),
 }

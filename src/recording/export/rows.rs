@@ -2,14 +2,13 @@
 
 use std::io::Write;
 
-use bench_dragon_ipc::{Alert, BenchState, CommandEvent, FrameHeader};
+use bench_dragon_ipc::{Alert, BenchState, CommandEvent, FrameHeader, HandleState};
 
 use super::{ExportError, ExportSubject, Selection};
-use crate::output::report::CommandLine;
+use crate::output::command_words::CommandLine;
 use crate::output::table::{Cell, Column, CsvWriter};
 use crate::recording::{Recorded, RecordedFrame};
 
-/// Decimals that people see.
 pub(super) const DECIMALS: usize = 6;
 
 /// Writes a line of titles, and a row for each of what the selection's subject names. `look` is shown how far it has come,
@@ -25,18 +24,16 @@ pub(crate) fn write_csv(
     selection.counts.rows = Some(0);
     let mut csv = CsvWriter::begin(sink, &columns(subject)).map_err(ExportError::Write)?;
     while let Some(frame) = recorded {
-        let write = |row: Vec<Cell>| {
+        for row in rows(subject, &frame) {
             *selection.counts.rows.get_or_insert(0) += 1;
-            csv.write(&row)
-        };
-        for_each_row(subject, &frame, write).map_err(ExportError::Write)?;
+            csv.write(&row).map_err(ExportError::Write)?;
+        }
         look(selection);
         recorded = selection.next_recorded()?;
     }
     csv.finish().map_err(ExportError::Write)
 }
 
-/// The columns of rows about a subject.
 pub(super) fn columns(subject: ExportSubject) -> Vec<Column> {
     let when = [Column::whole("run_id"), Column::whole("tick"), Column::number("time_s", 9)];
     let what = match subject {
@@ -72,32 +69,29 @@ fn numbers(titles: &[&str]) -> Vec<Column> {
     titles.iter().map(|title| Column::number(*title, DECIMALS)).collect()
 }
 
-/// Gives every row about a subject to `take`, in order.
-pub(super) fn for_each_row<E>(
-    subject: ExportSubject,
-    recorded: &Recorded,
-    mut take: impl FnMut(Vec<Cell>) -> Result<(), E>,
-) -> Result<(), E> {
+/// The rows about a subject, in order.
+pub(super) fn rows(subject: ExportSubject, recorded: &Recorded) -> Vec<Vec<Cell>> {
     match (subject, recorded) {
         (ExportSubject::Handles, Recorded::Frame(RecordedFrame { header, handles, .. })) => {
-            for (index, handle) in handles.iter().enumerate() {
+            let row_of = |(index, handle): (usize, &HandleState)| {
                 let numbers = [handle.position_m, handle.velocity_mps];
-                take(row(header, index, numbers.as_flattened().iter().copied().chain([handle.speed_mps()])))?;
-            }
+                row(header, index, numbers.as_flattened().iter().copied().chain([handle.speed_mps()]))
+            };
+            handles.iter().enumerate().map(row_of).collect()
         }
         (ExportSubject::Benches, Recorded::Frame(RecordedFrame { header, handles, .. })) => {
-            for (index, bench) in BenchState::all(handles).enumerate() {
+            let row_of = |(index, bench): (usize, BenchState)| {
                 let BenchState { centre_m, heading_rad, velocity_mps, turn_rate_radps } = bench;
                 let numbers = centre_m.into_iter().chain([heading_rad]).chain(velocity_mps);
-                take(row(header, index, numbers.chain([bench.speed_mps(), turn_rate_radps])))?;
-            }
+                row(header, index, numbers.chain([bench.speed_mps(), turn_rate_radps]))
+            };
+            BenchState::all(handles).enumerate().map(row_of).collect()
         }
-        (ExportSubject::Frames, Recorded::Frame(RecordedFrame { header, .. })) => take(frame_row(header))?,
-        (ExportSubject::Alerts, Recorded::Alert(alert)) => take(alert_row(alert))?,
-        (ExportSubject::Commands, Recorded::Command(event)) => take(command_row(event))?,
-        _ => {}
+        (ExportSubject::Frames, Recorded::Frame(RecordedFrame { header, .. })) => vec![frame_row(header)],
+        (ExportSubject::Alerts, Recorded::Alert(alert)) => vec![alert_row(alert)],
+        (ExportSubject::Commands, Recorded::Command(event)) => vec![command_row(event)],
+        _ => Vec::new(),
     }
-    Ok(())
 }
 
 /// Show time in seconds: the double nearest to the recorded nanoseconds.
@@ -110,7 +104,7 @@ fn row(header: &FrameHeader, index: usize, numbers: impl Iterator<Item = f64>) -
     when.into_iter().chain([index.into()]).chain(numbers.map(Cell::from)).collect()
 }
 
-pub(super) fn frame_row(header: &FrameHeader) -> Vec<Cell> {
+fn frame_row(header: &FrameHeader) -> Vec<Cell> {
     let state = header.show_state().map_or_else(|| format!("state {}", header.state), |state| state.to_string());
     let numbers = [header.head_travel_m, header.head_speed_mps, header.time_scale];
     let when = when(header.run_id, header.tick, header.sim_time_ns).into_iter();
@@ -118,7 +112,7 @@ pub(super) fn frame_row(header: &FrameHeader) -> Vec<Cell> {
     when.chain([state.into()]).chain(numbers.map(Cell::from)).chain([benches]).collect()
 }
 
-pub(super) fn alert_row(alert: &Alert) -> Vec<Cell> {
+fn alert_row(alert: &Alert) -> Vec<Cell> {
     let kind = alert.alert_kind().map_or_else(|| format!("kind {}", alert.kind), |kind| kind.to_string());
     let pair = alert.pair();
     let bench = |index: usize| pair.map_or(Cell::Blank, |pair| Cell::Whole(u64::from(pair[index])));
@@ -131,7 +125,7 @@ pub(super) fn alert_row(alert: &Alert) -> Vec<Cell> {
 }
 
 /// The columns are those of [`CommandLine`]; an event that is no command has no outcome.
-pub(super) fn command_row(event: &CommandEvent) -> Vec<Cell> {
+fn command_row(event: &CommandEvent) -> Vec<Cell> {
     let CommandLine { command, text, reason, sender, pid, wall_time, values, .. } = CommandLine::from(event);
     let value = |index: usize| Cell::from(values.get(index).copied().flatten());
     let outcome = match (event.request(), &reason) {

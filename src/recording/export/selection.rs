@@ -9,8 +9,10 @@ use crate::recording::{FrameReader, IntervalSearch, Recorded};
 #[derive(Debug)]
 pub(crate) struct Selection {
     pub(super) settings: ExportSettings,
-    pub(super) counts: ExportCounts,
-    reader: FrameReader,
+    /// How much has been exported so far.
+    pub(crate) counts: ExportCounts,
+    /// The recording, as far as it has been read.
+    pub(crate) reader: FrameReader,
     sampling: Sampling,
     last_run_id: Option<u64>,
     search: IntervalSearch,
@@ -47,21 +49,10 @@ impl Selection {
                 Recorded::Command(event) if is_of(ExportSubject::Commands, event.sim_time_ns) => {
                     self.counts.commands += 1;
                 }
-                Recorded::Alert(_) | Recorded::Command(_) => continue,
+                _ => continue,
             }
             return Ok(Some(recorded));
         }
-    }
-
-    /// The recording: the configuration of the frame that was read last, how far into the file that is, and what could not
-    /// be read so far.
-    pub(crate) fn reader(&self) -> &FrameReader {
-        &self.reader
-    }
-
-    /// How much has been exported so far.
-    pub(crate) fn counts(&self) -> ExportCounts {
-        self.counts
     }
 
     fn read(&mut self) -> Result<Option<Recorded>, ExportError> {

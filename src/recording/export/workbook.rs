@@ -2,9 +2,9 @@
 
 use bench_dragon_ipc::{BenchState, HandleState};
 
-use super::rows::{DECIMALS, alert_row, columns, command_row, frame_row, seconds};
+use super::rows::{DECIMALS, columns, rows, seconds};
 use super::{ExportCounts, ExportError, ExportSubject, Selection};
-use crate::output::table::{Book, Cell, Column, Xlsx};
+use crate::output::table::{Book, Cell, Column, MAX_COLUMNS, MAX_ROWS};
 use crate::recording::{Configuration, Flaws, Recorded, RecordedFrame};
 
 /// Handles, or benches, of all frames together that a workbook may have: the whole width of a sheet of the paper's dragon.
@@ -18,16 +18,13 @@ const MOST_SAMPLES: usize = 4_000_000;
 #[derive(Debug, Default)]
 pub(crate) struct Workbook {
     subject: ExportSubject,
-    frames: Vec<Vec<Cell>>,
+    /// The rows of each of the [`LISTS`].
+    lists: [Vec<Vec<Cell>>; LISTS.len()],
     titles: Vec<String>,
     /// Of each frame, a number of each handle or bench for each of the sheets' rows.
     samples: Vec<Vec<Sample>>,
-    alerts: Vec<Vec<Cell>>,
-    commands: Vec<Vec<Cell>>,
     configurations: Vec<Configuration>,
-    /// How much it has.
     pub(crate) counts: ExportCounts,
-    /// What could not be read of the recording.
     pub(crate) flaws: Flaws,
 }
 
@@ -47,18 +44,17 @@ impl Workbook {
         let mut workbook = Self { subject: selection.settings.subject, ..Self::default() };
         let mut sample_count = 0;
         while let Some(recorded) = selection.next_recorded()? {
-            match recorded {
-                Recorded::Frame(frame) => {
-                    sample_count += workbook.take_frame(&frame, selection.counts.runs);
-                }
-                Recorded::Alert(alert) => workbook.alerts.push(alert_row(&alert)),
-                Recorded::Command(event) => workbook.commands.push(command_row(&event)),
+            for ((_, subject), list) in LISTS.into_iter().zip(&mut workbook.lists) {
+                list.extend(rows(subject, &recorded));
             }
-            workbook.take_configuration(selection.reader().configuration());
+            if let Recorded::Frame(frame) = recorded {
+                sample_count += workbook.take_frame(&frame, selection.counts.runs);
+            }
+            workbook.take_configuration(selection.reader.configuration());
             workbook.require_room(sample_count)?;
             look(&selection);
         }
-        (workbook.counts, workbook.flaws) = (selection.counts, selection.reader().flaws());
+        (workbook.counts, workbook.flaws) = (selection.counts, selection.reader.flaws());
         Ok(workbook)
     }
 
@@ -66,8 +62,12 @@ impl Workbook {
     pub(crate) fn to_bytes(&self, mut look: impl FnMut(usize)) -> Result<Vec<u8>, ExportError> {
         let mut book = Book::new()?;
         let subject = self.subject;
+        let add_list = |book: &mut Book, index: usize| {
+            let (name, subject) = LISTS[index];
+            book.add_sheet(name, &columns(subject), self.lists[index].iter().cloned())
+        };
         if subject.has_frames() {
-            book.add_sheet("frames", &columns(ExportSubject::Frames), self.frames.iter().cloned())?;
+            add_list(&mut book, 0)?;
         }
         for sheet in sheets(subject) {
             let row_count =
@@ -76,8 +76,7 @@ impl Workbook {
                 self.wide_rows().flat_map(|index| sheet.lines.iter().map(move |line| self.wide_row(index, line)));
             book.add_sheet(sheet.name, &self.wide_columns(), rows.inspect(|_| look(row_count)))?;
         }
-        book.add_sheet("alerts", &columns(ExportSubject::Alerts), self.alerts.iter().cloned())?;
-        book.add_sheet("commands", &columns(ExportSubject::Commands), self.commands.iter().cloned())?;
+        (1..LISTS.len()).try_for_each(|index| add_list(&mut book, index))?;
         let keys = [Column::whole("run_id"), Column::text("key"), Column::text("value")];
         book.add_sheet("configuration", &keys, self.configurations.iter().flat_map(configuration_rows))?;
         Ok(book.finish()?)
@@ -85,7 +84,6 @@ impl Workbook {
 
     /// Takes a frame of the run with this number. Returns how many handles or benches there were to keep.
     fn take_frame(&mut self, RecordedFrame { header, handles, .. }: &RecordedFrame, run: u64) -> usize {
-        self.frames.push(frame_row(header));
         let samples: Vec<Sample> = match self.subject {
             ExportSubject::Handles => {
                 let sample = |handle: &HandleState| {
@@ -114,16 +112,15 @@ impl Workbook {
     fn require_room(&self, sample_count: usize) -> Result<(), ExportError> {
         let plural = self.subject.name();
         // One row has the titles, one column tells what the row is.
-        let (rows, columns) = (Xlsx::MAX_ROWS - 1, Xlsx::MAX_COLUMNS - 1);
+        let (rows, columns) = (MAX_ROWS - 1, MAX_COLUMNS - 1);
         let tallest = self.samples.last().map_or(0, Vec::len) * MOST_LINES;
-        for (count, most, what) in [
-            (self.frames.len(), rows, "frames".to_owned()),
+        let lists =
+            LISTS.iter().zip(&self.lists).map(|((_, subject), list)| (list.len(), rows, subject.name().to_owned()));
+        for (count, most, what) in lists.chain([
             (self.samples.len(), columns, format!("frames with a column of {plural} each")),
             (tallest, rows, format!("rows of {plural}")),
             (sample_count, MOST_SAMPLES, format!("{plural} of all frames")),
-            (self.alerts.len(), rows, "alerts".to_owned()),
-            (self.commands.len(), rows, "command events".to_owned()),
-        ] {
+        ]) {
             if count > most {
                 return Err(ExportError::TooMuch { what: format!("there are {count} {what} or more"), most });
             }
@@ -136,7 +133,6 @@ impl Workbook {
         std::iter::once(Column::text(self.subject.name())).chain(frames).collect()
     }
 
-    /// The indices of handles or benches.
     fn wide_rows(&self) -> std::ops::Range<usize> {
         0..self.samples.iter().map(Vec::len).max().unwrap_or(0)
     }
@@ -153,6 +149,10 @@ impl Sample {
         Self { x_m, y_m, heading_rad: bench.heading_rad, speed_mps: bench.speed_mps() }
     }
 }
+
+/// The sheets with a row for each frame, alert and event of a command.
+const LISTS: [(&str, ExportSubject); 3] =
+    [("frames", ExportSubject::Frames), ("alerts", ExportSubject::Alerts), ("commands", ExportSubject::Commands)];
 
 /// A sheet with a column for each frame.
 struct WideSheet {

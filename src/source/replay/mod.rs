@@ -53,7 +53,6 @@ pub const FASTEST_HZ: u32 = *RATE_HZ.end() * *RATE.end() as u32;
 /// How often commands are looked for where frames are further apart.
 const COMMAND_PERIOD: Duration = Duration::from_millis(10);
 
-/// What a replay is started with.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ReplaySettings {
     pub(crate) file: PathBuf,
@@ -125,7 +124,6 @@ impl Replay {
         Ok(Some(Pass::new(self, run, ports)))
     }
 
-    /// Ends the replay.
     pub(crate) fn finish(self) -> ReplaySummary {
         ReplaySummary { flaws: self.read_ahead.finish(), ..self.summary }
     }
@@ -141,7 +139,6 @@ impl Replay {
     }
 }
 
-/// Why a recording could not be replayed, or not to its end.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum ReplayError {
     /// The file cannot be opened as a recording.

@@ -13,9 +13,6 @@ use crate::output::histogram::Percentiles;
 use crate::source::{Moment, SourcePorts, TimesOfAll};
 use crate::system::clock::{monotonic_ns, sleep_precisely, sleep_until};
 
-/// How long a replay waits for the readers that it was told to expect.
-const READER_PATIENCE: Duration = Duration::from_secs(10);
-
 /// What a pass came to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PassSummary {
@@ -43,31 +40,22 @@ pub(crate) struct Pass<'a> {
     replay: &'a mut Replay,
     run: RecordedRun,
     ports: SourcePorts,
-    /// The next tick.
     tick: u64,
-    /// Show time of the last frame.
     sim_time_s: f64,
     missing: u64,
     overruns_before: u64,
 }
 
-/// That a signal or a client has asked for the end.
-#[derive(Debug)]
-struct Stopped;
-
 impl<'a> Pass<'a> {
-    /// A pass that is about to begin.
     pub(super) fn new(replay: &'a mut Replay, run: RecordedRun, ports: SourcePorts) -> Self {
         let overruns_before = replay.clock.overruns();
         Self { replay, run, ports, tick: 0, sim_time_s: 0.0, missing: 0, overruns_before }
     }
 
-    /// The number of the run that it is on the bus.
     pub(crate) fn run_id(&self) -> u64 {
-        self.ports.run_id()
+        self.ports.run_id
     }
 
-    /// The number of the run that was recorded.
     pub(crate) fn recorded_run_id(&self) -> u64 {
         self.run.configuration.run_id
     }
@@ -75,26 +63,21 @@ impl<'a> Pass<'a> {
     /// Publishes frame after frame until the recorded run ends, `stop` is set, or a client asks for it.
     pub(crate) fn play(mut self, stop: &AtomicBool) -> Result<PassSummary, BusError> {
         sleep_precisely();
-        self.replay.is_stopped = self.wait_for_readers(stop).is_err();
-        while !self.replay.is_stopped {
-            match self.next_frame(stop) {
-                Ok(Some(frame)) => self.play_frame(frame, stop)?,
-                Ok(None) => break,
-                Err(Stopped) => self.replay.is_stopped = true,
-            }
+        self.wait_for_readers(stop);
+        while let Some(frame) = self.next_frame(stop) {
+            self.play_frame(frame, stop)?;
         }
         Ok(self.into_summary())
     }
 
-    /// Publishes a frame when it is due.
     fn play_frame(
         &mut self,
         PlannedFrame { frame, due_ns, missing, .. }: PlannedFrame,
         stop: &AtomicBool,
     ) -> Result<(), BusError> {
         let due_ns = self.replay.clock.due_ns(due_ns, monotonic_ns());
-        if let Err(Stopped) = self.wait_until(due_ns, stop) {
-            self.replay.is_stopped = true;
+        self.wait_until(due_ns, stop);
+        if self.replay.is_stopped {
             return Ok(());
         }
         let begun_ns = monotonic_ns();
@@ -105,42 +88,44 @@ impl<'a> Pass<'a> {
         self.sim_time_s = header.sim_time_s();
         self.tick += 1;
         let overruns = self.overruns();
-        self.ports.report().report_frame(&FrameHeader { tick, ..header }, overruns);
-        self.ports.report().report_behind(self.replay.clock.behind_ns());
+        self.ports.report.report_frame(&FrameHeader { tick, ..header }, overruns);
+        self.ports.report.report_behind(self.replay.clock.behind_ns());
         // The reading thread is gone where it has read all: then the frame is given up here.
         let _ = self.run.played.send(frame);
-        self.ports.report().count(begun_ns - due_ns, monotonic_ns() - begun_ns);
+        self.ports.report.count(begun_ns - due_ns, monotonic_ns() - begun_ns);
         Ok(())
     }
 
-    /// The next frame, as soon as it has been read; `None` where the recorded run ends.
-    fn next_frame(&mut self, stop: &AtomicBool) -> Result<Option<PlannedFrame>, Stopped> {
-        loop {
+    /// The next frame, as soon as it has been read; `None` where the recorded run ends, or the replay is stopped.
+    fn next_frame(&mut self, stop: &AtomicBool) -> Option<PlannedFrame> {
+        while !self.replay.is_stopped {
             match self.run.frames.recv_timeout(COMMAND_PERIOD) {
-                Ok(frame) => return Ok(Some(frame)),
-                Err(RecvTimeoutError::Disconnected) => return Ok(None),
-                Err(RecvTimeoutError::Timeout) => self.look_for_stop(stop)?,
+                Ok(frame) => return Some(frame),
+                Err(RecvTimeoutError::Disconnected) => return None,
+                Err(RecvTimeoutError::Timeout) => self.look_for_stop(stop),
             }
         }
+        None
     }
 
-    fn wait_until(&mut self, due_ns: u64, stop: &AtomicBool) -> Result<(), Stopped> {
-        self.look_for_stop(stop)?;
-        loop {
+    /// Waits for an instant, unless the replay is stopped before.
+    fn wait_until(&mut self, due_ns: u64, stop: &AtomicBool) {
+        self.look_for_stop(stop);
+        while !self.replay.is_stopped {
             let now_ns = monotonic_ns();
             if now_ns >= due_ns {
-                return Ok(());
+                return;
             }
             let is_far = due_ns - now_ns > COMMAND_PERIOD.as_nanos() as u64;
             sleep_until(if is_far { now_ns + COMMAND_PERIOD.as_nanos() as u64 } else { due_ns });
             if is_far || stop.load(Ordering::Relaxed) {
-                self.look_for_stop(stop)?;
+                self.look_for_stop(stop);
             }
         }
     }
 
-    /// Answers the commands that have come.
-    fn look_for_stop(&mut self, stop: &AtomicBool) -> Result<(), Stopped> {
+    /// Answers the commands that have come. A signal or a client may have asked for the end.
+    fn look_for_stop(&mut self, stop: &AtomicBool) {
         let mut asked_to_stop = false;
         let sim_time_ns = (self.sim_time_s * 1e9).round() as i64;
         let moment = Moment { sim_time_ns, overruns: self.overruns() };
@@ -151,23 +136,18 @@ impl<'a> Pass<'a> {
             }
             _ => Err(Refusal::Replayed),
         });
-        if asked_to_stop || stop.load(Ordering::Relaxed) { Err(Stopped) } else { Ok(()) }
+        self.replay.is_stopped |= asked_to_stop || stop.load(Ordering::Relaxed);
     }
 
-    fn wait_for_readers(&mut self, stop: &AtomicBool) -> Result<(), Stopped> {
+    fn wait_for_readers(&mut self, stop: &AtomicBool) {
         const LOOK_PERIOD: Duration = Duration::from_millis(1);
         let is_first = self.replay.summary.passes == 1;
         let expected = if is_first { self.replay.settings.readers } else { 0 };
-        let deadline = Instant::now() + READER_PATIENCE;
-        while self.ports.reader_count() < expected {
-            if Instant::now() >= deadline {
-                tracing::warn!("starting with {} of {expected} readers", self.ports.reader_count());
-                return Ok(());
-            }
-            self.look_for_stop(stop)?;
+        let begun = Instant::now();
+        while !self.replay.is_stopped && self.ports.awaits_readers(expected, begun) {
+            self.look_for_stop(stop);
             std::thread::sleep(LOOK_PERIOD);
         }
-        Ok(())
     }
 
     fn overruns(&self) -> u64 {

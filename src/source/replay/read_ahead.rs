@@ -50,7 +50,6 @@ pub(super) struct ReadAhead {
 }
 
 impl ReadAhead {
-    /// Opens a recording and begins to read.
     pub(super) fn start(settings: &ReplaySettings) -> Result<Self, ReplayError> {
         let abandoned = Arc::new(AtomicBool::new(false));
         let excerpt = Excerpt::open(settings, Arc::clone(&abandoned))?;
@@ -93,7 +92,6 @@ struct Excerpt {
     trail: Trail,
     /// Where the first frame of the interval lies, and where the chunk of the last one begins, as far as the first lap has come.
     bounds: Option<(Bookmark, u64)>,
-    /// How the first lap ended.
     flaws: Flaws,
     /// The frame by which the next run was recognised.
     first_of_run: Option<PlannedFrame>,

@@ -2,6 +2,7 @@
 
 use bench_dragon_ipc::{Command, CommandEvent, CommandReply, EventKind, Refusal, Request, Sender, TimecodeKind};
 use rtrb::{Consumer, Producer, RingBuffer};
+use serde::{Deserialize, Serialize};
 
 use super::schedule::Schedule;
 use super::simulation::{Simulation, Steering};
@@ -12,21 +13,20 @@ const MOST_NEWS: usize = 64;
 
 /// What a server follows timecode with. What it does from tick to tick neither waits for another thread nor allocates.
 #[derive(Debug)]
-pub struct Following {
+pub struct TimecodeFollowing {
     pub(super) follower: Follower,
     inbox: SampleQueue,
     news: Producer<TimecodeNews>,
-    /// The protocol of the timecode.
     pub(super) kind: TimecodeKind,
     /// What the timecode was last recorded to have the show do.
-    recorded: Option<Recorded>,
+    recorded: Option<SteeringRecord>,
     /// Whether the last seek was refused, and recorded so.
     is_seek_refused: bool,
 }
 
 /// What a simulation of the run needs to know of the timecode, beside the frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Recorded {
+struct SteeringRecord {
     stands: bool,
     /// Whether the timecode says where the show is.
     leads: bool,
@@ -34,18 +34,21 @@ struct Recorded {
     time_scale: Option<f64>,
 }
 
-/// What happened to the timecode, and where the show was then.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What happened to the timecode, and where the show was then: a line of `serve`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimecodeNews {
     /// What happened.
+    #[serde(flatten)]
     pub event: FollowerEvent,
     /// Show time in seconds.
+    #[serde(rename = "time_s")]
     pub sim_time_s: f64,
     /// Whether an operator's pause or hold keeps the show standing meanwhile.
+    #[serde(rename = "stopped")]
     pub is_stopped: bool,
 }
 
-impl Following {
+impl TimecodeFollowing {
     /// Follows what comes into an inbox. The news are for a thread that tells them.
     pub fn new(settings: FollowerSettings, kind: TimecodeKind, inbox: SampleQueue) -> (Self, Consumer<TimecodeNews>) {
         let (news, to_tell) = RingBuffer::new(MOST_NEWS);
@@ -80,7 +83,7 @@ impl Following {
         }
         let leads = self.follower.leads();
         let time_scale = (!leads).then_some(order.time_scale);
-        let steered = Recorded { stands: order.stands, leads, time_scale };
+        let steered = SteeringRecord { stands: order.stands, leads, time_scale };
         if self.recorded.replace(steered) != Some(steered) {
             record(steered.event(order.time_scale));
         }
@@ -88,7 +91,7 @@ impl Following {
     }
 }
 
-impl Recorded {
+impl SteeringRecord {
     fn event(self, time_scale: f64) -> CommandEvent {
         let kind = if self.stands { EventKind::Stand } else { EventKind::Follow };
         let values = [f64::from(u8::from(self.leads)), time_scale, 0.0, 0.0];

@@ -17,8 +17,6 @@ use bench_dragon_ipc::{
 
 use crate::config::Config;
 use crate::output::histogram::Percentiles;
-use crate::source::command_server::CommandLog;
-use crate::source::source_report::SourceReport;
 use crate::source::{Moment, SourcePorts, TimesOfAll, service_manager, take_instance};
 use crate::system::clock::{monotonic_ns, sleep_until, spin_until};
 
@@ -29,7 +27,7 @@ mod following;
 mod real_time;
 mod simulation;
 
-pub use following::{Following, TimecodeNews};
+pub use following::{TimecodeFollowing, TimecodeNews};
 pub use simulation::{Simulation, Steering};
 
 use motion::MotionPlan;
@@ -37,26 +35,14 @@ use schedule::Schedule;
 
 /// From here to the first release.
 const LEAD: Duration = Duration::from_millis(1);
-/// How long a server waits for the readers that it was told to expect.
-const READER_PATIENCE: Duration = Duration::from_secs(10);
 
 /// What a server is started with.
 #[derive(Clone, Debug)]
 pub struct ServerSettings {
     /// The dragon, its route and the rate.
     pub config: Config,
-    /// Show time at tick 0, in seconds.
-    pub start_s: f64,
-    /// Travel at tick 0, where it is not the planned speed times the show time.
-    pub start_travel_m: Option<f64>,
-    /// Speed at tick 0, where it is not the planned one.
-    pub start_speed_mps: Option<f64>,
-    /// Show time at which the server ends.
-    pub until_s: Option<f64>,
-    /// Whether tick 0 is held.
-    pub held: bool,
-    /// Whether tick 0 is paused, or will be once the hold is lifted.
-    pub paused: bool,
+    /// How the run begins, but for the timecode: see [`Server::follow`].
+    pub start: RunStart,
     /// Readers to wait for before tick 0, for ten seconds at most.
     pub readers: usize,
 }
@@ -89,8 +75,7 @@ pub struct Server {
     // Dropped in this order: the ports before the lock.
     ports: SourcePorts,
     _lock: SourceLock,
-    following: Option<Following>,
-    /// Whether a signal has asked for the end.
+    following: Option<TimecodeFollowing>,
     is_ending: bool,
     /// Show seconds per wall-clock second at present.
     time_scale: f64,
@@ -105,9 +90,9 @@ impl Server {
     pub fn create(domain: &Domain, settings: ServerSettings) -> Result<Self, BusError> {
         let lock = take_instance(domain)?;
         let bench_count = settings.config.dragon().dimensions().benches();
-        let (toml, rate_hz) = (settings.config.to_toml(), settings.config.rate_hz());
+        let (toml, rate_hz) = (settings.config.to_toml(), settings.config.tables().serve.rate_hz);
         let ports = SourcePorts::open(domain, SourceKind::Server, &toml, bench_count, rate_hz)?;
-        let plan = MotionPlan::of_run(&settings.config, &settings.run_start(), ports.run_id());
+        let plan = MotionPlan::of_run(&settings.config, &settings.start, ports.run_id);
         let plan = plan.expect("a command checks what it starts a server with");
         let server = Self {
             simulation: Simulation::new(settings.config.dragon().clone(), plan),
@@ -115,7 +100,7 @@ impl Server {
             _lock: lock,
             following: None,
             is_ending: false,
-            time_scale: settings.config.time_scale(),
+            time_scale: settings.config.tables().serve.time_scale,
             settings,
         };
         service_manager::ready();
@@ -124,16 +109,16 @@ impl Server {
 
     /// The run's number.
     pub fn run_id(&self) -> u64 {
-        self.ports.run_id()
+        self.ports.run_id
     }
 
     /// Whether the head walks only where a guard has granted it.
     pub fn is_guarded(&self) -> bool {
-        self.settings.config.is_guarded()
+        self.settings.config.tables().monitor.guard
     }
 
     /// Has the show follow timecode: it stands until the first one.
-    pub fn follow(&mut self, following: Following) {
+    pub fn follow(&mut self, following: TimecodeFollowing) {
         self.simulation.motion.follow();
         self.following = Some(following);
     }
@@ -147,18 +132,20 @@ impl Server {
     /// [`BusError::Failed`] where a frame cannot be published.
     pub fn run(mut self, stop: &AtomicBool) -> Result<ServerSummary, BusError> {
         real_time::settle(&self.settings.config);
-        self.record(self.settings.run_start_event(self.following.is_some()), 0);
+        let start = RunStart { follows_timecode: self.following.is_some(), ..self.settings.start };
+        self.record(start.event(), 0);
         self.wait_for_readers(stop);
-        let mut schedule = Schedule::new(monotonic_ns() + LEAD.as_nanos() as u64, self.settings.config.rate_hz());
+        let mut schedule =
+            Schedule::new(monotonic_ns() + LEAD.as_nanos() as u64, self.settings.config.tables().serve.rate_hz);
         let (mut tick, mut missed) = (0, 0);
-        let spin_ns = u64::from(self.settings.config.spin_us()) * 1000;
+        let spin_ns = u64::from(self.settings.config.tables().serve.spin_us) * 1000;
         loop {
             // A signal ends the sleep early; the loop looks at it when the tick is due.
             while !sleep_until(schedule.due_ns() - spin_ns) {}
             let begun_ns = spin_until(schedule.due_ns());
             let state = self.tick(tick, missed, &schedule, stop.load(Ordering::Relaxed))?;
             let ended_ns = monotonic_ns();
-            self.ports.report().count(begun_ns - schedule.due_ns(), ended_ns - begun_ns);
+            self.ports.report.count(begun_ns - schedule.due_ns(), ended_ns - begun_ns);
             if state == ShowState::Ended {
                 self.record(CommandEvent::plain(EventKind::End, Sender::Server, tick), schedule.overruns());
                 return Ok(self.finish(tick + 1, &schedule));
@@ -170,35 +157,61 @@ impl Server {
 
     /// One tick, after so many missed releases. Returns the state that its frame shows.
     fn tick(&mut self, tick: u64, missed: u64, schedule: &Schedule, has_signal: bool) -> Result<ShowState, BusError> {
-        let is_led = self.is_led();
-        let Self { simulation, ports, following, settings, time_scale, is_ending, .. } = self;
-        simulation.tick(missed, is_led, |simulation| {
-            let overruns = schedule.overruns();
-            if has_signal && !std::mem::replace(is_ending, true) {
-                end_by_signal(simulation, ports.report().commands(), tick, overruns);
-            }
-            take_commands(ports, simulation, CommandTick { tick, overruns, is_led });
-            let following = following.as_mut()?;
-            let steering = follow_timecode(following, simulation, ports.report(), tick, schedule);
-            *time_scale = steering.time_scale;
-            Some(steering)
-        });
-        let header = simulation.header(ports.run_id(), tick, schedule.due_ns(), *time_scale);
+        let (is_led, overruns) = (self.is_led(), schedule.overruns());
+        self.simulation.begin_tick(missed, is_led);
+        if has_signal && !std::mem::replace(&mut self.is_ending, true) {
+            // A stop is never refused.
+            let _ = self.simulation.motion.request(Request::Stop);
+            self.record(CommandEvent::plain(EventKind::Stop, Sender::Signal, tick), overruns);
+        }
+        self.take_commands(tick, overruns, is_led);
+        let steering = self.follow_timecode(tick, schedule);
+        self.simulation.advance(steering);
+        let Self { simulation, ports, settings, time_scale, .. } = self;
+        let header = simulation.header(ports.run_id, tick, schedule.due_ns(), *time_scale);
         ports.publish(|handles| {
             simulation.write(handles);
             header
         })?;
-        let (report, rate_hz) = (ports.report(), settings.config.rate_hz());
-        report.report_frame(&header, schedule.overruns());
+        let (report, rate_hz) = (&ports.report, settings.config.tables().serve.rate_hz);
+        report.report_frame(&header, overruns);
         report.report_behind(simulation.motion.catch_up().behind_ns(rate_hz));
         report.report_limits(simulation.motion.limits());
         report.report_stops(simulation.motion.stops());
         Ok(simulation.motion.head().state)
     }
 
+    /// Answers the commands that have come; they hold from this tick on.
+    fn take_commands(&mut self, tick: u64, overruns: u64, is_led: bool) {
+        let moment = self.moment(overruns);
+        let motion = &mut self.simulation.motion;
+        let decide = |request| match request {
+            // It would be undone at once.
+            Request::Seek { .. } if is_led => Err(Refusal::Followed),
+            _ => motion.request(request),
+        };
+        self.ports.take_commands(tick, moment, decide);
+    }
+
+    /// Takes the newest timecode, and records what it changes.
+    fn follow_timecode(&mut self, tick: u64, schedule: &Schedule) -> Option<Steering> {
+        let moment = self.moment(schedule.overruns());
+        let following = self.following.as_mut()?;
+        let log = &mut self.ports.report.commands;
+        let record = |event: CommandEvent| log.record(CommandEvent { tick, ..event }, moment);
+        let steering = following.steer(&mut self.simulation, schedule, record);
+        self.ports.report.report_timecode(following.kind, following.follower.timecode_state());
+        self.time_scale = steering.time_scale;
+        Some(steering)
+    }
+
     fn record(&mut self, event: CommandEvent, overruns: u64) {
-        let moment = moment(&self.simulation, overruns);
-        self.ports.report().commands().record(event, moment);
+        let moment = self.moment(overruns);
+        self.ports.report.commands.record(event, moment);
+    }
+
+    fn moment(&self, overruns: u64) -> Moment {
+        Moment { sim_time_ns: self.simulation.motion.head().sim_time_ns, overruns }
     }
 
     /// Whether it is a timecode that says where the show is.
@@ -209,16 +222,11 @@ impl Server {
     /// Waits for the readers that it was started with, unless it is asked to end.
     fn wait_for_readers(&mut self, stop: &AtomicBool) {
         const POLL_PERIOD: Duration = Duration::from_millis(1);
-        let deadline = Instant::now() + READER_PATIENCE;
-        let is_to_end = |simulation: &Simulation| simulation.motion.stops().ending || stop.load(Ordering::Relaxed);
-        while self.ports.reader_count() < self.settings.readers && !is_to_end(&self.simulation) {
-            if Instant::now() >= deadline {
-                let (seen, expected) = (self.ports.reader_count(), self.settings.readers);
-                tracing::warn!("starting with {seen} of {expected} readers");
-                break;
-            }
-            take_commands(&mut self.ports, &mut self.simulation, CommandTick { tick: 0, overruns: 0, is_led: false });
-            self.ports.report().beat();
+        let begun = Instant::now();
+        let is_to_end = |server: &Self| server.simulation.motion.stops().ending || stop.load(Ordering::Relaxed);
+        while !is_to_end(self) && self.ports.awaits_readers(self.settings.readers, begun) {
+            self.take_commands(0, 0, false);
+            self.ports.report.beat();
             std::thread::sleep(POLL_PERIOD);
         }
     }
@@ -226,7 +234,7 @@ impl Server {
     fn finish(self, frames: u64, schedule: &Schedule) -> ServerSummary {
         service_manager::stopping();
         let sim_time_s = self.simulation.motion.head().sim_time_ns as f64 * 1e-9;
-        let (catch_up, rate_hz) = (*self.simulation.motion.catch_up(), self.settings.config.rate_hz());
+        let (catch_up, rate_hz) = (*self.simulation.motion.catch_up(), self.settings.config.tables().serve.rate_hz);
         let [behind_s, most_behind_s] =
             [catch_up.behind_ns(rate_hz), catch_up.most_behind_ns(rate_hz)].map(|behind_ns| behind_ns as f64 * 1e-9);
         let (run_id, overruns) = (self.run_id(), schedule.overruns());
@@ -235,70 +243,20 @@ impl Server {
     }
 }
 
-/// Which tick takes commands.
-#[derive(Clone, Copy, Debug)]
-struct CommandTick {
-    tick: u64,
-    /// Releases missed before it.
-    overruns: u64,
-    /// Whether it is a timecode that says where the show is.
-    is_led: bool,
-}
-
-/// Answers the commands that have come; they hold from this tick on.
-fn take_commands(ports: &mut SourcePorts, simulation: &mut Simulation, at: CommandTick) {
-    let moment = moment(simulation, at.overruns);
-    let decide = |request| match request {
-        // It would be undone at once.
-        Request::Seek { .. } if at.is_led => Err(Refusal::Followed),
-        _ => simulation.motion.request(request),
-    };
-    ports.take_commands(at.tick, moment, decide);
-}
-
-/// Has the head come to rest, because the process was asked to end.
-fn end_by_signal(simulation: &mut Simulation, log: &mut CommandLog, tick: u64, overruns: u64) {
-    // A stop is never refused.
-    let _ = simulation.motion.request(Request::Stop);
-    log.record(CommandEvent::plain(EventKind::Stop, Sender::Signal, tick), moment(simulation, overruns));
-}
-
-/// Takes the newest timecode, and records what it changes.
-fn follow_timecode(
-    following: &mut Following,
-    simulation: &mut Simulation,
-    report: &mut SourceReport,
-    tick: u64,
-    schedule: &Schedule,
-) -> Steering {
-    let moment = moment(simulation, schedule.overruns());
-    let log = report.commands();
-    let record = |event: CommandEvent| log.record(CommandEvent { tick, ..event }, moment);
-    let steering = following.steer(simulation, schedule, record);
-    report.report_timecode(following.kind, following.follower.timecode_state());
-    steering
-}
-
-fn moment(simulation: &Simulation, overruns: u64) -> Moment {
-    Moment { sim_time_ns: simulation.motion.head().sim_time_ns, overruns }
-}
-
 impl ServerSettings {
-    fn run_start(&self) -> RunStart {
-        let speed_mps = self.config.head_speed_mps();
-        RunStart {
-            start_s: self.start_s,
-            travel_m: self.start_travel_m.unwrap_or(speed_mps * self.start_s),
-            speed_mps: self.start_speed_mps.unwrap_or(speed_mps),
-            until_s: self.until_s,
-            is_held: self.held,
-            is_paused: self.paused,
-            is_guarded: self.config.is_guarded(),
+    /// A run that begins at a show time as it is planned, and waits for nobody.
+    pub fn planned(config: Config, start_s: f64) -> Self {
+        let speed_mps = config.tables().head.speed_mps;
+        let start = RunStart {
+            start_s,
+            travel_m: speed_mps * start_s,
+            speed_mps,
+            until_s: None,
+            is_held: false,
+            is_paused: false,
+            is_guarded: config.tables().monitor.guard,
             follows_timecode: false,
-        }
-    }
-
-    fn run_start_event(&self, follows_timecode: bool) -> CommandEvent {
-        RunStart { follows_timecode, ..self.run_start() }.event()
+        };
+        Self { config, start, readers: 0 }
     }
 }

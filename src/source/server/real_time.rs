@@ -25,18 +25,18 @@ const STACK_BYTES: usize = 256 << 10;
 pub(super) fn settle(config: &Config) {
     sleep_precisely();
     let mut refused = Vec::new();
-    if let Some(cpu) = config.cpu() {
+    if let Some(cpu) = config.tables().serve.cpu {
         refused.extend(keep_on(cpu).err().map(|error| format!("cpu {cpu} ({error})")));
     }
     let mut missing = Vec::new();
-    if let Some(level) = config.priority().real_time() {
+    if let Some(level) = config.tables().serve.priority.real_time() {
         touch_stack();
         if let Err(error) = lock_memory() {
             refused.push(format!("locked memory ({error})"));
             missing.push("memlock unlimited (LimitMEMLOCK=infinity)".to_owned());
         }
-        if let Err(error) = take_priority(config.priority(), level) {
-            refused.push(format!("priority {} ({error})", config.priority()));
+        if let Err(error) = take_priority(config.tables().serve.priority, level) {
+            refused.push(format!("priority {} ({error})", config.tables().serve.priority));
             missing.push(format!("rtprio {level} (LimitRTPRIO={level})"));
         }
     }

@@ -7,7 +7,7 @@ use bench_dragon_ipc::{FrameHeader, HandleState};
 use glam::DVec2;
 
 use crate::source::server::motion::{HeadState, Motion, MotionPlan};
-use crate::source::timecode::Show;
+use crate::source::timecode::ShowPosition;
 
 /// What a timecode has a show do from a tick on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,19 +34,21 @@ impl Simulation {
         Self { motion: Motion::new(plan), chain: ChainStepper::new(dragon) }
     }
 
-    /// One tick up to its frame, after so many missed releases. A server's run and the verification of its recording both
-    /// go through here, so that the order of the steps is the same: the show goes on through the missed releases; `act`
-    /// makes the requests that hold from this tick on and returns what the timecode has the show do; the show goes on by
-    /// one period.
+    /// Begins a tick, after so many missed releases: the show goes on through those. Then come the requests that hold from this
+    /// tick on, and [`Simulation::advance`]. A server's run and the verification of its recording keep this order.
     ///
     /// `is_led`: whether a timecode said where the show is at the tick before. Then the show is never behind the clock.
-    pub fn tick(&mut self, missed: u64, is_led: bool, act: impl FnOnce(&mut Self) -> Option<Steering>) {
+    pub fn begin_tick(&mut self, missed: u64, is_led: bool) {
         self.motion.miss(missed);
         if is_led {
             // The follower makes up what the timecode is ahead by.
             self.motion.forget_lag();
         }
-        if let Some(Steering { stands, time_scale, rate_hz }) = act(self) {
+    }
+
+    /// Goes on by one period, to the tick's frame, as the timecode has it.
+    pub fn advance(&mut self, steering: Option<Steering>) {
+        if let Some(Steering { stands, time_scale, rate_hz }) = steering {
             self.motion.set_stands(stands);
             self.motion.set_tick(time_scale / f64::from(rate_hz));
         }
@@ -54,8 +56,8 @@ impl Simulation {
     }
 
     /// What a follower of timecode has to know.
-    pub fn show(&self) -> Show {
-        Show { sim_time_s: self.motion.next_sim_s(), is_stopped: self.motion.is_stopped() }
+    pub fn show(&self) -> ShowPosition {
+        ShowPosition { sim_time_s: self.motion.next_sim_s(), is_stopped: self.motion.is_stopped() }
     }
 
     /// The header of this tick's frame, at a time scale of the show. The publisher stamps when it is sent.

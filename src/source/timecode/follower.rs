@@ -8,8 +8,9 @@
 //! astray is no jump. Readers of linear timecode do the same.
 
 use bench_dragon_ipc::TimecodeState;
+use serde::{Deserialize, Serialize};
 
-use super::{Position, Sample};
+use super::{Position, TimecodeSample};
 
 /// Proportional gain, per second: differences are made good within some seconds.
 const GAIN_PER_S: f64 = 1.0;
@@ -43,7 +44,7 @@ pub struct FollowerSettings {
 
 /// The show at the tick that is about to begin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Show {
+pub struct ShowPosition {
     /// Show time of the tick if it goes on as before, in seconds.
     pub sim_time_s: f64,
     /// Whether the operator has paused or held it.
@@ -62,7 +63,8 @@ pub struct FollowerOrder {
 }
 
 /// What happened to the timecode.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "event", rename_all = "snake_case")]
 pub enum FollowerEvent {
     /// It runs, and the show follows.
     Follows {
@@ -81,29 +83,20 @@ pub enum FollowerEvent {
     },
 }
 
-/// How the timecode is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum State {
-    Runs,
-    Stands,
-    /// Lost; whether it stood.
-    Lost {
-        stood: bool,
-    },
-}
-
 /// Follows a timecode.
 #[derive(Clone, Copy, Debug)]
 pub struct Follower {
     settings: FollowerSettings,
-    /// `None` before the first one.
-    state: Option<State>,
+    /// [`TimecodeState::Waiting`] before the first one.
+    state: TimecodeState,
+    /// Whether a timecode that is lost stood.
+    stood: bool,
     /// The first sample of the position that was heard last.
-    newest: Option<Sample>,
+    newest: Option<TimecodeSample>,
     /// When a sample came last, of whatever position.
     heard_ns: u64,
     /// A sample that does not go on from those before, and that none has agreed with yet.
-    suspect: Option<Sample>,
+    suspect: Option<TimecodeSample>,
     /// How fast the timecode runs, as far as that is known.
     pace: f64,
     correction: f64,
@@ -130,7 +123,8 @@ impl Follower {
     pub fn new(settings: FollowerSettings) -> Self {
         Self {
             settings,
-            state: None,
+            state: TimecodeState::Waiting,
+            stood: false,
             newest: None,
             heard_ns: 0,
             suspect: None,
@@ -145,8 +139,8 @@ impl Follower {
     }
 
     /// Takes a sample, later than those before.
-    pub fn hear(&mut self, sample: Sample) {
-        let heard = self.newest.map(|newest| Sample { arrived_ns: self.heard_ns, ..newest });
+    pub fn hear(&mut self, sample: TimecodeSample) {
+        let heard = self.newest.map(|newest| TimecodeSample { arrived_ns: self.heard_ns, ..newest });
         let suspect = self.suspect.take();
         if !heard.is_some_and(|heard| self.agree(heard, sample)) {
             let Some(suspect) = suspect.filter(|&suspect| self.agree(suspect, sample)) else {
@@ -162,16 +156,16 @@ impl Follower {
     }
 
     /// What the show is to do from the tick on that is due now, and what has happened to the timecode.
-    pub fn steer(&mut self, now_ns: u64, show: Show) -> (FollowerOrder, Option<FollowerEvent>) {
+    pub fn steer(&mut self, now_ns: u64, show: ShowPosition) -> (FollowerOrder, Option<FollowerEvent>) {
         let Some(newest) = self.newest else {
             return (FollowerOrder { time_scale: 1.0, stands: true, seek_s: None }, None);
         };
         self.note_braking(show);
-        let (state, event) = self.look(newest, now_ns);
-        let order = match state {
-            State::Runs => self.follow(newest, now_ns, show),
-            State::Stands => self.stand(newest, now_ns, show),
-            State::Lost { stood } => self.go_on(stood, newest, now_ns, show),
+        let event = self.look(newest, now_ns);
+        let order = match self.state {
+            TimecodeState::Locked => self.follow(newest, now_ns, show),
+            TimecodeState::Standing => self.stand(newest, now_ns, show),
+            _ => self.go_on(newest, now_ns, show),
         };
         self.stood_s = order.stands.then_some(show.sim_time_s);
         (order, event)
@@ -187,21 +181,16 @@ impl Follower {
 
     /// How the timecode is, as the status reports it.
     pub fn timecode_state(&self) -> TimecodeState {
-        match self.state {
-            None => TimecodeState::Waiting,
-            Some(State::Runs) => TimecodeState::Locked,
-            Some(State::Stands) => TimecodeState::Standing,
-            Some(State::Lost { .. }) => TimecodeState::Lost,
-        }
+        self.state
     }
 
     /// Whether it is the timecode that says where the show is: one has come and is not lost.
     pub fn leads(&self) -> bool {
-        matches!(self.state, Some(State::Runs | State::Stands))
+        matches!(self.state, TimecodeState::Locked | TimecodeState::Standing)
     }
 
     /// Whether a later sample is where an earlier one says that the timecode should be by then, running or standing.
-    fn agree(&self, earlier: Sample, later: Sample) -> bool {
+    fn agree(&self, earlier: TimecodeSample, later: TimecodeSample) -> bool {
         let elapsed_ns = later.arrived_ns.saturating_sub(earlier.arrived_ns);
         let elapsed_s = elapsed_ns as f64 * 1e-9;
         let step_s = earlier.position.step_to_s(later.position);
@@ -209,29 +198,26 @@ impl Follower {
         elapsed_ns <= self.settings.timeout_ns && (runs || step_s.abs() <= Self::JUMP_S)
     }
 
-    /// Finds out how the timecode is.
-    fn look(&mut self, newest: Sample, now_ns: u64) -> (State, Option<FollowerEvent>) {
+    fn look(&mut self, newest: TimecodeSample, now_ns: u64) -> Option<FollowerEvent> {
         let position_s = newest.position.since_midnight_s;
         let (state, event) = if now_ns.saturating_sub(self.heard_ns) > self.settings.timeout_ns {
-            let stood = match self.state {
-                Some(State::Lost { stood }) => stood,
-                state => state == Some(State::Stands),
-            };
-            (State::Lost { stood }, FollowerEvent::Lost { position_s })
+            (TimecodeState::Lost, FollowerEvent::Lost { position_s })
         } else if self.heard_ns.saturating_sub(newest.arrived_ns) > STANDS_AFTER_NS {
-            (State::Stands, FollowerEvent::Stands { position_s })
+            (TimecodeState::Standing, FollowerEvent::Stands { position_s })
         } else {
-            (State::Runs, FollowerEvent::Follows { position_s })
+            (TimecodeState::Locked, FollowerEvent::Follows { position_s })
         };
-        if self.state.replace(state) == Some(state) {
-            return (state, None);
+        let before = std::mem::replace(&mut self.state, state);
+        if before == state {
+            return None;
         }
+        self.stood = before == TimecodeState::Standing;
         // What was learned of the pace is of a timecode that ran on.
         (self.pace, self.correction, self.learned_ns) = (1.0, 0.0, None);
-        (state, Some(event))
+        Some(event)
     }
 
-    fn follow(&mut self, newest: Sample, now_ns: u64, show: Show) -> FollowerOrder {
+    fn follow(&mut self, newest: TimecodeSample, now_ns: u64, show: ShowPosition) -> FollowerOrder {
         let target_s = self.running_target_s(newest, now_ns, show);
         let is_before = target_s < self.settings.first_s;
         let target_s = self.within_run_s(target_s);
@@ -254,7 +240,7 @@ impl Follower {
     }
 
     /// Stands exactly where the timecode stands; where the head had to brake, and is less than a jump beyond it, there.
-    fn stand(&mut self, newest: Sample, now_ns: u64, show: Show) -> FollowerOrder {
+    fn stand(&mut self, newest: TimecodeSample, now_ns: u64, show: ShowPosition) -> FollowerOrder {
         let target_s = self.within_run_s(self.target_s(newest.position, show));
         let difference_s = target_s - show.sim_time_s;
         let has_stood_at_once = self.stood_s.is_some() && self.braked_s == 0.0;
@@ -265,20 +251,20 @@ impl Follower {
     }
 
     /// Goes on without the timecode, unless that stood. A run whose start was still to come starts when it was due.
-    fn go_on(&self, stood: bool, newest: Sample, now_ns: u64, show: Show) -> FollowerOrder {
+    fn go_on(&self, newest: TimecodeSample, now_ns: u64, show: ShowPosition) -> FollowerOrder {
         let is_before = self.running_target_s(newest, now_ns, show) < self.settings.first_s;
-        self.order(stood || !self.has_met || is_before, None)
+        self.order(self.stood || !self.has_met || is_before, None)
     }
 
     /// Show time at which the show should be now, of a timecode that runs.
-    fn running_target_s(&self, newest: Sample, now_ns: u64, show: Show) -> f64 {
+    fn running_target_s(&self, newest: TimecodeSample, now_ns: u64, show: ShowPosition) -> f64 {
         let age_s = now_ns.saturating_sub(newest.arrived_ns) as f64 * 1e-9;
         self.target_s(newest.position, show) + self.pace * age_s
     }
 
     /// Show time of a position: of those that are a day apart the one nearest to the run and, where a run is longer than that,
     /// to where the show is.
-    fn target_s(&self, position: Position, show: Show) -> f64 {
+    fn target_s(&self, position: Position, show: ShowPosition) -> f64 {
         let today_s = position.since_midnight_s + self.settings.offset_s;
         let away_s = |target_s: f64| (target_s - self.within_run_s(target_s)).abs();
         let days = [today_s, today_s - position.day_s, today_s + position.day_s];
@@ -300,7 +286,7 @@ impl Follower {
     }
 
     /// Takes note of the show time that has gone by while the show was to stand.
-    fn note_braking(&mut self, show: Show) {
+    fn note_braking(&mut self, show: ShowPosition) {
         let went_on_s = self.stood_s.map_or(0.0, |stood_s| show.sim_time_s - stood_s);
         // An operator's seek is more, or goes back.
         if (0.0..Self::JUMP_S).contains(&went_on_s) {
@@ -308,8 +294,7 @@ impl Follower {
         }
     }
 
-    /// Learns from a difference, once for each sample.
-    fn learn(&mut self, newest: Sample, difference_s: f64) {
+    fn learn(&mut self, newest: TimecodeSample, difference_s: f64) {
         let before_ns = match self.learned_ns {
             Some(before_ns) if before_ns == newest.arrived_ns => return,
             before_ns => before_ns,

@@ -30,14 +30,14 @@ mod receiver;
 mod source;
 
 pub use clock::{Clock, FrameRate, Position};
-pub use follower::{Follower, FollowerEvent, FollowerOrder, FollowerSettings, Show};
+pub use follower::{Follower, FollowerEvent, FollowerOrder, FollowerSettings, ShowPosition};
 pub use packet_filter::SenderLock;
 pub use receiver::{ReceiverError, SampleQueue, TimecodeCounts, TimecodeReceiver};
 pub use source::TimecodeSource;
 
 /// A position that arrived.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
+pub struct TimecodeSample {
     /// The timecode's position.
     pub position: Position,
     /// Instant of `CLOCK_MONOTONIC` at which it arrived, in nanoseconds.

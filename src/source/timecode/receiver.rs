@@ -11,7 +11,7 @@ use rtrb::{Consumer, Producer, RingBuffer};
 use serde::{Deserialize, Serialize};
 
 use super::packet_filter::{FloodGuard, PacketKind, SenderLock};
-use super::{FrameRate, Malformed, Sample, TimecodeSource};
+use super::{FrameRate, Malformed, TimecodeSample, TimecodeSource};
 use crate::system::clock::monotonic_ns;
 
 /// More than any timecode has, and too little for bundles in bundles to do harm. What is longer is cut, and malformed.
@@ -57,7 +57,8 @@ pub enum ReceiverError {
 /// The running thread.
 #[derive(Debug)]
 pub struct TimecodeReceiver {
-    listen: SocketAddr,
+    /// Where it listens.
+    pub listen: SocketAddr,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
@@ -82,7 +83,7 @@ impl TimecodeReceiver {
         rate: FrameRate,
         timeout_ns: u64,
     ) -> Result<(Self, SampleQueue), ReceiverError> {
-        let listen = source.listen();
+        let listen = source.listen;
         let failed = |source: io::Error| match source.kind() {
             io::ErrorKind::AddrInUse => ReceiverError::Busy { listen },
             _ => ReceiverError::Failed { listen, source },
@@ -97,11 +98,6 @@ impl TimecodeReceiver {
         let thread =
             thread::Builder::new().name("timecode".to_owned()).spawn(move || listening.run()).map_err(failed)?;
         Ok((Self { listen, shared, thread: Some(thread) }, inbox))
-    }
-
-    /// Where it listens.
-    pub fn listen(&self) -> SocketAddr {
-        self.listen
     }
 
     /// What has come so far.
@@ -121,13 +117,12 @@ impl Drop for TimecodeReceiver {
     }
 }
 
-/// What the thread works with.
 struct Listening {
     socket: UdpSocket,
     source: TimecodeSource,
     rate: FrameRate,
     sender_lock: SenderLock,
-    samples: SampleSender,
+    samples: Producer<TimecodeSample>,
     shared: Arc<Shared>,
 }
 
@@ -158,7 +153,7 @@ impl Listening {
             Ok(Some(_)) if !self.sender_lock.admits(sender.ip(), arrived_ns) => count(&self.shared.of_others),
             Ok(Some(position)) => {
                 count(&self.shared.taken);
-                self.samples.leave(Sample { position, arrived_ns });
+                let _ = self.samples.push(TimecodeSample { position, arrived_ns });
             }
         }
         PacketKind::Timecode
@@ -174,29 +169,18 @@ const MOST_SAMPLES: usize = 2048;
 
 /// The loop's end.
 #[derive(Debug)]
-pub struct SampleQueue(Consumer<Sample>);
+pub struct SampleQueue(Consumer<TimecodeSample>);
 
-/// The receiving thread's end.
-#[derive(Debug)]
-pub(super) struct SampleSender(Producer<Sample>);
-
-/// The two ends of an empty queue.
-pub(super) fn sample_queue() -> (SampleSender, SampleQueue) {
+/// The two ends of an empty queue. Where the loop has taken nothing for long, there is no room, and a sample is lost.
+fn sample_queue() -> (Producer<TimecodeSample>, SampleQueue) {
     let (samples, inbox) = RingBuffer::new(MOST_SAMPLES);
-    (SampleSender(samples), SampleQueue(inbox))
+    (samples, SampleQueue(inbox))
 }
 
 impl SampleQueue {
     /// Takes the samples that are there, oldest first.
-    pub fn take(&mut self) -> impl Iterator<Item = Sample> {
+    pub fn take(&mut self) -> impl Iterator<Item = TimecodeSample> {
         (0..self.0.slots()).map_while(|_| self.0.pop().ok())
-    }
-}
-
-impl SampleSender {
-    /// Leaves a sample behind those before; where the loop has taken none for long, there is no room, and it is lost.
-    pub(super) fn leave(&mut self, sample: Sample) {
-        let _ = self.0.push(sample);
     }
 }
 
@@ -225,16 +209,16 @@ mod tests {
         assert_eq!(inbox.take().map(|sample| sample.arrived_ns).collect::<Vec<_>>(), [5]);
     }
 
-    fn sample(arrived_ns: u64) -> Sample {
-        Sample { position: Position { since_midnight_s: 60.0, day_s: 86_400.0 }, arrived_ns }
+    fn sample(arrived_ns: u64) -> TimecodeSample {
+        TimecodeSample { position: Position { since_midnight_s: 60.0, day_s: 86_400.0 }, arrived_ns }
     }
 
     #[test]
     fn samples_are_taken_once_and_in_their_order() {
         let (mut samples, mut inbox) = sample_queue();
         assert_eq!(inbox.take().count(), 0);
-        samples.leave(sample(1));
-        samples.leave(sample(2));
+        samples.push(sample(1)).expect("there is room");
+        samples.push(sample(2)).expect("there is room");
         assert_eq!(inbox.take().collect::<Vec<_>>(), [sample(1), sample(2)]);
         assert_eq!(inbox.take().count(), 0);
     }
@@ -242,9 +226,9 @@ mod tests {
     #[test]
     fn a_loop_that_takes_nothing_keeps_nobody_waiting() {
         let (mut samples, mut inbox) = sample_queue();
-        (0..2 * MOST_SAMPLES as u64).for_each(|arrived_ns| samples.leave(sample(arrived_ns)));
+        (0..2 * MOST_SAMPLES as u64).filter(|&arrived_ns| samples.push(sample(arrived_ns)).is_ok()).count();
         assert_eq!(inbox.take().count(), MOST_SAMPLES);
-        samples.leave(sample(7));
+        samples.push(sample(7)).expect("there is room");
         assert_eq!(inbox.take().collect::<Vec<_>>(), [sample(7)]);
     }
 
@@ -253,8 +237,8 @@ mod tests {
     #[test]
     fn a_sample_that_is_half_left_keeps_nobody_waiting() {
         let (mut samples, mut inbox) = sample_queue();
-        samples.leave(sample(1));
-        let half_left = samples.0.write_chunk_uninit(1).expect("there is room");
+        samples.push(sample(1)).expect("there is room");
+        let half_left = samples.write_chunk_uninit(1).expect("there is room");
         assert_eq!(inbox.take().collect::<Vec<_>>(), [sample(1)]);
         half_left.fill_from_iter([sample(2)]);
         assert_eq!(inbox.take().collect::<Vec<_>>(), [sample(2)]);

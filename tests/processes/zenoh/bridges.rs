@@ -1,8 +1,8 @@
 //! The two ends of a bridge.
 
 use serde_json::Value;
+use test_support::process::Process;
 
-use crate::process::Process;
 use crate::stage::Stage;
 
 /// What all keys of these tests begin with. No two bridges of two tests know of each other.

@@ -3,14 +3,13 @@
 use bench_dragon::recording::FrameReader;
 use bench_dragon_ipc::{Alert, AlertKind, AlertSubscriber};
 use serde_json::Value;
+use test_support::eventually::eventually;
 
 use super::bridges::Bridge;
-use crate::eventually::eventually;
 use crate::reader::Reader;
 use crate::stage::Stage;
 
 #[test]
-
 fn echo_hz_and_record_work_on_the_other_side_as_they_do_here() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "50", "--readers", "3"]);

@@ -3,11 +3,11 @@
 use bench_dragon_ipc::{IntoBytes as _, Request, ShowState};
 use rustix::process::Signal;
 use serde_json::Value;
+use test_support::eventually::DEADLINE;
 use zenoh::Wait as _;
 
 use super::bridges::{Bridge, KEY};
 use super::hostile::connected;
-use crate::eventually::DEADLINE;
 use crate::reader::Reader;
 use crate::stage::Stage;
 

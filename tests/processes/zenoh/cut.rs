@@ -3,12 +3,12 @@
 use std::process::Command;
 
 use bench_dragon_ipc::Continuity;
+use test_support::process::Process;
+use test_support::skip::{has_programs, skip};
 
 use super::bridges::{Bridge, arguments};
 use super::cable::Cable;
-use crate::process::Process;
 use crate::reader::Reader;
-use crate::skip::{has_programs, skip};
 use crate::stage::Stage;
 
 /// Starts a bridge of a stage within a namespace.

@@ -7,13 +7,13 @@ use std::time::Instant;
 use bench_dragon::bridge::zenoh::wire::{Described, encode_described};
 use bench_dragon_ipc::{FrameHeader, HandleState, frame_bytes};
 use serde_json::json;
+use test_support::process::Process;
+use test_support::skip::is_possible;
 use zenoh::qos::CongestionControl;
 use zenoh::{Config, Session, Wait as _};
 
 use super::bridges::{ANY_PORT, Bridge, KEY, arguments};
-use crate::process::Process;
 use crate::reader::{Reader, assert_accounted_for};
-use crate::skip::is_possible;
 use crate::stage::Stage;
 
 pub(super) fn connected(endpoint: &str) -> Session {

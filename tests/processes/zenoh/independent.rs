@@ -2,12 +2,12 @@
 
 use std::ffi::OsStr;
 
+use test_support::pytest;
+
 use super::bridges::{Bridge, KEY};
-use crate::pytest;
 use crate::stage::Stage;
 
 #[test]
-
 fn the_stock_zenoh_package_reads_every_frame_and_commands_where_that_is_allowed() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "50"]);

@@ -8,11 +8,11 @@ use std::process::Command;
 
 use rustix::net::sockopt::set_socket_reuseaddr;
 use rustix::net::{AddressFamily, SocketType, bind, getsockname, socket};
+use test_support::process::Process;
+use test_support::skip::has_programs;
 
 use super::bridges::{ANY_PORT, Bridge};
-use crate::process::Process;
 use crate::reader::Reader;
-use crate::skip::has_programs;
 use crate::stage::Stage;
 
 /// Makes an authority and certificates of both sides in a folder.

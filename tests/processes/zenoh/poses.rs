@@ -5,9 +5,9 @@ use std::fs;
 use bench_dragon::recording::{Recorder, RecorderSettings};
 use bench_dragon_ipc::{DescriptionReader, FrameHeader, HandleState, StatusReader};
 use rustix::process::Signal;
+use test_support::eventually::eventually;
 
 use super::bridges::{ANY_PORT, Bridge};
-use crate::eventually::eventually;
 use crate::reader::{Reader, Shot};
 use crate::releases::assert_released;
 use crate::stage::Stage;

@@ -6,7 +6,7 @@
 //! the head's board, and may so bring a gap to where a wider one has a corner. So the threshold cannot be bisected.
 //!
 //! It is climbed to instead, from the lowest pitch that can be thought of, in steps over which every pitch is proved to
-//! be infeasible: by a *witness*, which is a place of the head where two boards overlap, or where the head's link stops,
+//! be infeasible: by a *witness*, which is a radius of the head where two boards overlap, or where the head's link stops,
 //! at all pitches of the step. Where no witness is found, a search of the whole way decides: what it finds is the next
 //! witness, and if it finds nothing, this pitch is feasible and all below are not. Nothing is assumed of the feasible set;
 //! only parts of it narrower than the tolerance could be passed over, where one witness ends and the next begins.
@@ -33,7 +33,7 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use crate::clearance::{Contact, first_within};
-use crate::dragon::{Dimensions, Dragon, DragonError, Meter, Spent};
+use crate::dragon::{Chain, Dimensions, Dragon, DragonError, Meter, Spent};
 use crate::number::Number;
 use crate::route::{Route, RouteError};
 
@@ -158,33 +158,37 @@ pub fn smallest_pitch(
     if !(turn_diameter_m > least_m && turn_diameter_m < 2.0 * start_turns * MAX_PITCH_M) {
         return Err(PitchError::TurnDiameter { turn_diameter_m, least_m, start_turns });
     }
-    climb(&Way { dimensions, start_turns, circle_radius_m: 0.5 * turn_diameter_m, clearance_m, meter })
+    climb(&LeadIn { dimensions, start_turns, circle_radius_m: 0.5 * turn_diameter_m, clearance_m, meter })
 }
 
-fn climb(way: &Way<'_>) -> Result<SmallestPitch, PitchError> {
-    let (start_m, width_m) = (way.least_start_m(), way.dimensions.width_m());
+fn climb(lead_in: &LeadIn<'_>) -> Result<SmallestPitch, PitchError> {
+    let (start_m, width_m) = (lead_in.least_start_m(), lead_in.dimensions.width_m());
     // All pitches up to this one are infeasible, the last of them for this reason.
     let mut pitch_m = start_m.max(width_m);
     let mut limit = if start_m >= width_m { PitchLimit::Start } else { PitchLimit::Width };
     for _ in 0..MAX_SEARCHES {
-        let tried_m = pitch_m + way.tolerance_m(pitch_m);
-        let Some(spiral) = way.spiral(tried_m) else {
-            return Err(PitchError::NoPitch { turn_diameter_m: 2.0 * way.circle_radius_m });
+        let tried_m = pitch_m + lead_in.tolerance_m(pitch_m);
+        let Some(spiral) = lead_in.spiral(tried_m) else {
+            return Err(PitchError::NoPitch { turn_diameter_m: 2.0 * lead_in.circle_radius_m });
         };
-        let verdict = Verdict::of(way, tried_m, spiral);
+        let verdict = Verdict::of(lead_in, tried_m, spiral);
         let verdict = verdict.map_err(|spent| PitchError::TooMuchWork { pitch_m, spent })?;
         match verdict {
             Verdict::Feasible => return Ok(SmallestPitch { pitch_m: tried_m, limit }),
-            Verdict::Infeasible(None) => (pitch_m, limit) = (tried_m, PitchLimit::Stop),
-            Verdict::Infeasible(Some(witness)) => (pitch_m, limit) = witness.proves_up_to(way, tried_m),
+            Verdict::StopsLate => (pitch_m, limit) = (tried_m, PitchLimit::Stop),
+            Verdict::Stops(stop) => (pitch_m, limit) = (stop.proves_up_to(lead_in, tried_m), PitchLimit::Stop),
+            Verdict::Overlaps(overlap) => {
+                let (proved_m, overlap) = overlap.proves_up_to(lead_in, tried_m);
+                (pitch_m, limit) = (proved_m, PitchLimit::Contact(overlap.contact(lead_in, proved_m)));
+            }
         }
     }
     Err(PitchError::Undecided { pitch_m })
 }
 
-/// The way of a dragon's head from its start to the circle.
+/// The lead-in of a dragon: its head's way from the start to the circle.
 #[derive(Clone, Copy, Debug)]
-struct Way<'a> {
+struct LeadIn<'a> {
     dimensions: &'a Dimensions,
     start_turns: f64,
     circle_radius_m: f64,
@@ -192,10 +196,15 @@ struct Way<'a> {
     meter: &'a Meter,
 }
 
-impl Way<'_> {
+impl LeadIn<'_> {
     /// The spiral of a pitch, if it is not over the greatest.
     fn spiral(&self, pitch_m: f64) -> Option<Route> {
         Route::spiral(pitch_m, self.start_turns).ok()
+    }
+
+    /// The chain with the head at a parameter of that spiral.
+    fn chain<'b>(&'b self, spiral: &'b Route, parameter: f64) -> Chain<'b> {
+        Chain::new(spiral, self.dimensions, self.meter, parameter)
     }
 
     fn start_radius_m(&self, pitch_m: f64) -> f64 {
@@ -223,31 +232,13 @@ impl Way<'_> {
     }
 }
 
-/// What proves pitches infeasible.
-#[derive(Clone, Copy, Debug)]
-enum Witness {
-    Overlap(Overlap),
-    Stop(Stop),
-}
-
-impl Witness {
-    /// A pitch up to which all are infeasible, from one that is, and what is wrong there.
-    fn proves_up_to(&self, way: &Way<'_>, pitch_m: f64) -> (f64, PitchLimit) {
-        match self {
-            Self::Overlap(overlap) => {
-                let (proved_m, overlap) = overlap.proves_up_to(way, pitch_m);
-                (proved_m, PitchLimit::Contact(overlap.contact(way, proved_m)))
-            }
-            Self::Stop(stop) => (stop.proves_up_to(way, pitch_m), PitchLimit::Stop),
-        }
-    }
-}
-
-/// What is known of a pitch.
+/// What is known of a pitch: whether it is feasible, or else what may prove wider ones infeasible too.
 enum Verdict {
     Feasible,
-    /// With a witness that may cover wider pitches, or because the head's link stops so late that none was seen.
-    Infeasible(Option<Witness>),
+    Overlaps(Overlap),
+    Stops(Stop),
+    /// The head's link stops so late that no radius was seen at which it does.
+    StopsLate,
 }
 
 impl Verdict {
@@ -255,25 +246,23 @@ impl Verdict {
     ///
     /// # Errors
     /// The meter is spent.
-    fn of(way: &Way<'_>, pitch_m: f64, spiral: Route) -> Result<Self, Spent> {
-        let likely = Stop::tightest(way, pitch_m).map(Witness::Stop);
-        let likely = likely.or_else(|| Overlap::near_circle(way, pitch_m).map(Witness::Overlap));
-        if way.meter.is_spent() {
-            return Err(way.meter.spent(0.0));
+    fn of(lead_in: &LeadIn<'_>, pitch_m: f64, spiral: Route) -> Result<Self, Spent> {
+        let likely = Stop::tightest(lead_in, pitch_m).map(Self::Stops);
+        let likely = likely.or_else(|| Overlap::near_circle(lead_in, pitch_m).map(Self::Overlaps));
+        lead_in.meter.check(0.0)?;
+        if let Some(likely) = likely {
+            return Ok(likely);
         }
-        if likely.is_some() {
-            return Ok(Self::Infeasible(likely));
-        }
-        let arrival_m = spiral.travel(Way::parameter(pitch_m, way.circle_radius_m));
-        let dragon = match Dragon::with_meter(*way.dimensions, Arc::new(spiral), way.meter.clone()) {
+        let arrival_m = spiral.travel(LeadIn::parameter(pitch_m, lead_in.circle_radius_m));
+        let dragon = match Dragon::with_meter(*lead_in.dimensions, Arc::new(spiral), lead_in.meter.clone()) {
             Ok(dragon) => dragon,
             Err(DragonError::TooMuchWork(spent)) => return Err(spent),
-            Err(_) => return Ok(Self::Infeasible(None)),
+            Err(_) => return Ok(Self::StopsLate),
         };
-        if let Some(contact) = first_within(&dragon, way.clearance_m, 0.0, arrival_m)? {
-            let radius_m = Way::radius_m(pitch_m, dragon.route().parameter(contact.travel_m));
-            return Ok(Self::Infeasible(Some(Witness::Overlap(Overlap { benches: contact.benches, radius_m }))));
+        if let Some(contact) = first_within(&dragon, lead_in.clearance_m, 0.0, arrival_m)? {
+            let radius_m = LeadIn::radius_m(pitch_m, dragon.route().parameter(contact.travel_m));
+            return Ok(Self::Overlaps(Overlap { benches: contact.benches, radius_m }));
         }
-        Ok(if dragon.end_travel_m() < arrival_m { Self::Infeasible(None) } else { Self::Feasible })
+        Ok(if dragon.end_travel_m() < arrival_m { Self::StopsLate } else { Self::Feasible })
     }
 }

@@ -9,9 +9,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{MAX_PITCH_M, Way};
+use super::{LeadIn, MAX_PITCH_M};
 use crate::clearance::{ClearanceSearch, Contact};
-use crate::dragon::{Board, Chain, Handle};
+use crate::dragon::{Board, Handle};
 
 /// A step aims at this part of what the depth seems to allow, so that most are proved at once.
 const STEP_SAFETY: f64 = 0.9;
@@ -19,7 +19,7 @@ const STEP_SAFETY: f64 = 0.9;
 /// When this part of the depth is left, a deeper overlap of the same pair is looked for nearby.
 const DEPTH_LEFT: f64 = 0.1;
 
-/// First and last step of that look, in depths: since the last one the place of the deepest overlap has moved by some
+/// First and last step of that look, in depths: since the last one the radius of the deepest overlap has moved by some
 /// depths, and the depth changes by no more than some steps.
 const FIRST_LOOK: f64 = 16.0;
 const LAST_LOOK: f64 = 1e-3;
@@ -49,16 +49,17 @@ struct Stand {
 
 impl Overlap {
     /// The deepest overlap in some poses just before the circle, if there is one. There the turns are tightest.
-    pub(super) fn near_circle(way: &Way<'_>, pitch_m: f64) -> Option<Self> {
+    pub(super) fn near_circle(lead_in: &LeadIn<'_>, pitch_m: f64) -> Option<Self> {
         let mut search = ClearanceSearch::default();
-        let poses = (0..POSES).take_while(|_| !way.meter.is_spent()).filter_map(|pose| {
-            let arc_m = way.dimensions.link_m(1) * f64::from(pose) / f64::from(POSES);
-            let radius_m = (way.circle_radius_m.powi(2) + pitch_m / PI * arc_m).sqrt().min(way.start_radius_m(pitch_m));
-            let nearest = search.nearest(&nearest_turns(way, pitch_m, radius_m));
-            way.meter.add(search.take_steps());
+        let poses = (0..POSES).take_while(|_| !lead_in.meter.is_spent()).filter_map(|pose| {
+            let arc_m = lead_in.dimensions.link_m(1) * f64::from(pose) / f64::from(POSES);
+            let radius_m =
+                (lead_in.circle_radius_m.powi(2) + pitch_m / PI * arc_m).sqrt().min(lead_in.start_radius_m(pitch_m));
+            let nearest = search.nearest(&nearest_turns(lead_in, pitch_m, radius_m));
+            lead_in.meter.add(search.take_steps());
             let nearest = nearest?;
             let overlap = Self { benches: nearest.benches, radius_m };
-            overlap.stand(way, pitch_m).map(|stand| (stand.depth_m, overlap))
+            overlap.stand(lead_in, pitch_m).map(|stand| (stand.depth_m, overlap))
         });
         let (depth_m, overlap) = poses.max_by(|(ours_m, _), (theirs_m, _)| ours_m.total_cmp(theirs_m))?;
         (depth_m > 0.0).then_some(overlap)
@@ -66,12 +67,12 @@ impl Overlap {
 
     /// A pitch up to which this pair proves all to be infeasible, from one at which it touches, and where it still
     /// touches there.
-    pub(super) fn proves_up_to(&self, way: &Way<'_>, pitch_m: f64) -> (f64, Self) {
+    pub(super) fn proves_up_to(&self, lead_in: &LeadIn<'_>, pitch_m: f64) -> (f64, Self) {
         let (mut proved_m, mut overlap) = (pitch_m, *self);
         loop {
-            overlap = overlap.deepest_nearby(way, proved_m);
-            let next_m = overlap.proves_at_its_radius(way, proved_m);
-            if next_m - proved_m < way.tolerance_m(pitch_m) || way.meter.is_spent() {
+            overlap = overlap.deepest_nearby(lead_in, proved_m);
+            let next_m = overlap.proves_at_its_radius(lead_in, proved_m);
+            if next_m - proved_m < lead_in.tolerance_m(pitch_m) || lead_in.meter.is_spent() {
                 return (next_m, overlap);
             }
             proved_m = next_m;
@@ -79,22 +80,22 @@ impl Overlap {
     }
 
     /// The contact, with the head at this radius.
-    pub(super) fn contact(&self, way: &Way<'_>, pitch_m: f64) -> Contact {
+    pub(super) fn contact(&self, lead_in: &LeadIn<'_>, pitch_m: f64) -> Contact {
         let travel_m =
-            way.spiral(pitch_m).expect("a pitch within range").travel(Way::parameter(pitch_m, self.radius_m));
-        let [first, second] = self.stand(way, pitch_m).expect("a pair that touches stands").boards;
+            lead_in.spiral(pitch_m).expect("a pitch within range").travel(LeadIn::parameter(pitch_m, self.radius_m));
+        let [first, second] = self.stand(lead_in, pitch_m).expect("a pair that touches stands").boards;
         Contact { travel_m, benches: self.benches, point: first.approach(&second).point }
     }
 
     /// Steps on until little of the depth is left.
-    fn proves_at_its_radius(&self, way: &Way<'_>, pitch_m: f64) -> f64 {
-        let Some(mut here) = self.stand(way, pitch_m) else { return pitch_m };
+    fn proves_at_its_radius(&self, lead_in: &LeadIn<'_>, pitch_m: f64) -> f64 {
+        let Some(mut here) = self.stand(lead_in, pitch_m) else { return pitch_m };
         let (mut proved_m, enough_m) = (pitch_m, DEPTH_LEFT * here.depth_m);
         let mut step_m = here.depth_m;
-        while here.depth_m > enough_m && proved_m + step_m > proved_m && !way.meter.is_spent() {
+        while here.depth_m > enough_m && proved_m + step_m > proved_m && !lead_in.meter.is_spent() {
             step_m = step_m.min(MAX_PITCH_M - proved_m);
-            let Some(there) = self.stand(way, proved_m + step_m) else { return proved_m };
-            let moved_m = here.moved_m(&there, way);
+            let Some(there) = self.stand(lead_in, proved_m + step_m) else { return proved_m };
+            let moved_m = here.moved_m(&there, lead_in);
             if moved_m < here.depth_m {
                 proved_m += step_m;
                 here = there;
@@ -105,13 +106,13 @@ impl Overlap {
     }
 
     /// The radius nearby, within the way, at which the pair overlaps most: a compass search.
-    fn deepest_nearby(&self, way: &Way<'_>, pitch_m: f64) -> Self {
-        let lowest_m = way.circle_radius_m;
-        let highest_m = way.start_radius_m(pitch_m);
-        let depth_m = |overlap: &Self| overlap.stand(way, pitch_m).map_or(f64::NEG_INFINITY, |stand| stand.depth_m);
+    fn deepest_nearby(&self, lead_in: &LeadIn<'_>, pitch_m: f64) -> Self {
+        let lowest_m = lead_in.circle_radius_m;
+        let highest_m = lead_in.start_radius_m(pitch_m);
+        let depth_m = |overlap: &Self| overlap.stand(lead_in, pitch_m).map_or(f64::NEG_INFINITY, |stand| stand.depth_m);
         let (mut best, mut best_m) = (*self, depth_m(self));
-        let mut look_m = (FIRST_LOOK * best_m.abs()).min(0.25 * way.dimensions.link_m(1));
-        while look_m > LAST_LOOK * best_m.abs() && !way.meter.is_spent() {
+        let mut look_m = (FIRST_LOOK * best_m.abs()).min(0.25 * lead_in.dimensions.link_m(1));
+        while look_m > LAST_LOOK * best_m.abs() && !lead_in.meter.is_spent() {
             let sides = [-look_m, look_m].map(|side_m| (best.radius_m + side_m).clamp(lowest_m, highest_m));
             let found = sides.into_iter().find_map(|radius_m| {
                 let other = Self { radius_m, ..best };
@@ -125,23 +126,24 @@ impl Overlap {
     }
 
     /// The pair at a pitch, if the chain reaches it and its first link could have walked there.
-    fn stand(&self, way: &Way<'_>, pitch_m: f64) -> Option<Stand> {
-        let spiral = way.spiral(pitch_m)?;
-        let parameter = Way::parameter(pitch_m, self.radius_m);
-        let mut chain = Chain::from_parameter(&spiral, way.dimensions, way.meter, parameter);
+    fn stand(&self, lead_in: &LeadIn<'_>, pitch_m: f64) -> Option<Stand> {
+        let spiral = lead_in.spiral(pitch_m)?;
+        let parameter = LeadIn::parameter(pitch_m, self.radius_m);
+        let mut chain = lead_in.chain(&spiral, parameter);
         if parameter - chain.clone().nth(1)?.parameter >= PI {
             return None;
         }
         let [first, second] = self.benches;
         let ahead = [chain.nth(first)?, chain.next()?];
         let behind = [chain.nth(second - first - 2)?, chain.next()?];
-        let polar = |handle: &Handle| (Way::radius_m(pitch_m, handle.parameter), ahead[0].parameter - handle.parameter);
-        let boards = [board(way, first, &ahead[0], &ahead[1]), board(way, second, &behind[0], &behind[1])];
+        let polar =
+            |handle: &Handle| (LeadIn::radius_m(pitch_m, handle.parameter), ahead[0].parameter - handle.parameter);
+        let boards = [board(lead_in, first, &ahead[0], &ahead[1]), board(lead_in, second, &behind[0], &behind[1])];
         Some(Stand {
             handles: [ahead, behind].map(|handles| handles.each_ref().map(polar)),
             boards,
             benches: self.benches,
-            depth_m: depth_m(&boards, way.clearance_m),
+            depth_m: depth_m(&boards, lead_in.clearance_m),
         })
     }
 }
@@ -152,30 +154,30 @@ fn depth_m([first, second]: &[Board; 2], clearance_m: f64) -> f64 {
 }
 
 /// The boards of a few turns, with the head at a radius.
-fn nearest_turns(way: &Way<'_>, pitch_m: f64, radius_m: f64) -> Vec<Board> {
-    let spiral = way.spiral(pitch_m).expect("a pitch within range");
-    let parameter = Way::parameter(pitch_m, radius_m);
-    let chain = Chain::from_parameter(&spiral, way.dimensions, way.meter, parameter);
+fn nearest_turns(lead_in: &LeadIn<'_>, pitch_m: f64, radius_m: f64) -> Vec<Board> {
+    let spiral = lead_in.spiral(pitch_m).expect("a pitch within range");
+    let parameter = LeadIn::parameter(pitch_m, radius_m);
+    let chain = lead_in.chain(&spiral, parameter);
     let handles: Vec<Handle> = chain.take_while(|handle| parameter - handle.parameter < TURNS * TAU).collect();
-    handles.windows(2).enumerate().map(|(bench, ends)| board(way, bench, &ends[0], &ends[1])).collect()
+    handles.windows(2).enumerate().map(|(bench, ends)| board(lead_in, bench, &ends[0], &ends[1])).collect()
 }
 
-fn board(way: &Way<'_>, bench: usize, front: &Handle, rear: &Handle) -> Board {
-    let length_m = way.dimensions.length_m(bench);
-    Board::from_handles(front.position, rear.position, length_m, way.dimensions.width_m())
+fn board(lead_in: &LeadIn<'_>, bench: usize, front: &Handle, rear: &Handle) -> Board {
+    let length_m = lead_in.dimensions.length_m(bench);
+    Board::from_handles(front.position, rear.position, length_m, lead_in.dimensions.width_m())
 }
 
 impl Stand {
     /// How far the boards move at most, both together, on the way to a greater pitch.
-    fn moved_m(&self, greater: &Self, way: &Way<'_>) -> f64 {
+    fn moved_m(&self, greater: &Self, lead_in: &LeadIn<'_>) -> f64 {
         let moved = |(radius_m, angle): (f64, f64), (new_radius_m, new_angle): (f64, f64)| {
             (new_radius_m - radius_m).hypot((radius_m * new_radius_m).sqrt() * (angle - new_angle))
         };
         (0..2)
             .map(|i| {
                 let [front_m, rear_m] = [0, 1].map(|end| moved(self.handles[i][end], greater.handles[i][end]));
-                let turn = (front_m + rear_m) / way.dimensions.link_m(self.benches[i]);
-                front_m.max(rear_m) + way.dimensions.overhang_m() * turn
+                let turn = (front_m + rear_m) / lead_in.dimensions.link_m(self.benches[i]);
+                front_m.max(rear_m) + lead_in.dimensions.overhang_m() * turn
             })
             .sum()
     }

@@ -146,11 +146,9 @@ pub(super) struct Releases {
     rate_hz: u32,
     /// When release 0 was due, with those that were missed before the first frame left out.
     epoch_ns: Option<u64>,
-    /// The last frame's release.
     last: Option<u64>,
     /// Releases missed before the first frame; `None` where the recording does not say.
     missed_before: Option<u64>,
-    /// Releases missed since the first frame.
     missed: u64,
 }
 
@@ -160,7 +158,6 @@ impl Releases {
         Self { rate_hz, epoch_ns: None, last: None, missed_before: None, missed: 0 }
     }
 
-    /// Whether no frame has been taken.
     pub(super) fn is_empty(&self) -> bool {
         self.last.is_none()
     }

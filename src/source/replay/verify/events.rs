@@ -48,16 +48,9 @@ pub(super) struct RunEvents {
     /// Those after the start, in the order in which the server took them.
     pub(super) events: std::iter::Peekable<std::vec::IntoIter<CommandEvent>>,
     /// Tick from which on events may be missing, and how many are.
-    pub(super) gap: Option<Gap>,
+    pub(super) gap: Option<(u64, u64)>,
     /// Tick of the last event, where that is not the end of the run.
     pub(super) open_end_tick: Option<u64>,
-}
-
-/// Events that are missing in a recording.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Gap {
-    pub(super) from_tick: u64,
-    pub(super) missing: u64,
 }
 
 impl RunEvents {
@@ -81,9 +74,9 @@ impl RunEvents {
             }
         };
         let whole = events.iter().zip(0..).take_while(|(event, number)| event.number == *number).count();
-        let gap = events.get(whole).map(|behind| Gap {
-            from_tick: events[whole - 1].tick,
-            missing: behind.number - events[whole - 1].number - 1,
+        let gap = events.get(whole).map(|behind| {
+            let last = &events[whole - 1];
+            (last.tick, behind.number - last.number - 1)
         });
         events.truncate(whole);
         if !events.is_sorted_by_key(|event| event.tick) {
@@ -96,7 +89,6 @@ impl RunEvents {
     }
 }
 
-/// What the files hold, in their order.
 pub(super) struct Recordings<'a> {
     files: std::slice::Iter<'a, PathBuf>,
     reader: Option<(&'a Path, FrameReader)>,
@@ -137,12 +129,10 @@ impl<'a> Recordings<'a> {
         self.reader.as_ref().and_then(|(_, reader)| reader.configuration()).or(self.configuration.as_ref())
     }
 
-    /// Bytes read so far.
     pub(super) fn bytes_read(&self) -> u64 {
         self.bytes_before + self.reader.as_ref().map_or(0, |(_, reader)| reader.position())
     }
 
-    /// The files that could not be read whole.
     pub(super) fn into_flawed(mut self) -> Vec<FlawedFile> {
         if let Some((file, reader)) = self.reader.take() {
             self.end_file(file, &reader);

@@ -1,7 +1,7 @@
 //! Verification: a recording simulated again, and compared with itself bit for bit.
 //!
 //! A recording holds all that decides on its frames: the configuration, how the run began, and every command with the tick
-//! from which it holds. [`verify`] gives these to the simulation of the server ([`Simulation::tick`]) and compares every
+//! from which it holds. [`verify`] gives these to the simulation of the server ([`Simulation`]) and compares every
 //! recorded frame with the simulated one, all bits of header and handles. It needs neither a bus nor a server.
 //!
 //! **Releases that were missed** follow from the frames: each was due at `epoch + release / rate`, in integers.
@@ -18,14 +18,14 @@
 //! **Bounds.** Files are read twice, one chunk in memory at a time: first the events of commands, [`MOST_EVENTS`] at most, and
 //! then the frames. For an event may be recorded behind the frames of its tick.
 //!
-//! [`Simulation::tick`]: crate::source::server::Simulation::tick
+//! [`Simulation`]: crate::source::server::Simulation
 //! [`Instructions`]: bench_dragon_geometry::dragon::Instructions
 
 mod comparison;
 mod events;
 mod run_check;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -132,67 +132,55 @@ pub enum VerifyError {
 pub fn verify(files: &[PathBuf], stop: &AtomicBool, mut look: impl FnMut(u64)) -> Result<Verification, VerifyError> {
     let (mut events, bytes_before) = events_of_runs(files, stop, &mut look)?;
     let mut recordings = Recordings::new(files);
-    let mut runs = Runs::default();
+    let mut runs = Vec::new();
     while !stop.load(Ordering::Relaxed)
         && let Some(recorded) = recordings.next(|_| true)?
     {
         if let Recorded::Frame(frame) = recorded {
-            runs.take(&frame, recordings.configuration(), &mut events, stop);
+            let run = run_of(&mut runs, &frame, recordings.configuration(), &mut events);
+            run.take(&frame, stop);
             look(bytes_before + recordings.bytes_read());
         }
     }
     let is_interrupted = stop.load(Ordering::Relaxed);
-    let runs = runs.finish();
     if runs.is_empty() && !is_interrupted {
         return Err(VerifyError::NoFrames);
     }
+    if let Some(last) = runs.last_mut() {
+        last.finish();
+    }
+    let runs = runs.into_iter().map(|run| run.found).collect();
     Ok(Verification { runs, flawed: recordings.into_flawed(), is_interrupted })
 }
 
-/// The runs so far.
-#[derive(Default)]
-struct Runs {
-    done: Vec<RunVerification>,
-    known: BTreeSet<u64>,
-    current: Option<RunInProgress>,
+/// The run of a frame: the last one, or another that follows it.
+fn run_of<'a>(
+    runs: &'a mut Vec<RunInProgress>,
+    frame: &RecordedFrame,
+    configuration: Option<&Configuration>,
+    events: &mut BTreeMap<u64, Vec<CommandEvent>>,
+) -> &'a mut RunInProgress {
+    let run_id = frame.header.run_id;
+    if runs.last().is_none_or(|run| run.found.run_id != run_id) {
+        if let Some(last) = runs.last_mut() {
+            last.finish();
+        }
+        let check = if runs.iter().any(|run| run.found.run_id == run_id) {
+            Err("its frames are not in the recorded order: name the files oldest first".to_owned())
+        } else {
+            let configuration = configuration.filter(|configuration| configuration.run_id == run_id);
+            RunCheck::begin(run_id, configuration, events.remove(&run_id).unwrap_or_default())
+        };
+        runs.push(RunInProgress::new(frame, check));
+    }
+    runs.last_mut().expect("begun where it was missing")
 }
 
-/// A run whose frames are being read.
+/// A run whose frames are being read, or have been.
 struct RunInProgress {
     found: RunVerification,
-    /// `None` from where it cannot go on.
+    /// `None` where it cannot be simulated. It goes on as long as the verdict is [`RunVerdict::Verified`].
     check: Option<RunCheck>,
-    /// Where its record of commands has no end: as [`RunCheck::open_end`].
-    open_end: Option<(u64, u64)>,
-}
-
-impl Runs {
-    fn take(
-        &mut self,
-        frame: &RecordedFrame,
-        configuration: Option<&Configuration>,
-        events: &mut BTreeMap<u64, Vec<CommandEvent>>,
-        stop: &AtomicBool,
-    ) {
-        let run_id = frame.header.run_id;
-        if self.current.as_ref().is_none_or(|run| run.found.run_id != run_id) {
-            self.done.extend(self.current.take().map(RunInProgress::finish));
-            let check = if self.known.insert(run_id) {
-                let configuration = configuration.filter(|configuration| configuration.run_id == run_id);
-                RunCheck::begin(run_id, configuration, events.remove(&run_id).unwrap_or_default())
-            } else {
-                Err("its frames are not in the recorded order: name the files oldest first".to_owned())
-            };
-            self.current = Some(RunInProgress::new(frame, check));
-        }
-        let run = self.current.as_mut().expect("begun where it was missing");
-        run.take(frame, stop);
-    }
-
-    fn finish(mut self) -> Vec<RunVerification> {
-        self.done.extend(self.current.take().map(RunInProgress::finish));
-        self.done
-    }
 }
 
 impl RunInProgress {
@@ -205,29 +193,27 @@ impl RunInProgress {
         let run_id = frame.header.run_id;
         let found =
             RunVerification { run_id, first_tick: tick, last_tick: tick, verdict, ..RunVerification::default() };
-        let open_end = check.as_ref().and_then(RunCheck::open_end);
-        Self { found, check, open_end }
+        Self { found, check }
     }
 
     fn take(&mut self, frame: &RecordedFrame, stop: &AtomicBool) {
         self.found.frames += 1;
         self.found.last_tick = frame.header.tick;
-        let Some(check) = &mut self.check else { return };
+        let Some(check) = self.check.as_mut().filter(|_| self.found.verdict == RunVerdict::Verified) else { return };
         let checked = check.take(frame, &mut self.found, stop);
         self.found.overruns = check.releases.overruns();
-        let Err(verdict) = checked else {
-            self.found.verified += 1;
-            return;
-        };
-        self.found.verdict = verdict;
-        self.check = None;
+        match checked {
+            Ok(()) => self.found.verified += 1,
+            Err(verdict) => self.found.verdict = verdict,
+        }
     }
 
     /// A server or a recorder that is killed leaves the commands of its last moments unrecorded. Where a frame differs only
     /// there, nothing is known of why.
-    fn finish(mut self) -> RunVerification {
+    fn finish(&mut self) {
+        let open_end = self.check.take().and_then(|check| check.open_end());
         if let RunVerdict::Differs { difference } = &self.found.verdict
-            && let Some((last_event, last_moments)) = self.open_end
+            && let Some((last_event, last_moments)) = open_end
             && difference.tick >= last_event
             && self.found.last_tick.saturating_sub(difference.tick) <= last_moments
         {
@@ -237,6 +223,5 @@ impl RunInProgress {
             );
             self.found.verdict = RunVerdict::Unverifiable { from_tick: difference.tick, reason };
         }
-        self.found
     }
 }

@@ -70,7 +70,7 @@ impl RunCheck {
             run_id,
             simulation,
             handles: vec![HandleState::default(); config.dragon().dimensions().handles()],
-            releases: Releases::at(config.rate_hz()),
+            releases: Releases::at(config.tables().serve.rate_hz),
             config,
             start,
             events,
@@ -82,7 +82,7 @@ impl RunCheck {
     /// Where no event says that the run has ended: the tick of the last event, and how many ticks before the run's end are its
     /// last moments.
     pub(super) fn open_end(&self) -> Option<(u64, u64)> {
-        Some((self.events.open_end_tick?, u64::from(self.config.rate_hz()) / LAST_MOMENTS))
+        Some((self.events.open_end_tick?, u64::from(self.config.tables().serve.rate_hz) / LAST_MOMENTS))
     }
 
     /// Simulates up to a frame and compares it. Counts in `found` what was simulated.
@@ -116,7 +116,6 @@ impl RunCheck {
         }
     }
 
-    /// Simulates the ticks before `tick` whose frames are missing.
     fn simulate_missing(
         &mut self,
         tick: u64,
@@ -158,62 +157,51 @@ impl RunCheck {
         header: Option<&FrameHeader>,
         found: &mut RunVerification,
     ) -> Result<f64, RunVerdict> {
-        if let Some(gap) = self.events.gap.filter(|gap| tick >= gap.from_tick) {
-            let reason = format!("{} events of its commands are missing there", gap.missing);
+        if let Some((_, missing)) = self.events.gap.filter(|(from_tick, _)| tick >= *from_tick) {
+            let reason = format!("{missing} events of its commands are missing there");
             return Err(unverifiable(tick, reason));
         }
-        let is_led = self.timecode.is_some_and(|timecode| timecode.leads);
-        let mut steering = Ok(None);
-        let Self { simulation, events, timecode, releases, config, start, .. } = self;
-        simulation.tick(missed, is_led, |simulation| {
-            let mut tick_events = TickEvents { simulation, timecode, releases, found, has_changed: false };
-            steering = tick_events.take_all(events, tick, header).and_then(|()| tick_events.steering(tick, header));
-            steering.as_ref().ok().copied().flatten().map(|(stands, time_scale)| Steering {
-                stands,
-                time_scale,
-                rate_hz: config.rate_hz(),
-            })
-        });
-        let time_scale = steering?.map(|(_, time_scale)| time_scale);
-        match time_scale {
-            None if start.follows_timecode => {
+        self.simulation.begin_tick(missed, self.timecode.is_some_and(|timecode| timecode.leads));
+        let has_changed = self.take_events(tick, header, found)?;
+        let steering = self.steering(tick, header, has_changed)?;
+        let rate_hz = self.config.tables().serve.rate_hz;
+        self.simulation.advance(steering.map(|(stands, time_scale)| Steering { stands, time_scale, rate_hz }));
+        match steering {
+            None if self.start.follows_timecode => {
                 Err(unverifiable(tick, "what the timecode had the show do is not recorded"))
             }
-            time_scale => Ok(time_scale.unwrap_or(config.time_scale())),
+            None => Ok(self.config.tables().serve.time_scale),
+            Some((_, time_scale)) => Ok(time_scale),
         }
     }
-}
 
-/// What takes the events of a tick.
-struct TickEvents<'a> {
-    simulation: &'a mut Simulation,
-    timecode: &'a mut Option<Timecode>,
-    releases: &'a mut Releases,
-    found: &'a mut RunVerification,
-    /// Whether what the timecode has the show do is recorded at this tick.
-    has_changed: bool,
-}
-
-impl TickEvents<'_> {
-    fn take_all(&mut self, events: &mut RunEvents, tick: u64, header: Option<&FrameHeader>) -> Result<(), RunVerdict> {
-        while let Some(event) = events.events.next_if(|event| event.tick <= tick) {
+    /// Takes the events of a tick. Returns whether one of them is what the timecode has the show do.
+    fn take_events(
+        &mut self,
+        tick: u64,
+        header: Option<&FrameHeader>,
+        found: &mut RunVerification,
+    ) -> Result<bool, RunVerdict> {
+        let timecode_before = found.timecode;
+        while let Some(event) = self.events.events.next_if(|event| event.tick <= tick) {
             self.releases.agree_with(&event, header)?;
             match (event.event_kind(), event.request()) {
-                (Some(EventKind::Stand | EventKind::Follow), _) => self.take_timecode(&event)?,
-                (_, Some(request)) => self.request(request, &event, header)?,
+                (Some(EventKind::Stand | EventKind::Follow), _) => {
+                    self.take_timecode(&event)?;
+                    found.timecode += 1;
+                }
+                (_, Some(request)) => self.request(request, &event, header, found)?,
                 _ => {}
             }
         }
-        Ok(())
+        Ok(found.timecode > timecode_before)
     }
 
     fn take_timecode(&mut self, event: &CommandEvent) -> Result<(), RunVerdict> {
         let [leads, time_scale, ..] = event.values;
         require_time_scale(time_scale).map_err(|reason| unverifiable(event.tick, reason))?;
         let stands = event.event_kind() == Some(EventKind::Stand);
-        *self.timecode = Some(Timecode { stands, leads: leads != 0.0, time_scale });
-        self.has_changed = true;
-        self.found.timecode += 1;
+        self.timecode = Some(Timecode { stands, leads: leads != 0.0, time_scale });
         Ok(())
     }
 
@@ -223,6 +211,7 @@ impl TickEvents<'_> {
         request: Request,
         event: &CommandEvent,
         header: Option<&FrameHeader>,
+        found: &mut RunVerification,
     ) -> Result<(), RunVerdict> {
         let recorded = event.outcome();
         // Refused by the server and not by the simulation; and of a grant for another run that run is not recorded.
@@ -240,15 +229,20 @@ impl TickEvents<'_> {
             return Err(Difference::in_words(header.unwrap_or(&of_event), &field, recorded, simulated));
         }
         let is_grant = matches!(request, Request::Grant { .. });
-        self.found.grants += u64::from(simulated.is_ok() && is_grant);
-        self.found.commands += u64::from(simulated.is_ok() && !is_grant);
+        found.grants += u64::from(simulated.is_ok() && is_grant);
+        found.commands += u64::from(simulated.is_ok() && !is_grant);
         Ok(())
     }
 
     /// Whether the timecode has the show stand, and the time scale, from this tick on; `None` without timecode.
-    fn steering(&self, tick: u64, header: Option<&FrameHeader>) -> Result<Option<(bool, f64)>, RunVerdict> {
-        let Some(timecode) = *self.timecode else { return Ok(None) };
-        if !timecode.leads || self.has_changed {
+    fn steering(
+        &self,
+        tick: u64,
+        header: Option<&FrameHeader>,
+        has_changed: bool,
+    ) -> Result<Option<(bool, f64)>, RunVerdict> {
+        let Some(timecode) = self.timecode else { return Ok(None) };
+        if !timecode.leads || has_changed {
             return Ok(Some((timecode.stands, timecode.time_scale)));
         }
         // While the timecode leads, nothing is made up for, so that a frame has the very time scale.

@@ -2,6 +2,8 @@
 
 use bench_dragon_ipc::Refusal;
 
+use super::Limits;
+
 /// A stretch of travel that the guard has proved free.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Stretch {
@@ -86,58 +88,9 @@ impl Authority {
         Ok(())
     }
 
-    /// Travel at which the stretch that the head is on ends for good, where the guard has reached it.
-    pub(super) fn end_m(&self) -> Option<f64> {
-        self.present.filter(|present| present.is_final).map(|present| present.to_m)
-    }
-
-    /// Travel that a refused seek asked for.
-    pub(super) fn asked_m(&self) -> Option<f64> {
-        self.asked_m
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn without_a_grant_the_head_stays_where_it_is() {
-        assert_eq!(Authority::none(7).limit_m(12.5), 12.5);
-    }
-
-    #[test]
-    fn grants_are_joined_and_never_shrink() {
-        let mut authority = Authority::none(7);
-        for (from_m, to_m, limit_m) in [(0.0, 2.0, 2.0), (0.0, 5.0, 5.0), (1.0, 3.0, 5.0)] {
-            authority.grant(7, [from_m, to_m], false, 1.5).expect("the run is the right one");
-            assert_eq!(authority.limit_m(1.5), limit_m);
-        }
-    }
-
-    #[test]
-    fn the_end_for_good_is_known_once_it_is_granted_and_then_stays() {
-        let mut authority = Authority::none(7);
-        for (to_m, is_final, end_m) in [(2.0, false, None), (5.0, true, Some(5.0)), (3.0, false, Some(5.0))] {
-            authority.grant(7, [0.0, to_m], is_final, 1.5).expect("the run is the right one");
-            assert_eq!(authority.end_m(), end_m);
-        }
-    }
-
-    #[test]
-    fn a_grant_for_another_run_is_refused() {
-        let mut authority = Authority::none(7);
-        assert_eq!(authority.grant(8, [0.0, 9.0], false, 0.0), Err(Refusal::OtherRun));
-        assert_eq!(authority.limit_m(0.0), 0.0);
-    }
-
-    #[test]
-    fn a_grant_elsewhere_moves_nothing_and_lets_the_head_be_put_there() {
-        let mut authority = Authority::none(7);
-        assert_eq!((authority.seek(100.0), authority.asked_m()), (Err(Refusal::NotProved), Some(100.0)));
-        authority.grant(7, [100.0, 101.0], false, 0.0).expect("the run is the right one");
-        assert_eq!(authority.limit_m(0.0), 0.0);
-        assert_eq!((authority.seek(100.5), authority.asked_m()), (Ok(()), None));
-        assert_eq!(authority.limit_m(100.5), 101.0);
+    /// What a guard has to do with a head at `travel_m`.
+    pub(super) fn limits(&self, travel_m: f64) -> Limits {
+        let end_m = self.present.filter(|present| present.is_final).map(|present| present.to_m);
+        Limits { granted_to_m: Some(self.limit_m(travel_m)), asked_m: self.asked_m, end_m }
     }
 }

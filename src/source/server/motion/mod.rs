@@ -14,8 +14,6 @@
 mod authority;
 mod catch_up;
 mod plan;
-#[cfg(test)]
-mod tests;
 mod walk;
 
 use bench_dragon_ipc::{Refusal, Request, ShowState, Stops};
@@ -49,11 +47,8 @@ pub struct Motion {
     catch_up: CatchUp,
     paused: bool,
     held: bool,
-    /// Whether the show follows timecode.
     follows: bool,
-    /// Whether the timecode has the show stand.
     stands: bool,
-    /// Whether the server was asked to end.
     ending: bool,
     /// Whether the show time at which the show is over has been reached.
     over: bool,
@@ -197,9 +192,7 @@ impl Motion {
 
     /// What a guard has to do with this head.
     pub fn limits(&self) -> Limits {
-        let asked_m = self.authority.and_then(|authority| authority.asked_m());
-        let end_m = self.authority.and_then(|authority| authority.end_m());
-        Limits { granted_to_m: self.granted_to_m(), asked_m, end_m }
+        self.authority.map(|authority| authority.limits(self.travel_m())).unwrap_or_default()
     }
 
     /// What keeps the head from walking, or has it brake.

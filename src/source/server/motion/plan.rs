@@ -83,23 +83,27 @@ impl MotionPlan {
     pub fn new(settings: MotionSettings) -> Result<Self, MotionPlanError> {
         let MotionSettings { speed_mps, accel_mps2, tick_s, start_s, start_travel_m, start_speed_mps, .. } = settings;
         let MotionSettings { first_s, last_s, end_travel_m, until_s, .. } = settings;
-        for (name, value) in [("speed_mps", Some(speed_mps)), ("accel_mps2", accel_mps2), ("tick_s", Some(tick_s))] {
-            let is_allowed = |value: f64| value.is_finite() && value > 0.0;
-            require(name, value.unwrap_or(1.0), is_allowed, "finite and above 0")?;
+        let is_finite: fn(f64) -> bool = f64::is_finite;
+        let is_above_0: fn(f64) -> bool = |value| value.is_finite() && value > 0.0;
+        let is_speed: fn(f64) -> bool = |value| (0.0..=Request::MAX_SPEED_MPS).contains(&value);
+        for (name, value, is_allowed, allowed) in [
+            ("speed_mps", speed_mps, is_above_0, "finite and above 0"),
+            ("accel_mps2", accel_mps2.unwrap_or(1.0), is_above_0, "finite and above 0"),
+            ("tick_s", tick_s, is_above_0, "finite and above 0"),
+            ("start_s", start_s, is_finite, "finite"),
+            ("first_s", first_s, is_finite, "finite"),
+            ("until_s", until_s.unwrap_or(0.0), is_finite, "finite"),
+            ("travel_m", start_travel_m, is_finite, "finite"),
+            ("end_travel_m", end_travel_m, is_finite, "finite"),
+            ("start_speed_mps", start_speed_mps, is_speed, "a speed that may be asked for"),
+        ] {
+            if !is_allowed(value) {
+                return Err(MotionPlanError { name, value, allowed });
+            }
         }
-        let instants = [("start_s", start_s), ("first_s", first_s), ("until_s", until_s.unwrap_or(0.0))];
-        for (name, value) in instants.into_iter().chain([("travel_m", start_travel_m), ("end_travel_m", end_travel_m)])
-        {
-            require(name, value, f64::is_finite, "finite")?;
+        if !last_s.is_finite() || last_s < first_s {
+            return Err(MotionPlanError { name: "last_s", value: last_s, allowed: "finite and first_s at least" });
         }
-        require("last_s", last_s, |last_s| last_s.is_finite() && first_s <= last_s, "finite and first_s at least")?;
-        let speeds = 0.0..=Request::MAX_SPEED_MPS;
-        require(
-            "start_speed_mps",
-            start_speed_mps,
-            |speed_mps| speeds.contains(&speed_mps),
-            "a speed that may be asked for",
-        )?;
         Ok(Self(settings))
     }
 
@@ -109,8 +113,8 @@ impl MotionPlan {
     /// As [`MotionPlan::new`].
     pub fn of_run(config: &Config, start: &RunStart, run_id: u64) -> Result<Self, MotionPlanError> {
         Self::new(MotionSettings {
-            speed_mps: config.head_speed_mps(),
-            accel_mps2: config.head_accel_mps2(),
+            speed_mps: config.tables().head.speed_mps,
+            accel_mps2: config.tables().head.accel_mps2,
             tick_s: config.tick_s(),
             start_s: start.start_s,
             start_travel_m: start.travel_m,
@@ -126,26 +130,9 @@ impl MotionPlan {
         })
     }
 
-    /// The plan of [`MotionSettings::plain`].
-    ///
-    /// # Panics
-    /// With a tick that is not above 0, and travels that are not finite or in the wrong order.
-    pub fn plain(tick_s: f64, start_travel_m: f64, end_travel_m: f64) -> Self {
-        Self::new(MotionSettings::plain(tick_s, start_travel_m, end_travel_m)).expect("a tick and two travels in order")
-    }
-
     pub(super) fn settings(&self) -> MotionSettings {
         self.0
     }
-}
-
-fn require(
-    name: &'static str,
-    value: f64,
-    is_allowed: impl Fn(f64) -> bool,
-    allowed: &'static str,
-) -> Result<(), MotionPlanError> {
-    if is_allowed(value) { Ok(()) } else { Err(MotionPlanError { name, value, allowed }) }
 }
 
 /// The head at one tick.
@@ -162,7 +149,7 @@ pub struct HeadState {
 }
 
 /// What a guard has to do with a head. Without a guard there is nothing.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limits {
     /// Travel up to which the head may walk, in metres.
     pub granted_to_m: Option<f64>,
@@ -170,26 +157,4 @@ pub struct Limits {
     pub asked_m: Option<f64>,
     /// Travel at which the granted stretch ends for good, in metres, where the guard has reached it.
     pub end_m: Option<f64>,
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_plan_is_made_of_values_that_no_motion_can_have() {
-        let sound = MotionSettings::plain(0.001, 0.0, 400.0);
-        assert!(MotionPlan::new(sound).is_ok());
-        for (odd, name) in [
-            (MotionSettings { speed_mps: 0.0, ..sound }, "speed_mps"),
-            (MotionSettings { accel_mps2: Some(f64::NAN), ..sound }, "accel_mps2"),
-            (MotionSettings { tick_s: f64::INFINITY, ..sound }, "tick_s"),
-            (MotionSettings { until_s: Some(f64::NAN), ..sound }, "until_s"),
-            (MotionSettings { end_travel_m: f64::INFINITY, ..sound }, "end_travel_m"),
-            (MotionSettings { last_s: -1.0, ..sound }, "last_s"),
-            (MotionSettings { start_speed_mps: 10.1, ..sound }, "start_speed_mps"),
-        ] {
-            assert_eq!(MotionPlan::new(odd).expect_err(name).name, name);
-        }
-    }
 }

@@ -31,7 +31,6 @@ struct Instant {
     speed_mps: f64,
 }
 
-/// The end of a phase.
 #[derive(Clone, Copy, Debug)]
 struct End {
     at: Instant,
@@ -58,7 +57,6 @@ impl Walk {
         }
     }
 
-    /// Walks on to an instant.
     pub(super) fn advance_to(&mut self, ticks: f64) {
         while let Some(End { at, brakes }) = self.phase.end
             && at.ticks <= ticks
@@ -148,7 +146,6 @@ impl Walk {
         Phase { start, accel_mps2, end: Some(End { at, brakes: false }) }
     }
 
-    /// Changes the speed to the target.
     fn change_speed(&self, start: Instant, accel_mps2: f64) -> Phase {
         let elapsed_s = (self.target_mps - start.speed_mps) / accel_mps2;
         let travel_m = start.travel_m + 0.5 * (start.speed_mps + self.target_mps) * elapsed_s;

@@ -1,0 +1,191 @@
+//! Checks of the bus: its directory, its services, and what killed processes or other users have left there.
+
+use std::io;
+use std::path::Path;
+
+use bench_dragon_ipc::{Census, DomainError, ForeignFile, ServiceLayout};
+use rustix::fs::{Access, access};
+
+use super::{Finding, Target};
+use crate::output::Counted;
+
+/// The directory of the bus: the user's own, or refused.
+pub(super) fn directory(target: &Target) -> Finding {
+    let usable = target.census.as_ref().map(|_| target.root.as_deref().map_or(Ok(()), may_write));
+    judge_directory(target.root.as_deref().unwrap_or(Path::new("")), usable)
+}
+
+/// Whether this user may make something in a directory, or make the directory.
+fn may_write(directory: &Path) -> io::Result<()> {
+    let there = directory.ancestors().find(|path| path.exists()).unwrap_or(Path::new("/"));
+    Ok(access(there, Access::WRITE_OK | Access::EXEC_OK)?)
+}
+
+fn judge_directory(root: &Path, usable: Result<io::Result<()>, &DomainError>) -> Finding {
+    let value = root.display().to_string();
+    match usable {
+        Ok(Ok(())) => Finding::ok(value, format!("{} is this user's alone", root.display())),
+        Ok(Err(error)) => Finding::problem(
+            value,
+            format!("{} cannot be written: {error}", root.display()),
+            "set XDG_RUNTIME_DIR to a directory of this user's that can be written",
+        ),
+        // The error names the path, what is wrong, and after a colon what to do.
+        Err(error) => {
+            let text = error.to_string();
+            let (message, remedy) = text.rsplit_once(": ").unwrap_or((&text, "see the message"));
+            Finding::problem(value, message, remedy)
+        }
+    }
+}
+
+/// Whether this program can read the services on the bus.
+pub(super) fn services(target: &Target) -> Finding {
+    target.judge_census(|census| judge_services(&census.services))
+}
+
+fn judge_services(services: &[ServiceLayout]) -> Finding {
+    let value = services.len().to_string();
+    if services.is_empty() {
+        return Finding::ok(value, "none are there");
+    }
+    let differing =
+        services.iter().filter(|service| !service.agrees()).map(|ServiceLayout { service, found, expected }| {
+            let found = found.as_ref().unwrap_or_else(|reason| reason);
+            format!("{service} is {found}, this program's is {expected}")
+        });
+    match differing.collect::<Vec<_>>().join("; ") {
+        none if none.is_empty() => Finding::ok(value, "all have this program's layouts"),
+        differing => Finding::problem(
+            value,
+            differing,
+            "run the same version of bench-dragon on both sides: `bench-dragon ctl stop`, then start it again",
+        ),
+    }
+}
+
+/// Services that a server began to make when it was killed.
+pub(super) fn half_made(target: &Target) -> Finding {
+    target.judge_census(|census| judge_half_made(census, &target.fix()))
+}
+
+fn judge_half_made(census: &Census, fix: &str) -> Finding {
+    let Census { half_made, source, .. } = census;
+    let value = half_made.len().to_string();
+    match (half_made.as_slice(), source) {
+        ([], _) => Finding::ok(value, "none"),
+        (_, Some(pid)) => Finding::ok(value, format!("the server, pid {pid}, is making its services")),
+        ([first, ..], None) => Finding::problem(
+            value,
+            format!("a server was killed while it made {}: clients fail at it", first.display()),
+            format!("{fix}, or start a server, which removes it"),
+        ),
+    }
+}
+
+/// Files and nodes of killed processes.
+pub(super) fn leftovers(target: &Target) -> Finding {
+    target.judge_census(|census| judge_leftovers(census, &target.fix()))
+}
+
+fn judge_leftovers(census: &Census, fix: &str) -> Finding {
+    let Census { dead, entries, unknown, .. } = census;
+    if census.is_deserted() && !entries.is_empty() {
+        return Finding::warning(
+            entries.len().to_string(),
+            format!("{} of processes that were killed", Counted(entries.len() as u64, "file")),
+            format!("{fix}, or start a server, which removes them"),
+        );
+    }
+    match (dead.len(), unknown) {
+        (0, 0) => Finding::ok("0", "none"),
+        (0, unknown) => Finding::not_known(format!("{unknown} entries of processes cannot be read")),
+        (dead, _) => Finding::warning(
+            dead.to_string(),
+            format!("{} of killed processes", Counted(dead as u64, "leftover")),
+            format!("{fix}; the next process to join the bus removes them, too"),
+        ),
+    }
+}
+
+/// Files of other users that have names like ours.
+pub(super) fn foreign_files(target: &Target) -> Finding {
+    target.judge_census(judge_foreign_files)
+}
+
+fn judge_foreign_files(census: &Census) -> Finding {
+    let value = census.foreign.len().to_string();
+    let Some(ForeignFile { path, owner }) = census.foreign.first() else { return Finding::ok(value, "none") };
+    let noun = if census.foreign.len() == 1 { "file" } else { "files" };
+    Finding::ok(
+        &value,
+        format!(
+            "{value} {noun} of other users with this instance's prefix, in nobody's way: {:?} of user {owner} is one; its \
+             owner or root can remove it",
+            path.to_string_lossy()
+        ),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::doctor::Verdict;
+
+    #[test]
+    fn a_directory_that_others_may_write_is_to_be_closed_to_them() {
+        let finding = judge_directory(
+            Path::new("/run/bus"),
+            Err(&DomainError::WritableByOthers { path: "/run/bus".into(), mode: 0o777 }),
+        );
+        assert_eq!(finding.status, Verdict::Problem);
+        assert_eq!(finding.message, "the bus directory /run/bus has mode 0777, must not be writable by others");
+        assert_eq!(finding.remedy.as_deref(), Some("chmod 0700 it"));
+        assert_eq!(
+            judge_directory(Path::new("/run/bus"), Ok(Err(io::ErrorKind::ReadOnlyFilesystem.into()))).status,
+            Verdict::Problem
+        );
+        assert_eq!(judge_directory(Path::new("/run/bus"), Ok(Ok(()))).status, Verdict::Ok);
+    }
+
+    #[test]
+    fn another_layout_is_named_beside_ours() {
+        let service = ServiceLayout {
+            service: "bench-dragon/status",
+            found: Ok("Status.v9 of 8 bytes".to_owned()),
+            expected: "Status.v1 of 80 bytes".to_owned(),
+        };
+        let finding = judge_services(&[service]);
+        assert_eq!(finding.status, Verdict::Problem);
+        assert_eq!(
+            finding.message,
+            "bench-dragon/status is Status.v9 of 8 bytes, this program's is Status.v1 of 80 bytes"
+        );
+    }
+
+    #[test]
+    fn a_half_made_service_is_a_problem_unless_its_maker_lives() {
+        let mut census = Census { half_made: vec!["/run/a.service".into()], ..Census::default() };
+        let finding = judge_half_made(&census, "fix it");
+        assert_eq!(finding.status, Verdict::Problem);
+        assert_eq!(finding.remedy.as_deref(), Some("fix it, or start a server, which removes it"));
+        census.source = Some(5);
+        assert_eq!(judge_half_made(&census, "fix it").status, Verdict::Ok);
+    }
+
+    #[test]
+    fn what_is_there_while_nobody_is_was_left_behind() {
+        let mut census = Census { entries: vec!["/dev/shm/bd_0_dragon_a".into()], ..Census::default() };
+        assert_eq!(judge_leftovers(&census, "fix it").status, Verdict::Warning);
+        census.source = Some(5);
+        assert_eq!(judge_leftovers(&census, "fix it"), Finding::ok("0", "none"));
+    }
+
+    #[test]
+    fn a_foreign_file_is_named_with_its_owner_and_needs_no_remedy() {
+        let foreign = vec![ForeignFile { path: "/dev/shm/bd_0_dragon_junk".into(), owner: 4711 }];
+        let finding = judge_foreign_files(&Census { foreign, ..Census::default() });
+        assert_eq!((finding.status, finding.remedy), (Verdict::Ok, None));
+        assert!(finding.message.contains("\"/dev/shm/bd_0_dragon_junk\" of user 4711"), "{}", finding.message);
+    }
+}

@@ -1,0 +1,252 @@
+//! `doctor`: checks of the machine and the installation, what can prevent or disturb a show, and how to mend it.
+//!
+//! | file | checks |
+//! |---|---|
+//! | `bus` | directory, service layouts, half-made services, leftovers, foreign files |
+//! | `server` | the server and its clients, the guard |
+//! | `resources` | shared memory, memory limit, disk, open files, locked memory |
+//! | `logout` | systemd's removal of shared memory |
+//! | `real_time` | real-time priority and throttling |
+//! | `machine` | versions, processor governor, clock source, timers |
+//!
+//! Each check reads its facts, and has a pure function to judge them. An examination changes nothing, and a running show does
+//! not notice it: it takes no lock, and joins no bus. The one exception is a server without a guard: it is asked for its
+//! status, as by any client. The real-time priority is tried in a thread of its own, which ends at once.
+
+use std::io;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::Context as _;
+use bench_dragon_ipc::{BusError, Census, Cleared, Domain, DomainError, Instance, NodeEntry, clear, service};
+use clap::Args;
+use clap::builder::styling::{AnsiColor, Style};
+use serde::Serialize;
+
+use crate::command::flags::{BusArgs, ConfigArgs, Format, FormatArgs};
+use crate::command::load_config;
+use crate::command::print::{print_json, print_line};
+use crate::config::Config;
+use crate::output::terminal_text::Painted;
+
+mod bus;
+mod logout;
+mod machine;
+mod real_time;
+mod resources;
+mod server;
+
+/// Check the machine and the installation, and say how to mend what is wrong.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon doctor
+  bench-dragon doctor --config stage.toml --instance main
+  bench-dragon doctor --fix
+  bench-dragon doctor --format json | jq .healthy
+
+Status 1 where something is a problem; a warning is none. A running show does not notice an examination.")]
+pub(crate) struct DoctorArgs {
+    /// First clean up what no living process of the instance owns.
+    #[arg(long)]
+    pub(crate) fix: bool,
+    #[command(flatten)]
+    pub(crate) config: ConfigArgs,
+    #[command(flatten)]
+    pub(crate) bus: BusArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+pub(crate) fn run(args: &DoctorArgs) -> anyhow::Result<ExitCode> {
+    let config = load_config(&args.config, |_| ())?;
+    let fixed = if args.fix {
+        Domain::new(args.bus.instance.clone()).map_err(BusError::from).and_then(|domain| clear(&domain))
+    } else {
+        Ok(Cleared::default())
+    };
+    let (fixed, failed) = match fixed {
+        Ok(cleared) => (lines(&cleared), None),
+        // What is wrong with the directory is among the findings.
+        Err(BusError::Domain(_)) => (Vec::new(), None),
+        Err(error) => (Vec::new(), Some(error)),
+    };
+    let target = Target::new(args.bus.instance.clone(), config);
+    let checks: Vec<Examined> =
+        CHECKS.iter().map(|&(name, check)| Examined { name, finding: check(&target) }).collect();
+    let healthy = checks.iter().all(|check| check.finding.status != Verdict::Problem);
+    let examination = Examination { checks, fixed, healthy };
+    match args.format.format {
+        Format::Json => print_json(&examination)?,
+        Format::Text => print_text(&examination)?,
+    }
+    match failed {
+        Some(error) => Err(error).context("cannot clean up"),
+        None if examination.healthy => Ok(ExitCode::SUCCESS),
+        None => Ok(ExitCode::FAILURE),
+    }
+}
+
+/// What was cleaned up, a line each.
+fn lines(cleared: &Cleared) -> Vec<String> {
+    let node = |node: &NodeEntry| match node.pid {
+        Some(pid) => format!("removed the entry of {}, pid {pid}, which was killed", node.name),
+        None => "removed the entry of a process that was killed".to_owned(),
+    };
+    let paths = cleared.paths.iter().map(|path| format!("removed {}", path.display()));
+    cleared.nodes.iter().map(node).chain(paths).collect()
+}
+
+/// A line for each check, and a second one where there is something to mend.
+fn print_text(examination: &Examination) -> anyhow::Result<()> {
+    for line in &examination.fixed {
+        print_line(line)?;
+    }
+    for Examined { name, finding } in &examination.checks {
+        let (status, style) = finding.status.shown();
+        let status = Painted::on(&io::stdout(), style, format!("{status:<9}"));
+        print_line(format_args!("{status}  {name:<20}  {}", finding.message))?;
+        if let Some(remedy) = &finding.remedy {
+            print_line(format_args!("{:<9}  {:<20}  mend: {remedy}", "", ""))?;
+        }
+    }
+    Ok(())
+}
+
+/// Reads the facts of one check and judges them.
+type Check = fn(&Target) -> Finding;
+
+/// Every check with its name, in the order of the report. The names are stable: JSON has them as they are.
+const CHECKS: &[(&str, Check)] = &[
+    ("version", machine::version),
+    ("directory", bus::directory),
+    ("server", server::server),
+    ("guard", server::guard),
+    ("services", bus::services),
+    ("half-made services", bus::half_made),
+    ("leftovers", bus::leftovers),
+    ("foreign files", bus::foreign_files),
+    ("shared memory", resources::shared_memory),
+    ("memory limit", resources::memory_limit),
+    ("logout", logout::shared_memory_at_logout),
+    ("disk", resources::disk),
+    ("open files", resources::open_files),
+    ("locked memory", resources::locked_memory),
+    ("real-time priority", real_time::priority),
+    ("real-time throttling", real_time::throttling),
+    ("processor governor", machine::governor),
+    ("clock source", machine::clock_source),
+    ("timers", machine::timers),
+];
+
+/// The findings of all checks.
+#[derive(Serialize)]
+struct Examination {
+    checks: Vec<Examined>,
+    /// What was cleaned up before, a line each.
+    fixed: Vec<String>,
+    /// Whether nothing is a problem.
+    healthy: bool,
+}
+
+/// A check and its finding.
+#[derive(Serialize)]
+struct Examined {
+    name: &'static str,
+    #[serde(flatten)]
+    finding: Finding,
+}
+
+/// How things stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Verdict {
+    Ok,
+    /// A show runs, and may run worse than it could.
+    Warning,
+    /// A show does not run.
+    Problem,
+    /// This machine, or this user's rights, do not let it be told.
+    NotKnown,
+}
+
+impl Verdict {
+    /// What people read of it, and how it looks.
+    fn shown(self) -> (&'static str, Style) {
+        match self {
+            Self::Ok => ("ok", AnsiColor::Green.on_default()),
+            Self::Warning => ("warning", AnsiColor::Yellow.on_default()),
+            Self::Problem => ("problem", AnsiColor::Red.on_default().bold()),
+            Self::NotKnown => ("not known", Style::new().dimmed()),
+        }
+    }
+}
+
+/// What was found, what it means, and how to mend it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+struct Finding {
+    status: Verdict,
+    /// What was found, as the system has it.
+    value: String,
+    /// What it means.
+    message: String,
+    /// How to mend it, where there is something to mend.
+    remedy: Option<String>,
+}
+
+impl Finding {
+    fn ok(value: impl Into<String>, message: impl Into<String>) -> Self {
+        Self { status: Verdict::Ok, value: value.into(), message: message.into(), remedy: None }
+    }
+
+    fn not_known(message: impl Into<String>) -> Self {
+        Self { status: Verdict::NotKnown, value: String::new(), message: message.into(), remedy: None }
+    }
+
+    fn warning(value: impl Into<String>, message: impl Into<String>, remedy: impl Into<String>) -> Self {
+        let (value, message, remedy) = (value.into(), message.into(), Some(remedy.into()));
+        Self { status: Verdict::Warning, value, message, remedy }
+    }
+
+    fn problem(value: impl Into<String>, message: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self { status: Verdict::Problem, ..Self::warning(value, message, remedy) }
+    }
+}
+
+/// An instance on this machine, and the dragon that it is to play.
+struct Target {
+    instance: Instance,
+    /// The directory of the bus, where the instance can have one.
+    root: Option<PathBuf>,
+    /// The processes and services on the bus, or the reason why they cannot be listed.
+    census: Result<Census, DomainError>,
+    config: Config,
+}
+
+impl Target {
+    /// Looks at the instance; the rest is read by the checks.
+    fn new(instance: Instance, config: Config) -> Self {
+        let domain = Domain::new(instance.clone());
+        let root = domain.as_ref().ok().map(|domain| domain.root().to_owned());
+        let census = domain.and_then(|domain| Census::take(&domain));
+        Self { instance, root, census, config }
+    }
+
+    /// The finding of a check that judges the census.
+    fn judge_census(&self, judge: impl FnOnce(&Census) -> Finding) -> Finding {
+        self.census.as_ref().map_or_else(|_| Finding::not_known("the directory cannot be looked at"), judge)
+    }
+
+    /// Shared memory that a server of this dragon takes, with all its readers, in bytes.
+    fn shared_memory(&self) -> u64 {
+        let benches = self.config.dragon().dimensions().benches();
+        service::frame_memory(benches) + service::SOURCE_MEMORY + service::ALERT_MEMORY
+    }
+
+    /// The command that cleans up.
+    fn fix(&self) -> String {
+        match &self.instance {
+            default if *default == Instance::default() => "`bench-dragon doctor --fix`".to_owned(),
+            other => format!("`bench-dragon doctor --fix --instance {other}`"),
+        }
+    }
+}

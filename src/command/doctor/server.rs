@@ -1,0 +1,128 @@
+//! Checks of the running show: the server, its clients, and the guard.
+
+use std::fs;
+use std::thread;
+use std::time::Duration;
+
+use bench_dragon_ipc::{Census, Domain, GuardLock, NodeEntry, Status, StatusReader};
+
+use super::{Finding, Target};
+
+/// How long the status of a server is waited for: the server sends it ten times a second.
+const LOOKS: u32 = 50;
+const LOOK_PERIOD: Duration = Duration::from_millis(20);
+
+/// The server and its clients.
+pub(super) fn server(target: &Target) -> Finding {
+    target.judge_census(|census| judge_server(census, census.source.is_some_and(was_replaced)))
+}
+
+/// Whether the file that a process was started from is no longer there.
+fn was_replaced(pid: u32) -> bool {
+    fs::read_link(format!("/proc/{pid}/exe")).is_ok_and(|program| program.to_string_lossy().ends_with(" (deleted)"))
+}
+
+fn judge_server(census: &Census, was_replaced: bool) -> Finding {
+    let clients = clients(census);
+    let Some(pid) = census.source else {
+        let message =
+            if clients.is_empty() { "nobody is on the bus".to_owned() } else { format!("no server; {clients}") };
+        return Finding::ok("none", message);
+    };
+    let value = format!("pid {pid}");
+    let message =
+        if clients.is_empty() { format!("pid {pid}, and no clients") } else { format!("pid {pid}; {clients}") };
+    if was_replaced {
+        let message = format!("{message}; its program has been replaced since it was started");
+        return Finding::warning(value, message, "start it again, so that both sides are of the same version");
+    }
+    Finding::ok(value, message)
+}
+
+/// The clients by name and process id.
+fn clients(census: &Census) -> String {
+    let name = |node: &NodeEntry| match node.pid {
+        Some(pid) => format!("{} ({pid})", node.name),
+        None => node.name.clone(),
+    };
+    let is_client = |node: &&NodeEntry| node.pid.is_none() || node.pid != census.source;
+    census.living.iter().filter(is_client).map(name).collect::<Vec<_>>().join(", ")
+}
+
+/// Whether a guarded server has a guard.
+pub(super) fn guard(target: &Target) -> Finding {
+    let Ok(domain) = Domain::new(target.instance.clone()) else {
+        return Finding::not_known("the directory cannot be looked at");
+    };
+    let census = target.census.as_ref();
+    let has_server = census.is_ok_and(|census| census.source.is_some());
+    let guard = GuardLock::holder(&domain);
+    // Only the server knows whether it is guarded. It is asked only where the answer matters, and where a process that
+    // joins the bus removes nothing: an examination changes nothing.
+    let is_clean = census.is_ok_and(|census| census.dead.is_empty() && census.half_made.is_empty());
+    let status = if has_server && guard.is_none() && is_clean { status(&domain) } else { None };
+    judge_guard(has_server, guard, status.map(|status| !status.granted_to_m.is_nan()))
+}
+
+/// The status of the server of a domain, where it sends one.
+fn status(domain: &Domain) -> Option<Status> {
+    let reader = StatusReader::open(domain, "doctor").ok()?;
+    (0..LOOKS).find_map(|look| {
+        if look > 0 {
+            thread::sleep(LOOK_PERIOD);
+        }
+        reader.poll().ok().flatten()
+    })
+}
+
+fn judge_guard(has_server: bool, guard: Option<u32>, is_guarded: Option<bool>) -> Finding {
+    match (has_server, guard, is_guarded) {
+        (_, Some(pid), _) => Finding::ok(format!("pid {pid}"), format!("pid {pid} proves the way ahead")),
+        (false, None, _) => Finding::ok("none", "no server, and no guard"),
+        (true, None, Some(false)) => Finding::ok("none", "the server is not guarded, and needs none"),
+        (true, None, Some(true)) => Finding::problem(
+            "none",
+            "the server is guarded and no guard runs: the head stands where its last grant ends",
+            "start `bench-dragon monitor --guard`, or the server without --guarded",
+        ),
+        (true, None, None) => Finding::not_known(
+            "no guard runs; the server is asked whether it needs one once no leftovers are in the way",
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::doctor::Verdict;
+
+    fn node(name: &str, pid: u32) -> NodeEntry {
+        NodeEntry { name: name.to_owned(), pid: Some(pid) }
+    }
+
+    #[test]
+    fn the_server_and_its_clients_are_told_apart() {
+        let living = vec![node("serve", 7), node("monitor", 8)];
+        let census = Census { source: Some(7), living, ..Census::default() };
+        assert_eq!(judge_server(&census, false), Finding::ok("pid 7", "pid 7; monitor (8)"));
+        assert_eq!(judge_server(&census, true).status, Verdict::Warning);
+    }
+
+    #[test]
+    fn only_a_guarded_server_without_a_guard_is_a_problem() {
+        for (has_server, guard, is_guarded, expected) in [
+            (false, None, None, Verdict::Ok),
+            (true, None, Some(false), Verdict::Ok),
+            (true, Some(7), Some(true), Verdict::Ok),
+            (true, Some(7), None, Verdict::Ok),
+            (true, None, Some(true), Verdict::Problem),
+            (true, None, None, Verdict::NotKnown),
+        ] {
+            assert_eq!(
+                judge_guard(has_server, guard, is_guarded).status,
+                expected,
+                "{has_server} {guard:?} {is_guarded:?}"
+            );
+        }
+    }
+}

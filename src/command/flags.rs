@@ -1,0 +1,142 @@
+//! Flags that several commands have, and how values are read: a wrong one is refused with what is allowed.
+
+use std::fmt::Display;
+use std::net::SocketAddr;
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use bench_dragon_geometry::number::Number;
+use bench_dragon_ipc::{Domain, DomainError, Instance};
+use clap::{Args, ValueEnum, ValueHint};
+
+use crate::recording::ShowInterval;
+
+/// How to print.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// For people.
+    #[default]
+    Text,
+    /// For machines; stable.
+    Json,
+}
+
+/// Which instance to talk to.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct BusArgs {
+    /// The instance: 1 to 24 of a-z, 0-9 and -.
+    #[arg(long, value_name = "NAME", default_value_t, value_parser = instance, global = true)]
+    pub(crate) instance: Instance,
+}
+
+impl BusArgs {
+    /// The bus of the instance.
+    pub(crate) fn domain(&self) -> Result<Domain, DomainError> {
+        Domain::new(self.instance.clone())
+    }
+}
+
+/// How to print.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct FormatArgs {
+    /// How to print.
+    #[arg(long, value_enum, value_name = "FORMAT", default_value_t, global = true)]
+    pub(crate) format: Format,
+}
+
+/// Which dragon.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct ConfigArgs {
+    /// The configuration, TOML; the paper's dragon without one.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) config: Option<PathBuf>,
+}
+
+/// Which frames of a recording.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct IntervalArgs {
+    /// Show time in seconds: only frames from here on.
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = nanoseconds)]
+    from: Option<i64>,
+    /// Show time in seconds: only frames up to here.
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = nanoseconds)]
+    to: Option<i64>,
+}
+
+impl IntervalArgs {
+    /// The interval.
+    ///
+    /// # Errors
+    /// One that ends before it begins.
+    pub(crate) fn interval(self) -> Result<ShowInterval, BadInput> {
+        let ShowInterval { from_ns: first_ns, to_ns: last_ns } = ShowInterval::ALL;
+        let interval = ShowInterval { from_ns: self.from.unwrap_or(first_ns), to_ns: self.to.unwrap_or(last_ns) };
+        if interval.from_ns <= interval.to_ns {
+            return Ok(interval);
+        }
+        let [from_s, to_s] = [interval.from_ns, interval.to_ns].map(|time_ns| Number(time_ns as f64 / 1e9));
+        Err(BadInput(format!("--to is {to_s}, must be at least --from, which is {from_s}")))
+    }
+}
+
+/// Arguments of a process that `show` starts.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct ChildArgs {
+    /// End when this process, the parent, ends.
+    #[arg(long, value_name = "PID", hide = true, global = true)]
+    pub(crate) parent: Option<u32>,
+}
+
+/// Something in the arguments that only the command itself could find wrong.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub(crate) struct BadInput(pub(crate) String);
+
+/// Greatest time that can be stepped to, in seconds: its nanoseconds, and some more, are whole numbers of an `f64`.
+const MAX_STEPPED_S: f64 = 1_000_000.0;
+
+fn instance(name: &str) -> Result<Instance, String> {
+    Instance::new(name).map_err(|_| format!("must be 1 to {} of a-z, 0-9 and -", Instance::MAX_LEN))
+}
+
+pub(crate) fn listen_address(text: &str) -> Result<SocketAddr, String> {
+    text.parse().map_err(|_| "must be an address and a port, as in 127.0.0.1:8223 or [::]:8223".to_owned())
+}
+
+pub(crate) fn finite(text: &str) -> Result<f64, String> {
+    let value = text.parse().ok().filter(|value: &f64| value.is_finite());
+    value.ok_or_else(|| "must be a finite number".to_owned())
+}
+
+/// Seconds that are a whole number of nanoseconds, as that.
+pub(crate) fn nanoseconds(text: &str) -> Result<i64, String> {
+    let told = || format!("must be from -{MAX_STEPPED_S} to {MAX_STEPPED_S}, with at most nine decimals");
+    let value: f64 = text.parse().map_err(|_| told())?;
+    let whole_ns = (value * 1e9).round();
+    // Whole numbers this small have quotients that are rounded as decimals are when they are read.
+    let is_whole = value.abs() <= MAX_STEPPED_S && whole_ns / 1e9 == value;
+    if is_whole { Ok(whole_ns as i64) } else { Err(told()) }
+}
+
+/// Reads a number of a range.
+pub(crate) fn within<V>(allowed: RangeInclusive<V>) -> impl Fn(&str) -> Result<V, String> + Clone
+where
+    V: FromStr + PartialOrd + Display + Clone,
+{
+    move |text| {
+        let value = text.parse().ok().filter(|value| allowed.contains(value));
+        value.ok_or_else(|| format!("must be from {} to {}", allowed.start(), allowed.end()))
+    }
+}
+
+/// How many of something: one at least.
+pub(crate) fn count() -> impl Fn(&str) -> Result<u64, String> + Clone {
+    within(1..=u64::MAX)
+}
+
+/// A time that is stepped to, in nanoseconds; `must_be` names the times that are allowed.
+pub(crate) fn step(text: &str, lowest_ns: i64, must_be: &str) -> Result<i64, String> {
+    let step_ns = nanoseconds(text).ok().filter(|step_ns| *step_ns >= lowest_ns);
+    step_ns.ok_or_else(|| format!("must be {must_be} {MAX_STEPPED_S}, with at most nine decimals"))
+}

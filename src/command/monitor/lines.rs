@@ -1,0 +1,205 @@
+//! The lines of JSON that `monitor` prints, and `show` reads.
+
+use bench_dragon_ipc::{Alert, CommandEvent, Request, TimeHistogram};
+use serde::{Deserialize, Serialize};
+
+use crate::output::command_words::CommandLine;
+use crate::output::histogram::Percentiles;
+
+/// A line of `monitor`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub(crate) enum MonitorLine {
+    Alert(AlertLine),
+    /// A command to the source, or another event of the record of commands.
+    Command(CommandLine),
+    Progress(MonitorProgress),
+    /// The guard holds the head where no further ground can ever be granted.
+    Guard(GuardReport),
+    Summary(MonitorSummary),
+}
+
+/// An alert.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct AlertLine {
+    /// What happened, in lower case.
+    pub(crate) kind: String,
+    pub(crate) time_s: f64,
+    /// First tick at which it was so.
+    pub(crate) tick: u64,
+    pub(crate) run_id: u64,
+    /// The two benches, or null where it is about no pair.
+    pub(crate) benches: Option<[u32; 2]>,
+    pub(crate) clearance_m: Option<f64>,
+    /// Point midway between the two boards, or null.
+    pub(crate) point_m: Option<[f64; 2]>,
+    /// Show time of the forecast contact, or null.
+    pub(crate) forecast_s: Option<f64>,
+}
+
+impl From<&Alert> for AlertLine {
+    fn from(alert: &Alert) -> Self {
+        let pair = alert.pair();
+        Self {
+            kind: alert.alert_kind().map_or_else(|| format!("kind {}", alert.kind), |kind| kind.to_string()),
+            time_s: alert.sim_time_ns as f64 * 1e-9,
+            tick: alert.tick,
+            run_id: alert.run_id,
+            benches: pair,
+            clearance_m: pair.map(|_| alert.clearance_m),
+            point_m: pair.map(|_| alert.point_m),
+            forecast_s: alert.forecast(),
+        }
+    }
+}
+
+impl AlertLine {
+    /// What people read of it beside the live line.
+    pub(crate) fn words(&self) -> String {
+        let benches = self.benches.map_or(String::new(), |[a, b]| format!(", benches {a} and {b}"));
+        format!("{:.6} s: {}{benches}", self.time_s, self.kind)
+    }
+}
+
+/// How a monitor stands.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct MonitorProgress {
+    pub(crate) frames: u64,
+    /// Frames lost between the first and the last one read.
+    pub(crate) lost: u64,
+    /// Least clearance in the last frame; null before the first one.
+    pub(crate) clearance_m: Option<f64>,
+    /// Show time of the forecast contact; null where none is known.
+    pub(crate) forecast_s: Option<f64>,
+    /// From the instant each frame was due to the instant it was read.
+    pub(crate) latency: TimesReport,
+}
+
+/// What a monitor saw.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct MonitorSummary {
+    pub(crate) frames: u64,
+    /// Frames lost between the first and the last one read.
+    pub(crate) lost: u64,
+    pub(crate) contact: Option<ContactReport>,
+    /// Least clearance of all frames; null where there was no frame.
+    pub(crate) least_clearance: Option<ClearanceReport>,
+    /// Where its guard held the head for good; null where it did not.
+    pub(crate) guard: Option<GuardReport>,
+    /// Times at which a guard found that a frame did not agree with the published description.
+    pub(crate) faults: u64,
+    /// Alerts of pairs that were counted and not sent, for they were too many.
+    pub(crate) suppressed_alerts: u64,
+    /// Frames up to which the way was not swept whole, for that took too much work.
+    pub(crate) unswept_frames: u64,
+    pub(crate) commands: CommandCounts,
+    /// From the instant a frame was due to the instant it was read, in microseconds.
+    pub(crate) latency_us: Percentiles,
+    /// The same, whole.
+    pub(crate) latency: TimesReport,
+}
+
+/// Commands to a source, counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct CommandCounts {
+    /// Accepted ones, grants excepted.
+    pub(crate) accepted: u64,
+    /// Refused ones, refused grants included.
+    pub(crate) refused: u64,
+    pub(crate) grants: u64,
+    /// Events of commands that were lost on the way.
+    pub(crate) lost: u64,
+}
+
+impl CommandCounts {
+    pub(crate) fn count(&mut self, event: &CommandEvent) {
+        match (event.request(), event.outcome()) {
+            (_, Err(_)) => self.refused += 1,
+            (Some(Request::Grant { .. }), Ok(())) => self.grants += 1,
+            (Some(_), Ok(())) => self.accepted += 1,
+            (None, Ok(())) => {}
+        }
+    }
+}
+
+/// Where a guard held the head for good.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct GuardReport {
+    pub(crate) held_at_s: f64,
+    /// Least clearance there; null with fewer than three benches.
+    pub(crate) clearance_m: Option<f64>,
+    /// Show time at which two benches would have touched at the planned speed; null where they would not.
+    pub(crate) forecast_contact_s: Option<f64>,
+}
+
+impl GuardReport {
+    /// The clearance and the forecast, as far as they are known, behind what else is said of it.
+    pub(crate) fn details(&self) -> String {
+        let clearance = self.clearance_m.map(|clearance_m| format!(", clearance {clearance_m:.6} m"));
+        let forecast = self.forecast_contact_s.map(|time_s| format!(", contact forecast at {time_s:.6} s"));
+        clearance.into_iter().chain(forecast).collect()
+    }
+}
+
+/// A contact.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct ContactReport {
+    pub(crate) time_s: f64,
+    pub(crate) benches: [u32; 2],
+}
+
+/// A clearance.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct ClearanceReport {
+    pub(crate) time_s: f64,
+    pub(crate) benches: [u32; 2],
+    pub(crate) clearance_m: f64,
+}
+
+/// A [`TimeHistogram`] without its empty buckets.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct TimesReport {
+    /// The longest time, exactly, in nanoseconds.
+    pub(crate) max_ns: u64,
+    /// Of each bucket that is not empty, its least time in nanoseconds, and how many times lie in it.
+    pub(crate) counts: Vec<(u64, u64)>,
+}
+
+impl From<&TimeHistogram> for TimesReport {
+    fn from(histogram: &TimeHistogram) -> Self {
+        let counts = histogram.counts.iter().enumerate().filter(|(_, count)| **count > 0);
+        Self {
+            max_ns: histogram.max_ns,
+            counts: counts.map(|(bucket, count)| (TimeHistogram::bounds_ns(bucket).0, *count)).collect(),
+        }
+    }
+}
+
+impl From<&TimesReport> for TimeHistogram {
+    fn from(report: &TimesReport) -> Self {
+        let mut histogram = Self { max_ns: report.max_ns, ..Self::default() };
+        for (least_ns, count) in &report.counts {
+            let bucket = &mut histogram.counts[Self::bucket_of(*least_ns)];
+            *bucket = bucket.saturating_add(*count);
+        }
+        histogram
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_distribution_is_carried_whole() {
+        let mut histogram = TimeHistogram::default();
+        for time_ns in [0, 63, 64, 5000, 5001, 123_456_789, TimeHistogram::LIMIT_NS * 3] {
+            histogram.record(time_ns);
+        }
+        let report = TimesReport::from(&histogram);
+        assert_eq!(report.counts[3], (4992, 2));
+        let line = serde_json::to_string(&report).expect("numbers");
+        let read: TimesReport = serde_json::from_str(&line).expect("its own line");
+        assert_eq!(TimeHistogram::from(&read), histogram);
+    }
+}

@@ -1,0 +1,243 @@
+//! What the figures of several questions have in common: where they are drawn, their caption, and the dragon in plan.
+
+use std::path::PathBuf;
+
+use anyhow::ensure;
+use bench_dragon_geometry::clearance::ClearanceSearch;
+use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Handle};
+use bench_dragon_geometry::route::{Route, RouteSpec, Turnaround};
+use clap::{Args, ValueHint};
+use glam::DVec2;
+
+use crate::command::flags::Format;
+use crate::command::print::print_line;
+use crate::config::Config;
+use crate::output::Counted;
+use crate::output::figure::{
+    Caption, Circle, DragonInPlan, Drawing, FigureFormat, NearestPair, Paper, PlanView, TurnMarks, missing_letter,
+};
+use crate::output::terminal_text::Printable;
+use crate::system::whole_file;
+
+/// Where to draw.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct FigureArgs {
+    /// Draw a figure into this file, .svg or .png; a file of that name is replaced.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, value_parser = figure)]
+    pub(crate) figure: Option<FigureFile>,
+    /// Words in large letters over the figure, such as the name of the show.
+    #[arg(long, value_name = "TEXT", requires = "figure", value_parser = title)]
+    pub(crate) title: Option<String>,
+    /// Fill a sheet of this size, upright or across, whichever shows more: a0 to a4, letter, tabloid [default: 160 mm
+    /// wide, to go into a document].
+    #[arg(long, value_name = "SIZE", requires = "figure")]
+    pub(crate) paper: Option<Paper>,
+}
+
+impl FigureArgs {
+    /// Whether there is something to draw.
+    pub(super) fn is_asked(&self) -> bool {
+        self.figure.is_some()
+    }
+
+    /// Draws into the file that was asked for, on the paper that was asked for.
+    pub(super) fn save(&self, drawing: Drawing) -> anyhow::Result<()> {
+        let Some(file) = &self.figure else { return Ok(()) };
+        let drawing = if let Some(paper) = self.paper { drawing.on_paper(paper) } else { drawing };
+        whole_file::write(&file.path, &drawing.encode(file.format))
+    }
+
+    /// The same, and tells people where the figure went.
+    pub(super) fn save_and_tell(&self, drawing: Drawing, format: Format) -> anyhow::Result<()> {
+        self.save(drawing)?;
+        match &self.figure {
+            Some(file) if format == Format::Text => Ok(print_line(format_args!("drawn to {}", Printable(&file.path)))?),
+            _ => Ok(()),
+        }
+    }
+
+    /// Fails where a figure was asked for and there is nothing to draw.
+    pub(super) fn refuse(&self, reason: &str) -> anyhow::Result<()> {
+        ensure!(!self.is_asked(), "--figure has nothing to show: {reason}");
+        Ok(())
+    }
+
+    /// The caption of a figure with this title, for the configured dragon.
+    pub(super) fn caption(&self, config: &Config, title: impl Into<String>) -> Caption {
+        self.caption_at_speed(config, config.tables().head.speed_mps, title)
+    }
+
+    /// The same for a head of another speed, in m/s.
+    pub(super) fn caption_at_speed(&self, config: &Config, speed_mps: f64, title: impl Into<String>) -> Caption {
+        let mut facts = dragon_facts(config.dragon().dimensions());
+        facts.push(route_fact(config.route()));
+        facts.push(speed_fact(speed_mps, config.tables().head.accel_mps2));
+        Caption { heading: self.title.clone(), title: title.into(), facts }
+    }
+}
+
+/// A file to draw into.
+#[derive(Clone, Debug)]
+pub(crate) struct FigureFile {
+    pub(crate) path: PathBuf,
+    pub(crate) format: FigureFormat,
+}
+
+fn figure(text: &str) -> Result<FigureFile, String> {
+    let path = PathBuf::from(text);
+    let format = FigureFormat::of(&path).ok_or("must end in .svg or .png")?;
+    Ok(FigureFile { path, format })
+}
+
+/// Most letters of a title: more would be too small to read.
+const MOST_LETTERS: usize = 80;
+
+fn title(text: &str) -> Result<String, String> {
+    if text.trim().is_empty() || text.chars().count() > MOST_LETTERS {
+        return Err(format!("must have 1 to {MOST_LETTERS} letters"));
+    }
+    match missing_letter(text) {
+        Some(letter) => Err(format!("{letter:?} cannot be drawn: use letters, digits and signs of ASCII")),
+        None => Ok(text.trim().to_owned()),
+    }
+}
+
+fn dragon_facts(dimensions: &Dimensions) -> Vec<String> {
+    let [head_m, body_m, width_m, hole_m] =
+        [dimensions.head_length_m(), dimensions.body_length_m(), dimensions.width_m(), dimensions.hole_offset_m()]
+            .map(rounded);
+    vec![
+        Counted(dimensions.benches() as u64, "bench").to_string(),
+        format!("head {head_m} m, others {body_m} m"),
+        format!("{width_m} m wide"),
+        format!("holes at {hole_m} m"),
+    ]
+}
+
+fn route_fact(route: RouteSpec) -> String {
+    let Some(plan) = route.as_turnaround() else { return format!("spiral, pitch {} m", rounded(route.pitch_m())) };
+    let [pitch_m, diameter_m, ratio] = [plan.pitch_m, plan.turn_diameter_m, plan.radius_ratio].map(rounded);
+    format!("turnaround, pitch {pitch_m} m, turning circle {diameter_m} m, radius ratio {ratio}")
+}
+
+fn speed_fact(speed_mps: f64, accel_mps2: Option<f64>) -> String {
+    match accel_mps2 {
+        Some(accel_mps2) => format!("head {} m/s, {} m/s²", rounded(speed_mps), rounded(accel_mps2)),
+        None => format!("head {} m/s", rounded(speed_mps)),
+    }
+}
+
+/// A number to six decimals, without zeros at its end.
+fn rounded(value: f64) -> String {
+    let text = format!("{value:.6}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// How far a drawn route may lie off the true one: a fortieth of a millimetre where the surroundings of a contact are
+/// shown 50 mm to the metre.
+const SAGITTA_M: f64 = 0.0005;
+/// Most points of a drawn route. One that needs more is drawn coarser.
+const MAX_POINTS: f64 = 20_000.0;
+
+pub(super) fn plan_of(dragon: &Dragon, caption: Caption, travel_m: f64) -> PlanView {
+    PlanView { caption, dragon: in_plan(dragon, travel_m), circle: None, turn: None, pair: None }
+}
+
+pub(super) fn in_plan(dragon: &Dragon, travel_m: f64) -> DragonInPlan {
+    let handles = handles(dragon, travel_m);
+    DragonInPlan {
+        route: route_around(dragon, &handles),
+        boards: corners(&boards(dragon, &handles)),
+        hinges: handles.iter().map(|handle| handle.position).collect(),
+    }
+}
+
+pub(super) fn on_turn(plan: PlanView, turnaround: &Turnaround) -> PlanView {
+    let circle = Circle { radius_m: 0.5 * turnaround.turn_diameter_m(), name: "turning circle".to_owned() };
+    PlanView { circle: Some(circle), turn: Some(turn_marks(turnaround)), ..plan }
+}
+
+/// These benches or else the nearest pair, if there are more than two benches.
+pub(super) fn pair(dragon: &Dragon, travel_m: f64, benches: Option<[usize; 2]>) -> Option<NearestPair> {
+    let boards = boards(dragon, &handles(dragon, travel_m));
+    let benches = benches.or_else(|| Some(ClearanceSearch::default().nearest(&boards)?.benches))?;
+    let approach = boards[benches[0]].approach(&boards[benches[1]]);
+    let half = 0.5 * approach.clearance_m.max(0.0) * approach.direction;
+    Some(NearestPair {
+        benches,
+        clearance_m: approach.clearance_m,
+        points: [approach.point - half, approach.point + half],
+    })
+}
+
+/// Points of a line over time: a few for each dot of a printed page.
+const SAMPLES: u32 = 4_000;
+/// Handles that are placed for such a line, at most: of a long dragon it has fewer points.
+const MAX_PLACED: usize = 10_000_000;
+
+/// Travels at which a line over time has its points.
+pub(super) fn even_travels(dragon: &Dragon, from_m: f64, to_m: f64) -> Vec<f64> {
+    let samples = SAMPLES.min((MAX_PLACED / dragon.dimensions().handles()) as u32);
+    (0..=samples).map(|i| from_m + (to_m - from_m) * f64::from(i) / f64::from(samples)).collect()
+}
+
+fn handles(dragon: &Dragon, travel_m: f64) -> Vec<Handle> {
+    let mut solver = ChainSolver::new(dragon);
+    solver.solve(dragon, travel_m).expect("the travel lies within the run").to_vec()
+}
+
+fn boards(dragon: &Dragon, handles: &[Handle]) -> Vec<Board> {
+    let mut boards = Vec::new();
+    dragon.place_boards(handles, &mut boards);
+    boards
+}
+
+fn corners(boards: &[Board]) -> Vec<[DVec2; 4]> {
+    boards.iter().map(Board::corners).collect()
+}
+
+/// The route from where it can be seen behind the tail to its end.
+fn route_around(dragon: &Dragon, handles: &[Handle]) -> Vec<DVec2> {
+    let route = dragon.route();
+    let tail = handles.last().expect("a dragon has handles");
+    // From here on a whole turn of a spiral lies behind the tail.
+    let behind_m = std::f64::consts::TAU * (tail.position.length() + route.pitch_m());
+    polyline(route, route.travel(tail.parameter) - behind_m, route.end_travel_m())
+}
+
+/// Points of a route, as near to each other as its curvature asks for.
+fn polyline(route: &Route, from_m: f64, to_m: f64) -> Vec<DVec2> {
+    route.polyline(from_m, to_m, SAGITTA_M, (to_m - from_m) / MAX_POINTS..=f64::INFINITY)
+}
+
+fn turn_marks(turnaround: &Turnaround) -> TurnMarks {
+    let [entry_arc, exit_arc] = turnaround.arcs();
+    let middle_m = entry_arc.length_m();
+    let end_m = middle_m + exit_arc.length_m();
+    let route = turnaround.route();
+    let seams = [0.0, middle_m, end_m].map(|travel_m| route.point(route.parameter(travel_m)).position);
+    TurnMarks { arcs: [polyline(&route, 0.0, middle_m), polyline(&route, middle_m, end_m)], seams }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_no_more_digits_than_they_need() {
+        assert_eq!([0.450_337_37, 1.0, 300.0, 0.275].map(rounded), ["0.450337", "1", "300", "0.275"]);
+    }
+
+    #[test]
+    fn facts_are_those_of_the_configuration() {
+        let text = "[dragon]\nbenches = 1\nwidth_m = 0.25\n[head]\nspeed_mps = 1.5\naccel_mps2 = 0.5\n";
+        let config = Config::from_toml(text).expect("valid");
+        let facts = dragon_facts(config.dragon().dimensions());
+        assert_eq!(facts, ["1 bench", "head 3.41 m, others 2.2 m", "0.25 m wide", "holes at 0.275 m"]);
+        assert_eq!(route_fact(config.route()), "spiral, pitch 0.55 m");
+        assert_eq!(
+            speed_fact(config.tables().head.speed_mps, config.tables().head.accel_mps2),
+            "head 1.5 m/s, 0.5 m/s²"
+        );
+    }
+}

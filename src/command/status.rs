@@ -1,0 +1,228 @@
+//! `ctl status`: the state of a running show, for people and as one object of JSON.
+
+use std::process::ExitCode;
+use std::sync::atomic::Ordering;
+
+use bench_dragon_ipc::{Domain, FrameHeader, ShowState};
+use jiff::Zoned;
+use serde::Serialize;
+
+use crate::command::flags::Format;
+use crate::command::print::{print_json, print_line};
+use crate::display::observe::{
+    Arrival, Controls, GuardSituation, Lamp, LampLevel, Observer, ShowForecast, Snapshot, SourcePresence, lamps,
+};
+use crate::output::command_words::CommandWords;
+use crate::system::clock::monotonic_ns;
+use crate::system::stop::StopFlag;
+
+/// Snapshots a second.
+const SNAPSHOTS_HZ: u32 = 20;
+/// So long the bus is read, in nanoseconds: each reader reports in it, and a monitor that has not is missing.
+const LOOK_NS: u64 = 2_050_000_000;
+/// So long a bus is waited for, in nanoseconds.
+const NO_SERVER_NS: u64 = 500_000_000;
+/// The longest that all of it takes, in nanoseconds.
+const LONGEST_NS: u64 = 4_000_000_000;
+
+/// Prints the status; the exit status is 0 where all is well, and 1 where a lamp is red or no frames come.
+pub(super) fn run(domain: Domain, format: Format) -> anyhow::Result<ExitCode> {
+    let (stop, began_ns) = (StopFlag::on_signals()?, monotonic_ns());
+    let mut newest = Snapshot { seen_ns: began_ns, ..Snapshot::default() };
+    Observer::new(domain, "ctl-status", SNAPSHOTS_HZ).run(stop.as_atomic(), |snapshot| {
+        if has_seen_enough(&snapshot, began_ns) {
+            stop.as_atomic().store(true, Ordering::Relaxed);
+        }
+        newest = snapshot;
+    });
+    let report = StatusReport::new(&newest, monotonic_ns(), &Zoned::now());
+    match format {
+        Format::Json => print_json(&report)?,
+        Format::Text => report.lines().into_iter().try_for_each(print_line)?,
+    }
+    Ok(if report.well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn has_seen_enough(snapshot: &Snapshot, began_ns: u64) -> bool {
+    let waited_ns = snapshot.seen_ns.saturating_sub(began_ns);
+    let has_nobody = snapshot.presence == SourcePresence::Waiting && !snapshot.has_source && waited_ns >= NO_SERVER_NS;
+    let has_read =
+        snapshot.reading_since_ns.is_some_and(|since_ns| snapshot.seen_ns.saturating_sub(since_ns) >= LOOK_NS);
+    has_nobody || waited_ns >= LONGEST_NS || has_read && snapshot.frame.is_some() && snapshot.status.is_some()
+}
+
+/// The state of a show as one object of JSON, as `ctl status` prints it. An unknown value is null. Metres, seconds.
+#[derive(Serialize)]
+struct StatusReport {
+    /// Whether frames come and no lamp is red.
+    well: bool,
+    /// `live`, `waiting` (no frame yet, or no server), `silent`, `ended`, `gone` or `failed`.
+    link: &'static str,
+    /// What the show is doing: `running`, `stopping`, `paused`, `held`, `finished` or `ended`.
+    state: Option<&'static str>,
+    /// Time on the wall, RFC 3339 with the offset of this machine's time zone.
+    wall_time: String,
+    run_id: Option<u64>,
+    tick: Option<u64>,
+    time_s: Option<f64>,
+    /// Show seconds a second on the wall.
+    time_scale: Option<f64>,
+    /// Speed of the head in metres a show second.
+    speed_mps: Option<f64>,
+    travel_m: Option<f64>,
+    nearest: Option<NearestReport>,
+    ahead: ShowForecast,
+    guard: GuardSituation,
+    lamps: Vec<Lamp>,
+    /// Why each command would be refused; null where it would be accepted.
+    refusals: Controls,
+    last_command: Option<CommandWords>,
+}
+
+/// Two benches and their clearance.
+#[derive(Clone, Copy, Serialize)]
+struct NearestReport {
+    /// Negative where they overlap.
+    clearance_m: f64,
+    benches: [usize; 2],
+}
+
+impl StatusReport {
+    /// The report of a snapshot at an instant of `CLOCK_MONOTONIC`, in nanoseconds, and at this time on the wall.
+    fn new(snapshot: &Snapshot, now_ns: u64, wall_time: &Zoned) -> Self {
+        let (link, lamps) = (snapshot.presence_at(now_ns), lamps(snapshot, now_ns));
+        let header = snapshot.header();
+        let nearest = snapshot.nearest;
+        Self {
+            well: link == SourcePresence::Live && lamps.iter().all(|lamp| lamp.level != LampLevel::Danger),
+            link: link.name(),
+            state: snapshot.state().map(ShowState::name),
+            wall_time: wall_time.strftime("%Y-%m-%dT%H:%M:%S%:z").to_string(),
+            run_id: header.map(|header| header.run_id),
+            tick: header.map(|header| header.tick),
+            time_s: header.map(FrameHeader::sim_time_s),
+            time_scale: header.map(|header| header.time_scale),
+            speed_mps: header.map(|header| header.head_speed_mps),
+            travel_m: header.map(|header| header.head_travel_m),
+            nearest: nearest.map(|pair| NearestReport { clearance_m: pair.clearance_m, benches: pair.benches }),
+            ahead: snapshot.forecast,
+            guard: snapshot.guard,
+            lamps,
+            refusals: Controls::of(snapshot),
+            last_command: snapshot.commands.log.latest().next_back().map(|command| CommandWords::from(&command.event)),
+        }
+    }
+
+    /// The same in lines for people: the show, the clearance, what lies ahead, the newest command, and a line for each lamp.
+    fn lines(&self) -> Vec<String> {
+        let mut lines = vec![self.show_line()];
+        if let Some(NearestReport { clearance_m, benches: [one, another] }) = self.nearest {
+            let clearance_mm = clearance_m * 1e3;
+            lines.push(format!("clearance {clearance_mm:.3} mm, benches {one} and {another}"));
+        }
+        lines.extend(self.ahead_words().map(|ahead| format!("ahead: {ahead}")));
+        lines.extend(self.last_command.as_ref().map(|words| format!("last command: {} {}", words.clock, words.text)));
+        let lamp = |lamp: &Lamp| format!("  {:<8} {:<9} {}", lamp.level.name(), lamp.name, lamp.text);
+        lines.extend(self.lamps.iter().map(lamp));
+        lines
+    }
+
+    fn show_line(&self) -> String {
+        let clock = self.wall_time.get(11..19).unwrap_or(&self.wall_time);
+        let (Some(time_s), Some(time_scale), Some(speed_mps)) = (self.time_s, self.time_scale, self.speed_mps) else {
+            return format!("no frames ({}), {clock} on the wall", self.link);
+        };
+        let state = self.state.unwrap_or("in an unknown state");
+        let link = if self.link == SourcePresence::Live.name() { "" } else { self.link };
+        let scale = if time_scale == 1.0 { String::new() } else { format!(" at {time_scale} times real time") };
+        let link = if link.is_empty() { String::new() } else { format!(" ({link})") };
+        format!("{state}{link}, show time {time_s:.3} s{scale}, head at {speed_mps:.3} m/s, {clock} on the wall")
+    }
+
+    fn ahead_words(&self) -> Option<String> {
+        match self.guard {
+            GuardSituation::AtEnd { for_good: true } => {
+                return Some("the guard has stopped the head for good: only a seek moves it on".to_owned());
+            }
+            GuardSituation::AtEnd { for_good: false } => return Some("the guard has stopped the head".to_owned()),
+            _ => {}
+        }
+        let when = |at: Arrival| self.when(at);
+        Some(match self.ahead {
+            ShowForecast::Unknown => return None,
+            ShowForecast::Free { to, is_end: true } => format!("no contact to the end, show time {:.3} s", to.time_s),
+            ShowForecast::Free { to, is_end: false } => {
+                format!("no contact to show time {:.3} s; the search goes on", to.time_s)
+            }
+            ShowForecast::Contact { at, benches: [one, another] } => {
+                format!("benches {one} and {another} touch {}", when(at))
+            }
+            ShowForecast::GuardStop { at, benches: Some([one, another]) } => {
+                format!("the guard stops the head {}, before benches {one} and {another}", when(at))
+            }
+            ShowForecast::GuardStop { at, benches: None } if at.wall_s == 0.0 => {
+                "no guard runs: the head stands until one does".to_owned()
+            }
+            ShowForecast::GuardStop { at, benches: None } => {
+                format!("no guard runs: the head stands at {:.3} m of travel {}", at.travel_m, when(at))
+            }
+            ShowForecast::Rest { at } => format!("the head stands at {:.3} m of travel {}", at.travel_m, when(at)),
+        })
+    }
+
+    /// By the clock on the wall, and in show time.
+    fn when(&self, at: Arrival) -> String {
+        let walks = [ShowState::Running.name(), ShowState::Stopping.name()];
+        let of_walk = if self.state.is_some_and(|state| walks.contains(&state)) { "" } else { " of walking" };
+        format!("in {:.1} s{of_walk} (show time {:.3} s)", at.wall_s, at.time_s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use jiff::Timestamp;
+    use jiff::tz::TimeZone;
+
+    use super::*;
+
+    fn report(snapshot: &Snapshot) -> StatusReport {
+        StatusReport::new(snapshot, snapshot.seen_ns, &Timestamp::UNIX_EPOCH.to_zoned(TimeZone::UTC))
+    }
+
+    fn snapshot(state: ShowState) -> Snapshot {
+        let header = FrameHeader {
+            sim_time_ns: 12_345_000_000,
+            head_speed_mps: 1.0,
+            time_scale: 5.0,
+            state: state.to_wire(),
+            ..FrameHeader::default()
+        };
+        let at = Arrival { travel_m: 412.5, time_s: 412.5, wall_s: 80.0 };
+        Snapshot { forecast: ShowForecast::Contact { at, benches: [0, 8] }, ..Snapshot::live(header) }
+    }
+
+    #[test]
+    fn a_show_is_reported_in_wall_time_with_show_time_beside_it() {
+        let running = report(&snapshot(ShowState::Running));
+        assert!(running.well);
+        let lines = running.lines();
+        let first = "running, show time 12.345 s at 5 times real time, head at 1.000 m/s, 00:00:00 on the wall";
+        assert_eq!(lines[..2], [first, "ahead: benches 0 and 8 touch in 80.0 s (show time 412.500 s)"]);
+        let paused = report(&snapshot(ShowState::Paused)).lines();
+        assert_eq!(paused[1], "ahead: benches 0 and 8 touch in 80.0 s of walking (show time 412.500 s)");
+    }
+
+    #[test]
+    fn without_a_server_nothing_is_well() {
+        let nobody = report(&Snapshot::default());
+        assert!(!nobody.well);
+        let lines = nobody.lines();
+        assert_eq!(lines[0], "no frames (waiting), 00:00:00 on the wall");
+        assert!(lines.contains(&"  danger   server    no server".to_owned()), "{lines:#?}");
+        let json = serde_json::to_value(&nobody).expect("JSON");
+        assert_eq!(
+            (&json["well"], &json["state"], &json["lamps"][0]["level"]),
+            (&false.into(), &().into(), &"danger".into())
+        );
+    }
+}

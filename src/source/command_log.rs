@@ -1,0 +1,63 @@
+//! The record of commands: from the loop to the thread that publishes their events.
+
+use bench_dragon_ipc::CommandEvent;
+#[cfg(feature = "zenoh")]
+use bench_dragon_ipc::{Command, CommandReply, Request, service::Service};
+#[cfg(feature = "zenoh")]
+use iceoryx2::active_request::ActiveRequest;
+use rtrb::{Consumer, Producer, RingBuffer};
+
+use crate::system::clock::unix_ns;
+
+/// Events that may wait to be published: more than a flood of commands makes in the time between two reports.
+const MOST_WAITING: usize = 1024;
+
+/// The loop's end of the record. Recording neither waits nor allocates.
+#[derive(Debug)]
+pub(crate) struct CommandLog {
+    waiting: Producer<CommandEvent>,
+    run_id: u64,
+    number: u64,
+}
+
+impl CommandLog {
+    /// The empty record of a run, and the end of it that the publishing thread reads.
+    pub(super) fn new(run_id: u64) -> (Self, Consumer<CommandEvent>) {
+        let (waiting, to_publish) = RingBuffer::new(MOST_WAITING);
+        (Self { waiting, run_id, number: 0 }, to_publish)
+    }
+
+    /// Records an event at a show time, after so many missed releases. Where too many wait already, it is lost, which its
+    /// readers see by the next one's number.
+    pub(crate) fn record(&mut self, event: CommandEvent, moment: Moment) {
+        let Moment { sim_time_ns, overruns } = moment;
+        let (run_id, number) = (self.run_id, self.number);
+        let _ = self.waiting.push(CommandEvent { run_id, number, sim_time_ns, overruns, wall_ns: unix_ns(), ..event });
+        self.number += 1;
+    }
+}
+
+/// Where a run stands as it takes a command.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Moment {
+    pub(crate) sim_time_ns: i64,
+    pub(crate) overruns: u64,
+}
+
+/// A command that its client waits for an answer to.
+#[cfg(feature = "zenoh")]
+#[derive(Debug)]
+pub(crate) struct AskedCommand(pub(super) ActiveRequest<Service, Command, (), CommandReply, ()>);
+
+#[cfg(feature = "zenoh")]
+impl AskedCommand {
+    /// What is asked for; `None` for a kind that this version does not know.
+    pub(crate) fn request(&self) -> Option<Request> {
+        Request::from_wire(self.0.payload())
+    }
+
+    /// Answers it. A client that has gone in the meantime changes nothing.
+    pub(crate) fn answer(self, reply: CommandReply) {
+        let _ = self.0.send_copy(reply);
+    }
+}

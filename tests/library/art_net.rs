@@ -1,0 +1,46 @@
+//! Timecode as Art-Net sends it.
+
+use bench_dragon::source::timecode::Malformed;
+use bench_dragon::source::timecode::art_net::position;
+
+const PACKET: [u8; 19] = *b"Art-Net\0\x00\x97\x00\x0e\x00\x00\x05\x02\x01\x00\x01";
+
+fn position_s(packet: &[u8]) -> Result<Option<f64>, Malformed> {
+    position(packet).map(|position| position.map(|position| position.since_midnight_s))
+}
+
+fn with(index: usize, byte: u8) -> [u8; 19] {
+    let mut packet = PACKET;
+    packet[index] = byte;
+    packet
+}
+
+#[test]
+fn the_four_rates_tell_their_positions() {
+    let positions = [0, 1, 2, 3].map(|kind| position_s(&with(18, kind)));
+    let expected = [62.0 + 5.0 / 24.0, 62.2, (62.0 * 30.0 + 5.0 - 2.0) * 1001.0 / 30_000.0, 62.0 + 5.0 / 30.0];
+    for (position, expected) in positions.into_iter().zip(expected) {
+        let position_s = position.expect("it is sound").expect("it is a timecode");
+        assert!((position_s - expected).abs() < 1e-12, "{position_s} {expected}");
+    }
+}
+
+#[test]
+fn a_packet_cut_short_is_malformed_and_a_longer_one_is_not() {
+    // One that ends before its opcode tells what it is, and all others before the rate.
+    assert!((0..19).all(|length| position_s(&PACKET[..length]) == Err(Malformed)));
+    assert_eq!(position_s(&[&PACKET[..], b"more"].concat()), Ok(Some(62.2)));
+}
+
+#[test]
+fn other_packets_and_other_streams_are_none_of_ours() {
+    assert_eq!(position_s(b"Art-Net\0\x00\x50\x00\x0e"), Ok(None), "ArtDmx");
+    assert_eq!(position_s(&with(13, 1)), Ok(None));
+}
+
+#[test]
+fn what_never_shows_is_malformed() {
+    for (index, byte) in [(0, b'a'), (7, 1), (11, 13), (14, 25), (15, 60), (16, 60), (17, 24), (17, 99), (18, 4)] {
+        assert_eq!(position_s(&with(index, byte)), Err(Malformed), "byte {index} is {byte}");
+    }
+}

@@ -1,0 +1,16 @@
+//! Public modules of the library, as a client uses them: a file each.
+
+mod art_net;
+mod command_words;
+mod histogram;
+mod interval_search;
+mod osc;
+mod osc_timecode;
+mod outage;
+mod playback_clock;
+mod psn;
+mod schedule;
+mod table;
+mod timecode;
+#[cfg(feature = "zenoh")]
+mod zenoh;
