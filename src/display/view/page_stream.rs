@@ -25,6 +25,8 @@ const MAX_UNACKNOWLEDGED: usize = 2;
 const STATUS_PERIOD: Duration = Duration::from_millis(200);
 /// How long a page may take to acknowledge a frame, and the network to take a message.
 const PATIENCE: Duration = Duration::from_secs(30);
+/// How long a page may take to answer a close frame.
+const CLOSE_PATIENCE: Duration = Duration::from_secs(2);
 
 /// The stream to one page.
 #[derive(Debug)]
@@ -83,10 +85,18 @@ impl PageStream {
     pub(super) async fn run(mut self) {
         let Err(end) = self.stream().await;
         if let StreamEnd::Closed(code, reason) = end {
-            let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
-            // A page that is gone meanwhile needs no farewell.
-            let _ = self.send(Message::Close(Some(frame))).await;
+            // A page that does not answer is left alone.
+            let _ = timeout(CLOSE_PATIENCE, self.close(code, reason)).await;
         }
+    }
+
+    /// Sends a close frame and reads until the page has answered it (RFC 6455, section 7.1.1). A socket that is closed with
+    /// acknowledgements unread is reset, and a reset can cost the page the close frame.
+    async fn close(&mut self, code: u16, reason: &'static str) -> Result<(), StreamEnd> {
+        let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
+        self.send(Message::Close(Some(frame))).await?;
+        while let Some(Ok(_)) = self.socket.recv().await {}
+        Ok(())
     }
 
     async fn stream(&mut self) -> Result<Infallible, StreamEnd> {

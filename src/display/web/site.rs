@@ -35,7 +35,7 @@ const MAX_HEADERS: usize = 64;
 /// How often the stop flag is looked at.
 const LOOK_PERIOD: Duration = Duration::from_millis(20);
 /// How long connections may take to end.
-const FAREWELL: Duration = Duration::from_secs(1);
+const FAREWELL: Duration = Duration::from_secs(3);
 /// How long a connection may last, and then the reply that it is at. A browser makes another one; a stream is none any more.
 const LIFE: Duration = Duration::from_mins(1);
 const LAST_REPLY: Duration = Duration::from_secs(15);
@@ -65,7 +65,7 @@ impl Site {
     }
 
     /// Answers with what the router says, until the flag is set. Then `closing` becomes true, and whoever has subscribed to it
-    /// has a second to end and to unsubscribe.
+    /// has three seconds to end and to unsubscribe.
     ///
     /// # Errors
     /// The operating system's reason why no timer or no socket can be had.
