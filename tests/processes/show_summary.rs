@@ -17,13 +17,12 @@ fn the_summary_has_the_lateness_and_latency_of_all_servers_and_monitors() {
     let pid = playing.show.pid();
     let server = await_child(pid, "serve", None);
     // A server that is suspended for some releases is that late once, and so is the monitor's frame.
-    let before = playing.await_status(|status| status.tick >= 60);
+    playing.await_status(|status| status.tick >= 60);
     send(server, Signal::STOP).expect("it is running");
     let until_ns = monotonic_ns() + 500_000_000;
     eventually("the server has been stopped for long enough", || (monotonic_ns() >= until_ns).then_some(()));
     send(server, Signal::CONT).expect("it is stopped");
-    let late = playing.await_status(|status| status.tick > before.tick + 60);
-    assert!(late.lateness_max_ns > 400_000_000, "{} ns", late.lateness_max_ns);
+    let late = playing.await_status(|status| status.lateness_max_ns > 400_000_000);
     kill(server);
     kill(await_child(pid, "monitor", None));
     await_child(pid, "serve", Some(server));
