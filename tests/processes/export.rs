@@ -89,7 +89,7 @@ fn a_cut_recording_is_exported_as_far_as_it_is_whole() {
     let summary_start = mcap::read::footer(&bytes).expect("a footer").summary_start as usize;
     fs::write(stage.path("a.mcap"), &bytes[..summary_start - 5]).expect("a cut recording");
     let ended = export(&stage, &["a.mcap", "a.csv", "--every", "0"]);
-    assert_eq!(ended.stderr, "a.mcap stops in the middle: what is whole of it was exported\n");
+    assert_eq!(ended.stderr, "a.mcap stops in the middle: its complete part was exported\n");
     assert_eq!(
         (ended.code(), ended.stdout.as_str()),
         (Some(0), "20 rows of handles, from 10 frames, written to a.csv\n")

@@ -100,7 +100,7 @@ fn skipped_tests_are_counted_and_named_after_the_tests() {
 fn a_skipped_test_fails_the_run_where_ci_is_set() {
     let ended = Gate::complete(TWO_SKIPS).run(&[], true);
     assert_eq!(ended.code(), Some(1));
-    assert_eq!(ended.stderr, "error: CI is set, and there a skipped test is a failure\n");
+    assert_eq!(ended.stderr, "error: CI is set, so a skipped test is a failure\n");
     assert_eq!(Gate::complete("exit 0").run(&[], true).code(), Some(0));
 }
 

@@ -211,7 +211,7 @@ fn a_cut_recording_is_replayed_as_far_as_it_is_whole_and_said_to_be_cut() {
     // Behind the frames, within the record that ends the data.
     fs::write(stage.path("a.mcap"), &bytes[..summary_start - 5]).expect("a cut recording");
     let ended = stage.run(&["replay", "a.mcap", "--format", "json"]);
-    assert_eq!(ended.stderr, "a.mcap stops in the middle: what is whole of it was replayed\n");
+    assert_eq!(ended.stderr, "a.mcap stops in the middle: its complete part was replayed\n");
     assert_eq!(ended.code(), Some(0));
     assert_eq!(
         ended.last_json(),

@@ -261,11 +261,11 @@ fn a_damaged_recording_is_not_verified_and_a_cut_one_as_far_as_it_goes() {
     fs::write(stage.path("damaged.mcap"), damaged).expect("a file");
     let ended = verify(&stage, &["damaged.mcap"], &[]);
     assert_eq!(ended.code(), Some(2), "{}", ended.stdout);
-    assert!(ended.stderr.ends_with("bytes of damaged.mcap are damaged and were passed over\n"), "{}", ended.stderr);
+    assert!(ended.stderr.ends_with("bytes of damaged.mcap are damaged and were skipped\n"), "{}", ended.stderr);
 
     fs::write(stage.path("cut.mcap"), &whole[..inside]).expect("a file");
     let ended = verify(&stage, &["cut.mcap"], &[]);
-    assert_eq!(ended.stderr, "cut.mcap stops in the middle: what is whole of it was verified\n");
+    assert_eq!(ended.stderr, "cut.mcap stops in the middle: its complete part was verified\n");
     assert_eq!(ended.code(), Some(0), "{}", ended.stdout);
 }
 
