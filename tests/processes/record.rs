@@ -153,7 +153,7 @@ fn damage_is_found_by_a_check_and_never_cut_off() {
     let served = server.summary()["frames"].as_u64().expect("a count");
     recorder.terminate().expect_clean();
     let check = ["record", "--repair", "--check", "a.mcap"];
-    let sound = format!("a.mcap was finished already: {served} frames; every chunk of it was read and is sound\n");
+    let sound = format!("a.mcap was finished already: {served} frames; every chunk was read and is sound\n");
     assert_eq!(stage.run(&check).expect_clean().stdout, sound);
 
     let whole = fs::read(stage.path("a.mcap")).expect("the recording");
