@@ -40,7 +40,7 @@ fn bad_arguments_are_named_with_what_is_allowed() {
         (&["serve", "--priority", "fifo:100"], &["--priority", "'fifo:100'", "other, fifo:N or rr:N, N from 1 to 99"]),
         (&["show", "--spin-us", "1001"], &["--spin-us", "'1001'", "must be from 0 to 1000"]),
         (&["show", "--start-at", "500"], &["--start-at is 500, must be from 0 to 432.758"]),
-        (&["show", "--out", "file"], &["--out is file, must be a folder that can be made"]),
+        (&["show", "--out", "file"], &["--out is file, must be a folder that can be created"]),
         (&["monitor", "--progress", "0"], &["--progress", "'0'", "from 0.01 to 3600"]),
         (&["record"], &["<FILE>"]),
         (&["record", "a.mcap", "--rotate-mb", "0"], &["--rotate-mb", "'0'", "from 1 to 1000000"]),

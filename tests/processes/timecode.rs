@@ -315,7 +315,7 @@ fn a_server_that_is_killed_while_the_timecode_stands_is_started_again_and_follow
     let clock = desk.order("play 100");
     read_following(&mut reader, clock, 0.0);
     desk.order("stand");
-    show.complaint_with("stands: so does the show");
+    show.complaint_with(": so does the show");
     kill(await_child(show.pid(), "serve", None));
     reader.read_until("a frame of the next run", |header| header.run_id != before);
     let clock = desk.order("play 200");
@@ -345,7 +345,7 @@ fn what_cannot_be_followed_is_told_in_one_line() {
         (
             &["--timecode", "artnet:127.0.0.1:0", "--timecode-fps", "25"],
             2,
-            "error: --timecode-fps is for osc: Art-Net timecode tells its own frames a second\n",
+            "error: --timecode-fps is only for osc: Art-Net timecode contains its frame rate\n",
         ),
         (
             &["--timecode", "osc:0", "--time-scale", "2"],

@@ -281,7 +281,7 @@ fn what_cannot_be_verified_is_told_in_one_line_with_status_2() {
         assert_eq!((ended.code(), ended.stderr), (Some(2), format!("error: {error}\n")));
     }
     let ended = stage.run(&["replay", "a.mcap", "b.mcap"]);
-    let told = "error: 2 FILEs are given: only --verify takes several\n";
+    let told = "error: 2 FILEs are given, must be one without --verify\n";
     assert_eq!((ended.code(), ended.stderr.as_str()), (Some(2), told));
     let ended = verify(&stage, &["a.mcap"], &["--rate", "2"]);
     assert_eq!(ended.code(), Some(2));

@@ -45,7 +45,7 @@ impl Folder {
         );
         let is_new = !path.exists();
         fs::create_dir_all(&path).map_err(|error| {
-            BadInput(format!("--out is {}, must be a folder that can be made: {error}", path.display()))
+            BadInput(format!("--out is {}, must be a folder that can be created: {error}", path.display()))
         })?;
         let config = write_config(&path, config)?;
         Ok(Self { path, is_new, config_file: config })

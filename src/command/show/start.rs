@@ -118,7 +118,7 @@ impl Page {
     /// An address that cannot be had: here it takes one line, where the child would report it, and the show the child's end.
     pub(super) fn new(listen: SocketAddr) -> anyhow::Result<Self> {
         drop(TcpListener::bind(listen).map_err(|error| cannot_listen(listen, &error))?);
-        let token = Token::random().context("the kernel has no random numbers")?;
+        let token = Token::random().context("cannot read random numbers from the kernel")?;
         Ok(Self { listen, token, is_announced: false })
     }
 }
