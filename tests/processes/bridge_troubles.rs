@@ -266,9 +266,9 @@ fn what_cannot_be_sent_at_all_is_one_line() {
         (
             &["psn", "--interface", "192.0.2.77"],
             1,
-            "error: no interface can send from 192.0.2.77, `ip address` lists those",
+            "error: no interface can send from 192.0.2.77, `ip address` lists all interfaces",
         ),
-        (&["psn", "--to", "10.0.0.1"], 2, "must be an IPv4 address and a port, as 10.0.0.20:56565"),
+        (&["psn", "--to", "10.0.0.1"], 2, "must be an IPv4 address and a port, such as 10.0.0.20:56565"),
         (&["psn", "--to", "10.0.0.1:0"], 2, "must be an IPv4 address and a port"),
         (&["psn", "--rate", "251"], 2, "must be from 1 to 250"),
         (&["psn", "--ttl", "0"], 2, "must be from 1 to 255"),
@@ -280,8 +280,16 @@ fn what_cannot_be_sent_at_all_is_one_line() {
             "must begin with /, have no blank and none of #*,?[]{} in its parts",
         ),
         (&["osc", "--tcp", "--ttl", "3"], 2, "cannot be used with"),
-        (&["osc", "--tcp", "--to", "236.1.1.1:9000"], 2, "--to is 236.1.1.1:9000, must be one machine's with --tcp"),
-        (&["osc", "--show-address", "/dragon/bench/0"], 2, "--show-address is /dragon/bench/0, must be no bench's"),
+        (
+            &["osc", "--tcp", "--to", "236.1.1.1:9000"],
+            2,
+            "--to is 236.1.1.1:9000, must be the address of one machine with --tcp",
+        ),
+        (
+            &["osc", "--show-address", "/dragon/bench/0"],
+            2,
+            "--show-address is /dragon/bench/0, must differ from each bench's",
+        ),
     ];
     for (args, status, complaint) in cases {
         let ended = stage.run(&[&["bridge"], args].concat());

@@ -90,7 +90,7 @@ fn a_description_that_a_monitor_cannot_read_or_of_another_dragon_is_named() {
             2,
             "error: the description on the bus: line 3, `legs = 4`: unknown field `legs`",
         ),
-        ("[dragon]\nbenches = 2\n", 1, "error: the description on the bus is of 2 benches, the frames are of 1"),
+        ("[dragon]\nbenches = 2\n", 1, "error: the description on the bus has 2 benches, the frames have 1"),
     ] {
         let name = format!("{code}.mcap");
         write_recording(&stage.path(&name), toml);

@@ -138,7 +138,7 @@ fn a_client_that_reaches_nobody_ends_at_a_signal() {
     let stage = Stage::new();
     let (_reserved, endpoint) = reserved_endpoint();
     let receiver = stage.start(&super::bridges::arguments(&["--receive", "--mode", "client", "--connect", &endpoint]));
-    assert_eq!(receiver.complaint(), format!("waiting for somebody at {endpoint}"));
+    assert_eq!(receiver.complaint(), format!("waiting for a peer at {endpoint}"));
     let ended = receiver.terminate();
     assert_eq!((ended.code(), ended.stdout.as_str()), (Some(0), ""));
 }
