@@ -112,6 +112,6 @@ fn an_address_a_host_or_a_token_that_is_none_is_bad_input() {
     let mut short = program(&["view", "--listen", "127.0.0.1:0"]);
     short.env("BENCH_DRAGON_TOKEN", "short");
     let ended = Process::start(short).end();
-    let told = "error: the environment's BENCH_DRAGON_TOKEN must be 16 to 128 of A-Z, a-z, 0-9, - and _\n";
+    let told = "error: the environment's BENCH_DRAGON_TOKEN must be 16 to 128 characters of A-Z, a-z, 0-9, - and _\n";
     assert_eq!((ended.code(), ended.stderr.as_str()), (Some(2), told));
 }
