@@ -197,7 +197,10 @@ fn a_full_disk_is_told_once_in_a_show_which_records_again_where_there_is_room() 
     let launcher = ["unshare", "--mount", "sh", "-c", script, "sh"];
     let show = behind(&launcher, &stage.command(&["show", "--rate", "1000", "--out", "disk/show"]));
     let mut told = vec![show.complaint()];
-    while told.last().is_some_and(|line| !line.starts_with("the show is not recorded from here on, until 268.4 MB")) {
+    while told
+        .last()
+        .is_some_and(|line| !line.starts_with("the show is not recorded from here on, until its disk has 268.4 MB"))
+    {
         told.push(show.complaint());
     }
     let seen_by_show = format!("/proc/{}/root{}", show.pid(), stage.path("disk/filler").display());
