@@ -47,7 +47,7 @@ impl Books {
     /// Takes down what a process has complained of.
     pub(crate) fn complain(&mut self, complaints: &[String]) {
         for complaint in complaints {
-            self.half_made += u32::from(complaint.contains("had left half made"));
+            self.half_made += u32::from(complaint.contains("incomplete service file"));
             *self.complaints.entry(without_names(complaint)).or_default() += 1;
         }
     }
