@@ -102,21 +102,21 @@ fn the_screen_shows_what_is_on_the_bus_and_its_keys_steer_the_show() {
     terminal.press("Space");
     terminal.until_shown("resume: not sent: the show is held: release it first");
     terminal.type_text("r");
-    terminal.until_shown("release the hold? r again");
+    terminal.until_shown("release the hold? press r again");
     terminal.press("Escape");
     terminal.until_shown("space resume");
     confirm(&terminal, "release", "R", || {
         terminal.type_text("R");
-        terminal.until_shown("release the hold? r again");
+        terminal.until_shown("release the hold? press r again");
     });
     reader.read_until("the show is not held", |header| header.show_state() != Some(ShowState::Held));
     terminal.until_shown("PAUSED");
 
     confirm(&terminal, "seek 300 s", "Enter", || {
         terminal.type_text("s300");
-        terminal.until_shown("show time to go to in s: 300");
+        terminal.until_shown("show time to seek to in s: 300");
         terminal.press("Enter");
-        terminal.until_shown("seek 300 s? the dragon jumps there: enter again");
+        terminal.until_shown("seek 300 s? the dragon jumps there: press enter again");
     });
     terminal.until("300 s", |text| {
         ["t 300.000 s", "clearance 120.694 mm", "benches 0 and 21", "at 412.474 s"]
@@ -222,7 +222,7 @@ fn a_head_that_brakes_and_a_run_that_ends_in_order_have_their_words() {
     terminal.until_shown("monitor missing");
     reader.read_until("the head is fast", |header| header.head_speed_mps > 0.5);
     stage.run(&["ctl", "hold"]).expect_clean();
-    let text = terminal.until("the braking head", |text| text.contains("STOPPING") && text.contains("stands "));
+    let text = terminal.until("the braking head", |text| text.contains("STOPPING") && text.contains("stop "));
     assert!(!text.contains("contact "), "it touches nothing before it stands:\n{text}");
     terminal.until_shown("ctl: hold, accepted from tick");
     terminal.until_shown("HELD");

@@ -132,7 +132,7 @@ fn server(snapshot: &Snapshot, header: Option<&FrameHeader>) -> String {
         /// Time from the start of a tick until the loop was ready for the next one, for all ticks of this run. The sum uses the
         /// middles of narrow buckets.
         histogram tick_duration_seconds = status.map(|status| &status.tick_time);
-        /// Travel that the guard has granted to the head. No sample if the server is not guarded.
+        /// Travel up to which the guard has granted the head to walk. No sample if the server is not guarded.
         gauge guard_granted_travel_meters = granted_to_m;
     }
 }

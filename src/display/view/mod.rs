@@ -1,8 +1,7 @@
 //! The live view: one page in a browser, drawn from a stream of frames.
 //!
 //! - *Frames* are sent as binary messages over a WebSocket (`frame_message`). At most two are unacknowledged, and the next one
-//! is
-//!   always the newest. So a slow browser or a slow network gets fewer frames, and never older ones.
+//!   is always the newest. So a slow browser or a slow network gets fewer frames, and never older ones.
 //! - *Commands* are requests that contain the token. A queue ([`CommandQueue`]) sends them to the server in their order; a hold
 //!   overtakes all others.
 //! - *Access:* commands need the token. Off loopback, viewing needs the token too.

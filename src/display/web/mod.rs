@@ -4,8 +4,8 @@
 //! - *Requests:* a request must name this machine by one of its names ([`Hosts`]). So a foreign page cannot reach it through a
 //!   name that resolves to this address (DNS rebinding). If a browser reports the page of origin, that page must be ours.
 //! - *Limits:* a [limit](MAX_CONNECTIONS) of connections, and a smaller one for each other machine. The first line and the
-//! headers
-//!   have a greatest length and a timeout. At the limit, a new connection replaces the one that has been idle the longest.
+//!   headers have a greatest length and a timeout. At the limit, a new connection replaces the one that has been idle the
+//!   longest.
 
 mod connection_limit;
 mod same_site;
