@@ -186,7 +186,7 @@ fn a_tcp_receiver_that_does_not_read_loses_whole_frames_but_for_a_few_and_is_tol
     let told = notice(&mut bridge);
     assert_eq!(
         told,
-        format!("cannot send to {target}, still trying: it is slower than the bridge, frames are left out")
+        format!("cannot send to {target}, still trying: the receiver is slower than the bridge, frames are dropped")
     );
     bridge.signal(Signal::TERM);
     let mut bytes = Vec::new();
@@ -273,11 +273,11 @@ fn what_cannot_be_sent_at_all_is_one_line() {
         (&["psn", "--rate", "251"], 2, "must be from 1 to 250"),
         (&["psn", "--ttl", "0"], 2, "must be from 1 to 255"),
         (&["psn", "--name", "Drache \u{9f8d}"], 2, "must be 1 to 64 printable ASCII characters"),
-        (&["osc", "--address", "/dragon"], 2, "must have {index} in it"),
+        (&["osc", "--address", "/dragon"], 2, "must contain {index} for the bench's number"),
         (
             &["osc", "--address", "/a b/{index}"],
             2,
-            "must begin with /, have no blank and none of #*,?[]{} in its parts",
+            "must begin with /, have no space and none of #*,?[]{} in its parts",
         ),
         (&["osc", "--tcp", "--ttl", "3"], 2, "cannot be used with"),
         (
@@ -300,7 +300,7 @@ fn what_cannot_be_sent_at_all_is_one_line() {
 }
 
 #[test]
-fn more_benches_than_packets_can_be_counted_for_are_refused_with_the_most() {
+fn more_benches_than_a_frame_can_hold_are_refused_with_the_limit() {
     let stage = Stage::new();
     let config = stage.path("long.toml");
     std::fs::write(&config, "[dragon]\nbenches = 5101\n[route]\npitch_m = 1.7\nstart_turns = 60\n").expect("a file");
@@ -310,7 +310,7 @@ fn more_benches_than_packets_can_be_counted_for_are_refused_with_the_most() {
     let ended = stage.run(&["bridge", "psn", "--to", &target]);
     assert_eq!(ended.code(), Some(1), "{}", ended.stderr);
     assert!(
-        ended.stderr.ends_with("error: the dragon has 5101 benches: PosiStageNet has room for at most 5100\n"),
+        ended.stderr.ends_with("error: the dragon has 5101 benches, must be at most 5100 for PosiStageNet\n"),
         "{}",
         ended.stderr
     );

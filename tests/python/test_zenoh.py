@@ -134,7 +134,7 @@ def test_commands_are_taken_where_that_is_allowed(session):
     (refused,) = command(session, SEEK, float("nan"))
     assert (refused.refusal, refused.lowest) == (2, 0.0), "out of range"
     (reply,) = session.get(f"{KEY}/commands", payload=b"pause", timeout=PATIENCE_S)
-    assert reply.err.payload.to_string() == "a command has 40 bytes"
+    assert reply.err.payload.to_string() == "the command is malformed, must have 40 bytes"
     subscriber.undeclare()
 
 

@@ -153,21 +153,21 @@ fn what_cannot_be_is_said_in_one_line() {
         (
             &["--listen", &endpoint],
             1,
-            &format!("error: zenoh cannot be opened: Can not create a new TCP listener bound to {endpoint}"),
+            &format!("error: cannot open the zenoh session: Can not create a new TCP listener bound to {endpoint}"),
         ),
         (&["--config", "none.json5"], 2, "error: cannot read none.json5: No such file or directory (os error 2)"),
-        (&["--config", "odd.json5"], 2, "error: odd.json5 is no configuration of zenoh's: "),
+        (&["--config", "odd.json5"], 2, "error: odd.json5 is not a zenoh configuration: "),
         (
             &["--mode", "client"],
             2,
-            "error: a client needs somebody to connect to: --connect ENDPOINT, or connect.endpoints in the configuration",
+            "error: a client needs an endpoint to connect to: set --connect ENDPOINT, or connect.endpoints in the configuration file",
         ),
         (
             &["--connect", "udp/127.0.0.1:1"],
             2,
-            "error: invalid value 'udp/127.0.0.1:1' for '--connect <ENDPOINT>': must be as tcp/10.0.0.5:7447 or tls/stage.example:7447",
+            "error: invalid value 'udp/127.0.0.1:1' for '--connect <ENDPOINT>': must be an endpoint such as tcp/10.0.0.5:7447 or tls/stage.example:7447",
         ),
-        (&["--key", "a/*"], 2, "error: invalid value 'a/*' for '--key <PREFIX>': must be words with / between them"),
+        (&["--key", "a/*"], 2, "error: invalid value 'a/*' for '--key <PREFIX>': must be words separated by /"),
         (&["--every", "0"], 2, "error: invalid value '0' for '--every <N>': must be from 1 to "),
         (&["--every", "2", "--rate", "10"], 2, "error: the argument '--every <N>' cannot be used with '--rate <HZ>'"),
         (
