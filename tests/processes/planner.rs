@@ -162,7 +162,8 @@ fn the_pitch_of_a_short_dragon_is_limited_by_the_rule_on_pitches() {
     let file = stage.path("short.toml").display().to_string();
     fs::write(&file, "[dragon]\nbenches = 5\n").expect("a file");
     let text = solve(&["pitch", "--config", &file]).expect_clean().stdout;
-    let rule = "any tighter, it would not be above width_m, 0.3: that rule binds, not a pair of benches\n";
+    let rule =
+        "with a smaller pitch, it would not exceed width_m, 0.3: this rule is the limit, not a pair of benches\n";
     assert!(text.starts_with("smallest pitch 0.300000 m") && text.ends_with(rule), "{text}");
 }
 
@@ -223,7 +224,7 @@ fn a_spiral_and_flags_for_a_turn_make_a_turnaround() {
     let limit = answer(&[&["speed-limit", "--limit", "2", "--config", &file], &flags[..]].concat());
     assert_six(&limit["head_speed_mps"], 1.246_266);
     let text = solve(&["speed-limit", "--limit", "2", "--config", &file]).expect_clean().stdout;
-    assert!(text.starts_with("infeasible on all of the spiral's run (--turn-diameter asks"), "{text}");
+    assert!(text.starts_with("infeasible on all of the spiral's run (--turn-diameter computes"), "{text}");
 }
 
 /// What cannot be drawn or written takes the answer away from nobody.
