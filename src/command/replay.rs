@@ -47,7 +47,7 @@ pub(crate) struct ReplayArgs {
     #[arg(long = "loop", value_name = "TIMES", num_args = 0..=1, allow_negative_numbers = true, value_parser = count())]
     #[allow(clippy::option_option, reason = "not given, given without a number, given with one")]
     pub(crate) repeat: Option<Option<u64>>,
-    /// Wait for this many connected readers before the first frame, at most ten seconds.
+    /// Wait for this many connected readers, 0 to 24, before the first frame, but at most ten seconds.
     #[arg(long, value_name = "COUNT", default_value_t = 0, allow_negative_numbers = true, value_parser = within(0..=MAX_READERS))]
     pub(crate) readers: usize,
     #[command(flatten)]

@@ -49,7 +49,7 @@ pub(crate) struct ServeArgs {
     /// Start paused, or be paused once the hold is lifted.
     #[arg(long, hide = true)]
     pub(crate) paused: bool,
-    /// Wait for this many connected readers before the first frame, at most ten seconds.
+    /// Wait for this many connected readers, 0 to 24, before the first frame, but at most ten seconds.
     #[arg(long, value_name = "COUNT", default_value_t = 0, allow_negative_numbers = true, value_parser = within(0..=MAX_READERS))]
     pub(crate) readers: usize,
     /// Travel in metres to start at, for a run whose speed was changed earlier.

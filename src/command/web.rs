@@ -121,7 +121,7 @@ fn announce_page(args: &ViewArgs, token: &Token, address: SocketAddr) -> anyhow:
         if args.read_only && address.ip().is_loopback() { String::new() } else { format!("#token={}", token.secret()) };
     announce(args.format.format, "", url(address, &fragment), address)?;
     if !address.ip().is_loopback() {
-        complain("anyone with this address and token can watch, and steer unless --read-only; it is not encrypted");
+        complain("anyone with this address and token can watch, and steer unless --read-only; nothing is encrypted");
     }
     Ok(())
 }

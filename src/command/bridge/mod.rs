@@ -77,7 +77,7 @@ A tracker is the centre of a bench. Its id is the bench's number; the head is 0.
 (depth) our y. Its status is 1, and 0 once the server has been silent for 1.5 seconds, or for three periods of a slower \
 server.")]
 pub(crate) struct PsnArgs {
-    /// Receiver: a multicast group or one machine.
+    /// IPv4 address and port of the receiver, a multicast group or one machine.
     #[arg(long, value_name = "ADDRESS:PORT", default_value_t = psn::DEFAULT_TARGET, value_parser = target)]
     pub(crate) to: SocketAddrV4,
     #[command(flatten)]
@@ -101,7 +101,7 @@ A frame is one message /dragon/show and one message per bench. /dragon/show has 
 fresh: 1, or 0 once the server has been silent for 1.5 seconds, or for three periods of a slower server. A bench's message has \
 x, y, z in metres, heading counter-clockwise from +x, and speed in m/s of wall time.")]
 pub(crate) struct OscArgs {
-    /// Receiver.
+    /// IPv4 address and port of the receiver.
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:9000", value_parser = target)]
     pub(crate) to: SocketAddrV4,
     /// Send by TCP, with SLIP framing, instead of UDP.

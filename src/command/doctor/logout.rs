@@ -110,7 +110,7 @@ mod tests {
         assert!(!removes(&["[Login]\nRemoveIPC=yes\n", "[Login]\nKillUserProcesses=yes\nRemoveIPC=off\n"]));
         assert!(removes(&["[Login]\nRemoveIPC=no\n", "[Login]\nRemoveIPC=1\n"]));
         assert!(removes(&["[Other]\nRemoveIPC=no\n", "RemoveIPC=no\n"]), "another section");
-        assert!(!removes(&["[Login]\nRemoveIPC=no\nRemoveIPC=maybe\n"]), "no truth value");
+        assert!(!removes(&["[Login]\nRemoveIPC=no\nRemoveIPC=maybe\n"]), "an ignored value");
     }
 
     #[test]

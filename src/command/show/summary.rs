@@ -225,7 +225,7 @@ pub(super) fn print_summary(format: Format, summary: &ShowSummary, folder: &Path
         frames.published, frames.monitored, frames.missed_by_monitor, frames.recorded, frames.missed_by_recorder
     ))?;
     print_line(format_args!("lateness        {}", percentiles(&summary.lateness_us)))?;
-    print_line(format_args!("latency         {}, from due to monitored", percentiles(&summary.latency_us)))?;
+    print_line(format_args!("latency         {}, from due to read by the monitor", percentiles(&summary.latency_us)))?;
     let behind = behind(summary.behind_s, summary.most_behind_s);
     print_line(format_args!("overruns        {}{behind}", summary.overruns))?;
     print_restarts(summary)?;

@@ -310,7 +310,7 @@ impl TurnAnswer {
         }
         if let Some(contact) = &self.contact {
             let is_near = self.clearance_m.is_some_and(|clearance_m| clearance_m > 0.0);
-            line(if is_near { "first too near" } else { "first contact" }, place(contact));
+            line(if is_near { "too near" } else { "first contact" }, place(contact));
         }
         if let Some(TooFast { time_s, handle, .. }) = self.too_fast {
             line("too fast", format!("handle {handle} at {time_s:.6} s"));
