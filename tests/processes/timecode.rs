@@ -330,8 +330,8 @@ fn what_cannot_be_followed_is_told_in_one_line() {
     let taken = UdpSocket::bind("127.0.0.1:0").expect("a port");
     let source = format!("osc:{}", taken.local_addr().expect("an address").port());
     let busy = format!(
-        "error: cannot listen for timecode on 127.0.0.1:{}: another program has this port; end it, or have the timecode sent to \
-         another one, and name that\n",
+        "error: cannot listen for timecode on 127.0.0.1:{}: another program uses this port; end that program or send the \
+         timecode to another port\n",
         &source[4..]
     );
     for (args, code, error) in [
