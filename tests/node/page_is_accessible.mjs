@@ -1,5 +1,6 @@
-// axe-core finds nothing: on a desk, in the dark, on a phone; running, paused, held, with the keys shown; and on pages
-// whose picture is not live. The test suspends the server and kills the view when it reads of it here.
+// axe-core finds no violation: on a desktop, in the dark theme and on a phone; running, paused, held and with the list of keys;
+// and on pages whose picture is not live. The test suspends the server and kills the view when it reads the lines of this
+// scenario.
 //
 //     node page_is_accessible.mjs URL URL-WITHOUT-SERVER
 

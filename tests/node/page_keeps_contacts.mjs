@@ -1,4 +1,4 @@
-// A contact stays until it is acknowledged; alerts are listed by their kinds.
+// A contact stays until it is acknowledged, and alerts are filtered by kind.
 //
 //     node page_keeps_contacts.mjs URL
 
@@ -21,12 +21,12 @@ await withBrowser(async (browser) => {
 
   say({ type: 'seek', text });
   await page.waitForFunction(() => Number(document.querySelector('#show-time').textContent) < 300);
-  expect(await page.isVisible('#contacts'), 'the contact is forgotten with its show time');
+  expect(await page.isVisible('#contacts'), 'a seek removes the contact');
   await page.click('#acknowledge');
   await page.waitForSelector('#contacts', { state: 'hidden' });
   await page.reload();
   await page.waitForSelector('.kind[data-kind="contact"]');
-  expect(await page.isHidden('#contacts'), 'what was acknowledged comes back with the page');
+  expect(await page.isHidden('#contacts'), 'an acknowledged contact returns after a reload');
   expect(complaints.length === 0, complaints.join('\n'));
   say({ type: 'passed' });
 });
