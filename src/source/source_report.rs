@@ -1,4 +1,4 @@
-//! Report of a source's loop on its run: a few atomic stores a tick, which a thread of its own publishes.
+//! Report of a source's loop on its run: a few atomic stores a tick, which a separate thread publishes.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, AtomicU64, Ordering};
@@ -16,7 +16,7 @@ use super::reporter::Reporter;
 use super::server::motion::Limits;
 use crate::output::histogram::Percentiles;
 
-/// The loop's access to the [`Reporter`], which runs on a thread of its own. Each report costs a few stores.
+/// The loop's access to the [`Reporter`], which runs on a separate thread. Each report costs a few stores.
 #[derive(Debug)]
 pub(crate) struct SourceReport {
     gauges: Arc<LoopGauges>,

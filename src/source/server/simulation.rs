@@ -71,7 +71,7 @@ impl Simulation {
     /// Writes every handle at this tick. `handles` has one handle more than there are benches.
     ///
     /// # Panics
-    /// Where `handles` has another length.
+    /// Panics if `handles` has another length.
     pub fn write(&mut self, handles: &mut [HandleState]) -> HeadState {
         let head = self.motion.head();
         self.chain

@@ -1,7 +1,7 @@
 //! Timecode: the clock of another machine, which a show follows.
 //!
 //! A *timecode* is a position that a desk, a sequencer or a player sends over the network about 25 times a second. A
-//! [`TimecodeReceiver`] reads it from a socket on a thread of its own and decodes it ([`art_net`], [`osc`]). It puts
+//! [`TimecodeReceiver`] reads it from a socket on a separate thread and decodes it ([`art_net`], [`osc`]). It puts
 //! the samples into a [`SampleQueue`], from which the server's loop takes them without waiting. At each tick a
 //! [`Follower`] decides the response of the show.
 //!
