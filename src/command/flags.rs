@@ -111,12 +111,12 @@ pub(crate) fn finite(text: &str) -> Result<f64, String> {
 
 /// Reads seconds with at most nine decimals. Returns them in nanoseconds.
 pub(crate) fn nanoseconds(text: &str) -> Result<i64, String> {
-    let told = || format!("must be from -{MAX_STEPPED_S} to {MAX_STEPPED_S}, with at most nine decimals");
-    let value: f64 = text.parse().map_err(|_| told())?;
+    let refusal = || format!("must be from -{MAX_STEPPED_S} to {MAX_STEPPED_S}, with at most nine decimals");
+    let value: f64 = text.parse().map_err(|_| refusal())?;
     let whole_ns = (value * 1e9).round();
     // Both operands are exact, so the quotient is rounded once, like a decimal that is parsed.
     let is_whole = value.abs() <= MAX_STEPPED_S && whole_ns / 1e9 == value;
-    if is_whole { Ok(whole_ns as i64) } else { Err(told()) }
+    if is_whole { Ok(whole_ns as i64) } else { Err(refusal()) }
 }
 
 /// Reads a number within a range.

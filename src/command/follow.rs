@@ -29,14 +29,14 @@ pub(crate) fn open_when_there<Port>(
     stop: &StopFlag,
     mut open: impl FnMut() -> Result<Port, BusError>,
 ) -> Result<Option<Port>, BusError> {
-    let mut told = false;
+    let mut is_reported = false;
     while !stop.is_set() {
         match open() {
             Ok(port) => return Ok(Some(port)),
             Err(error) if error.is_absent() => {
-                if !told {
+                if !is_reported {
                     complain(&format!("waiting for a server on instance {instance}"));
-                    told = true;
+                    is_reported = true;
                 }
                 thread::sleep(SERVER_LOOK_PERIOD);
             }

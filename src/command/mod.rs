@@ -202,7 +202,7 @@ fn report_usage(error: &clap::Error) -> ExitCode {
         return ExitCode::SUCCESS;
     }
     let plain = rendered.to_string();
-    // The message repeats the user's input. If the input contains control characters, the message is escaped and uncoloured.
+    // The message repeats the user's input. If the input has control characters, the message is escaped and has no colours.
     let is_plain = plain.lines().any(|line| matches!(printable(line), Cow::Owned(_)));
     let plain = plain.lines().map(printable).collect::<Vec<_>>().join("\n");
     let shown = if is_coloured(&io::stderr()) && !is_plain { rendered.ansi().to_string() } else { plain.clone() };

@@ -164,9 +164,9 @@ fn add_examples(examples: &[String], page: &mut Roff) {
 
 fn add_exit_status(command: &Command, page: &mut Roff) {
     let has_flag = |command: &Command| command.get_arguments().any(|flag| flag.get_id() == "fail_on_contact");
-    let tells_contact = has_flag(command) || command.get_subcommands().any(has_flag);
+    let has_contact_status = has_flag(command) || command.get_subcommands().any(has_flag);
     page.control("SH", ["EXIT STATUS"]);
-    for (status, meaning) in EXIT_STATUSES.into_iter().chain(tells_contact.then_some(CONTACT_STATUS)) {
+    for (status, meaning) in EXIT_STATUSES.into_iter().chain(has_contact_status.then_some(CONTACT_STATUS)) {
         page.control("TP", []).text([bold(status)]).text([roman(meaning)]);
     }
 }

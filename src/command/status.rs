@@ -217,12 +217,12 @@ mod tests {
 
     #[test]
     fn without_a_server_the_show_is_not_well() {
-        let nobody = report(&Snapshot::default());
-        assert!(!nobody.well);
-        let lines = nobody.lines();
+        let report = report(&Snapshot::default());
+        assert!(!report.well);
+        let lines = report.lines();
         assert_eq!(lines[0], "no frames (waiting), wall clock 00:00:00");
         assert!(lines.contains(&"  danger   server    no server".to_owned()), "{lines:#?}");
-        let json = serde_json::to_value(&nobody).expect("JSON");
+        let json = serde_json::to_value(&report).expect("JSON");
         assert_eq!(
             (&json["well"], &json["state"], &json["lamps"][0]["level"]),
             (&false.into(), &().into(), &"danger".into())

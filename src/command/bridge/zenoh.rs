@@ -66,7 +66,7 @@ pub(super) fn run(args: &BridgeArgs, zenoh: &ZenohArgs) -> anyhow::Result<ExitCo
     let format = args.format.format;
     if let Some(session) = open(zenoh, side, &stop)? {
         let key = prefix.to_string();
-        tell(
+        report(
             format,
             &ZenohReport::Started { key, listens: session.listens.clone(), connects: session.connects.clone() },
         )?;
@@ -85,11 +85,11 @@ fn open(zenoh: &ZenohArgs, side: Side, stop: &StopFlag) -> anyhow::Result<Option
         connect: zenoh.connect.clone(),
         listen: zenoh.listen.clone(),
     };
-    BridgeSession::open(&settings, side, stop.as_atomic(), tell_waiting)
+    BridgeSession::open(&settings, side, stop.as_atomic(), report_waiting)
         .map_err(|error| if let BridgeError::Settings(why) = error { BadInput(why).into() } else { error.into() })
 }
 
-fn tell_waiting(connects: &[String]) {
+fn report_waiting(connects: &[String]) {
     complain(&format!("waiting for a peer at {}", listed(connects)));
 }
 
@@ -107,9 +107,9 @@ fn send(
     let mut summary = SenderSummary::default();
     if let Some(ports) = ports {
         let sender = SendingBridge::open(domain, session, ports, settings)?;
-        summary = sender.run(stop.as_atomic(), |line| tell(format, &line))?;
+        summary = sender.run(stop.as_atomic(), |line| report(format, &line))?;
     }
-    tell(format, &ZenohReport::Sent(summary))
+    report(format, &ZenohReport::Sent(summary))
 }
 
 fn receive(
@@ -120,11 +120,11 @@ fn receive(
     stop: &StopFlag,
 ) -> anyhow::Result<()> {
     let receiver = ReceivingBridge::open(domain, session, prefix)?;
-    let summary = receiver.run(stop.as_atomic(), |line| tell(format, &line))?;
-    tell(format, &ZenohReport::Received(summary))
+    let summary = receiver.run(stop.as_atomic(), |line| report(format, &line))?;
+    report(format, &ZenohReport::Received(summary))
 }
 
-fn tell(format: Format, line: &ZenohReport) -> anyhow::Result<()> {
+fn report(format: Format, line: &ZenohReport) -> anyhow::Result<()> {
     match line {
         ZenohReport::Sent(_) | ZenohReport::Received(_) => print_report(format, line, text(line)),
         _ => print_notice(format, line, &text(line)),
@@ -164,7 +164,7 @@ fn text(line: &ZenohReport) -> String {
         ZenohReport::Silent { reason: Silence::NoConnection, .. } => {
             "no frames arrive: no peer is connected, still trying; RUST_LOG=zenoh=debug logs the reason".to_owned()
         }
-        ZenohReport::Resumed { lost, .. } => format!("frames arrive again, {lost} were lost on the way"),
+        ZenohReport::Resumed { lost, .. } => format!("frames arrive again, {lost} were lost in transit"),
         ZenohReport::Sent(summary) => sent(summary),
         ZenohReport::Received(summary) => received(summary),
     }
@@ -189,7 +189,7 @@ fn received(summary: &ReceiverSummary) -> String {
     let ReceiverSummary { alerts, commands, handling_us, .. } = summary;
     let refused = malformed + foreign + not_new + too_fast;
     format!(
-        "{} of {}, {lost} lost on the way ({dropped} of them here), {}, {} passed on; refused {refused}: \
+        "{} of {}, {lost} lost in transit ({dropped} of them dropped here), {}, {} passed on; refused {refused}: \
          {malformed} malformed, {foreign} of other runs, {not_new} not new, {too_fast} too fast; handled in \
          {} \u{b5}s",
         Counted(*frames, "frame"),

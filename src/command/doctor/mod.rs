@@ -10,8 +10,8 @@
 //! | `machine` | versions, processor governor, clock source, timers |
 //!
 //! Each check reads its facts and judges them in a pure function. The checks change nothing and do not disturb a running show:
-//! they take no lock and join no bus. With one exception: if a server runs without a guard, a check reads its status, like any
-//! client. The check of the real-time priority requests it in a separate thread, which ends at once.
+//! they take no lock and join no bus. There is one exception: if a server runs without a guard, a check reads the server's
+//! status, like any client. The check of the real-time priority requests it in a separate thread, which ends at once.
 
 use std::io;
 use std::path::PathBuf;
@@ -46,7 +46,7 @@ mod server;
 
 The exit status is 1 if a check finds a problem; a warning is not a problem. The checks do not disturb a running show.")]
 pub(crate) struct DoctorArgs {
-    /// Before the checks, remove files of the instance that no living process owns.
+    /// Before the checks, remove files and entries of the instance that no living process owns.
     #[arg(long)]
     pub(crate) fix: bool,
     #[command(flatten)]

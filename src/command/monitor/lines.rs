@@ -85,7 +85,7 @@ pub(crate) struct MonitorSummary {
     pub(crate) contact: Option<ContactReport>,
     /// Least clearance of all frames; null without a frame.
     pub(crate) least_clearance: Option<ClearanceReport>,
-    /// The place where the guard held the head permanently; null if it did not.
+    /// The permanent stop of the head by the guard; null if there was none.
     pub(crate) guard: Option<GuardReport>,
     /// Faults: a guard found that a frame disagreed with the published description.
     pub(crate) faults: u64,
@@ -124,11 +124,11 @@ impl CommandCounts {
     }
 }
 
-/// The place where a guard held the head permanently.
+/// A permanent stop of the head by a guard.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct GuardReport {
     pub(crate) held_at_s: f64,
-    /// Least clearance there, in metres; null with fewer than three benches.
+    /// Least clearance at this stop, in metres; null with fewer than three benches.
     pub(crate) clearance_m: Option<f64>,
     /// Show time at which two benches would have touched at the planned speed, in seconds; null if they would not, or if this
     /// took too much work to compute.
@@ -136,7 +136,7 @@ pub(crate) struct GuardReport {
 }
 
 impl GuardReport {
-    /// The clearance and the forecast, as far as they are known, to follow other words about this place.
+    /// The known ones of clearance and forecast, in words that follow other words about this stop.
     pub(crate) fn details(&self) -> String {
         let clearance = self.clearance_m.map(|clearance_m| format!(", clearance {clearance_m:.6} m"));
         let forecast = self.forecast_contact_s.map(|time_s| format!(", contact forecast at {time_s:.6} s"));

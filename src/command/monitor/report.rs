@@ -85,7 +85,7 @@ impl MonitorReport {
         print_report(self.format, &MonitorLine::Command(line), text)
     }
 
-    /// Reports the place where the guard holds the head permanently.
+    /// Reports a permanent stop of the head by the guard.
     pub(super) fn print_rest(&mut self, rest: &FinalRest) -> anyhow::Result<()> {
         let report = GuardReport {
             held_at_s: rest.sim_time_s,

@@ -130,8 +130,8 @@ mod tests {
             .collect();
         assert_eq!(lines, ["100.000000 s: near, benches 0 and 9"]);
         assert_eq!(near.due(begin + PERIOD.saturating_sub(Duration::from_millis(1))), None);
-        let told = "100.010000 to 102.990000 s: 299 more near alerts, the nearest 18.0 mm, benches 200 and 209";
-        assert_eq!(near.due(begin + PERIOD).as_deref(), Some(told));
+        let line = "100.010000 to 102.990000 s: 299 more near alerts, the nearest 18.0 mm, benches 200 and 209";
+        assert_eq!(near.due(begin + PERIOD).as_deref(), Some(line));
         assert_eq!(near.rest(begin + PERIOD), None, "each alert is reported once");
     }
 

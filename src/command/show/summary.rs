@@ -24,7 +24,7 @@ pub(super) struct ShowSummary {
     pub(super) frames: ShowFrames,
     /// The first contact.
     pub(super) contact: Option<ContactReport>,
-    /// The place where the guard held the head permanently; null if it did not.
+    /// The permanent stop of the head by the guard; null if there was none.
     pub(super) guard: Option<GuardReport>,
     /// Times from each release to the start of its tick, in microseconds, over all servers of the show.
     pub(super) lateness_us: Percentiles,

@@ -79,7 +79,7 @@ struct TurnAnswer {
     /// Angle of each arc, in radians.
     angles: [f64; 2],
     least_clearance: Option<Nearness>,
-    /// The first place where two benches touch, or come within the required clearance.
+    /// The first contact of two benches, or the first pair within the required clearance.
     contact: Option<Touch>,
     #[serde(skip_serializing_if = "Option::is_none")]
     too_fast: Option<TooFast>,

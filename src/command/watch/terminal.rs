@@ -24,7 +24,7 @@ use crate::output::{Screen, hold_terminal, release_terminal};
 /// Whether this process currently draws on the terminal.
 static IS_OURS: AtomicBool = AtomicBool::new(false);
 
-/// The terminal, without echo and on its alternate screen. Log lines to a terminal are held back meanwhile.
+/// The terminal, without echo and on its alternate screen. Log lines to a terminal are held back until it is restored.
 pub(super) struct Display {
     terminal: Terminal<CrosstermBackend<Screen>>,
     mailbox: Arc<Mailbox>,
@@ -105,10 +105,10 @@ fn enter(mailbox: &Arc<Mailbox>) -> io::Result<Terminal<CrosstermBackend<Screen>
 fn give_back_at_panics() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
-        let tell = panic::take_hook();
+        let print = panic::take_hook();
         panic::set_hook(Box::new(move |panic| {
             leave();
-            tell(panic);
+            print(panic);
         }));
     });
 }
@@ -122,9 +122,9 @@ pub(super) fn look(asked: Option<Glyphs>) -> Result<Look, BadInput> {
         ));
     }
     if name.is_empty() || name == "dumb" {
-        let told = if name.is_empty() { "TERM is not set".to_owned() } else { format!("TERM is {name}") };
+        let problem = if name.is_empty() { "TERM is not set".to_owned() } else { format!("TERM is {name}") };
         return Err(BadInput(format!(
-            "watch needs a terminal that can draw, but {told}; use `bench-dragon hz` or `bench-dragon echo`"
+            "watch needs a terminal that can draw, but {problem}; use `bench-dragon hz` or `bench-dragon echo`"
         )));
     }
     let glyphs = asked.unwrap_or_else(|| Glyphs::of_terminal(&name, is_utf8()));
