@@ -145,9 +145,9 @@ async function showsTheOutcomeOfEachCommand(page) {
   const answers = [
     [200, { accepted: false, reason: 'it is over' }, /^hold refused: it is over$/],
     [403, { error: 'not from there' }, /^hold refused: not from there$/],
-    [409, { error: 'a hold has come after it' }, /^hold: a hold has come after it$/],
+    [409, { error: 'a later hold cancelled it' }, /^hold: a later hold cancelled it$/],
     [429, { error: 'too many' }, /^hold: too many$/],
-    [504, { error: 'it may have been taken' }, /^hold: no answer: it may have been taken$/],
+    [504, { error: 'it may have accepted the command' }, /^hold: no answer: it may have accepted the command$/],
   ];
   for (const [status, json, text] of answers) {
     await page.route('**/command', (route) => route.fulfill({ status, json }), { times: 1 });
@@ -166,11 +166,11 @@ async function showsTheOutcomeOfEachCommand(page) {
     const { command } = route.request().postDataJSON();
     if (command === 'pause') return route.fulfill({ json: { accepted: true, tick: 7 } });
     await isPauseAnswered;
-    return route.fulfill({ status: 504, json: { error: 'it may have been taken' } });
+    return route.fulfill({ status: 504, json: { error: 'it may have accepted the command' } });
   });
   await page.click('#hold');
   await page.click('#pause');
   await reads(page, '#reply', /^paused from tick 7$/);
   failHold();
-  await reads(page, '#reply', /^hold: no answer: it may have been taken · paused from tick 7$/);
+  await reads(page, '#reply', /^hold: no answer: it may have accepted the command · paused from tick 7$/);
 }

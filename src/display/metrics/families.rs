@@ -76,7 +76,7 @@ fn guard(snapshot: &Snapshot) -> String {
     let all = ["waiting", "working", "at_end", "missing"];
     let names = all.into_iter().filter(|_| snapshot.guard != GuardSituation::None);
     families! {
-        /// In a guarded show: 1 for the current situation of the guard, 0 for the others. It is missing if no guard runs.
+        /// In a guarded show: 1 for the current situation of the guard, 0 for the others. Missing means that no guard runs.
         gauges guard_situation = one_of("situation", names, snapshot.guard.name());
     }
 }

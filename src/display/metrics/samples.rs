@@ -71,7 +71,7 @@ fn metric<'a>(
         }
         let labels: Vec<String> = labels.iter().map(|(name, value)| format!("{name}=\"{}\"", escaped(value))).collect();
         let labels = if labels.is_empty() { String::new() } else { format!("{{{}}}", labels.join(",")) };
-        writeln!(text, "{PREFIX}{name}{suffix}{labels} {value}").expect("a string takes every character");
+        writeln!(text, "{PREFIX}{name}{suffix}{labels} {value}").expect("a string is always writable");
     }
     text
 }
@@ -87,7 +87,7 @@ fn escaped(text: &str) -> String {
 /// most 1/64.
 const EXPONENTS: std::ops::RangeInclusive<u32> = 10..=30;
 
-/// The buckets' bounds in seconds, and how many times are no longer.
+/// Returns each bucket's bound in seconds, and the number of times up to this bound.
 fn buckets(times: &TimeHistogram) -> impl Iterator<Item = (f64, u64)> {
     EXPONENTS.map(|exponent| {
         let bound_ns = (1 << exponent) - 1;
@@ -98,7 +98,7 @@ fn buckets(times: &TimeHistogram) -> impl Iterator<Item = (f64, u64)> {
 fn sum_s(times: &TimeHistogram) -> f64 {
     let middle_ns = |bucket| {
         let (least, greatest) = TimeHistogram::bounds_ns(bucket);
-        // The last bucket has no end but that of the longest time.
+        // The last bucket has no upper bound, so it ends at the longest time.
         f64::midpoint(least as f64, greatest.min(times.max_ns).max(least) as f64)
     };
     let counts = times.counts.iter().enumerate().filter(|(_, count)| **count > 0);
@@ -137,7 +137,7 @@ mod tests {
             times.record(time);
         }
         let (sum, exact) = (sum_s(&times), recorded.iter().map(|&time| seconds(time)).sum::<f64>());
-        assert!((sum - exact).abs() <= exact / 64.0, "{sum}, really {exact}");
+        assert!((sum - exact).abs() <= exact / 64.0, "{sum} instead of {exact}");
         assert_eq!(sum_s(&TimeHistogram::default()), 0.0);
     }
 }

@@ -219,7 +219,7 @@ mod tests {
             if let Some(contact_s) = run.look_ahead(&walking, None, None).contact_s() {
                 break contact_s;
             }
-            assert!(Instant::now() < deadline, "the forecast finds the contact");
+            assert!(Instant::now() < deadline, "no forecast of the contact within a minute");
         };
         assert!((expected_s - (411.1 + 1.473_838 / 0.5)).abs() < 1e-5, "{expected_s}");
         let paused = FrameHeader { head_speed_mps: 0.0, ..walking };

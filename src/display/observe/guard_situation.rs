@@ -8,12 +8,12 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum GuardSituation {
-    /// The source waits for no grants.
+    /// The source is not guarded.
     #[default]
     None,
     /// A guard runs, and the head stands until the next grant, for example before the first one.
     Waiting,
-    /// A guard runs, and the head has granted travel ahead.
+    /// A guard runs, and granted travel lies ahead of the head.
     Working,
     /// The head stands at the end of the proven travel: further on, two benches come nearer than the margin.
     AtEnd {

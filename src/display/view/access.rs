@@ -151,7 +151,7 @@ mod tests {
 
     #[test]
     fn each_new_token_is_different_and_equals_only_itself() {
-        let [one, other] = [(); 2].map(|()| Token::random().expect("chance"));
+        let [one, other] = [(); 2].map(|()| Token::random().expect("random bytes"));
         assert_ne!(one.secret(), other.secret());
         assert!(one.is(one.secret()) && !one.is(other.secret()) && !one.is("") && !one.is(&one.secret()[1..]));
         assert_eq!(one.secret().parse::<Token>().map(|token| one.is(token.secret())), Ok(true));
@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn debug_output_omits_the_token() {
-        let token = Token::random().expect("chance");
+        let token = Token::random().expect("random bytes");
         assert!(!format!("{token:?}").contains(token.secret()));
     }
 }

@@ -128,7 +128,10 @@ impl View {
     #[expect(clippy::result_large_err, reason = "the error is the reply")]
     fn check_command(&self, headers: &HeaderMap) -> Result<(), Response> {
         if self.0.access.is_read_only {
-            return Err(refuse(StatusCode::FORBIDDEN, "this view takes no commands: it was started with --read-only"));
+            return Err(refuse(
+                StatusCode::FORBIDDEN,
+                "this view accepts no commands: it was started with --read-only",
+            ));
         }
         if !self.rights(headers).may_control {
             return Err(refuse(StatusCode::UNAUTHORIZED, "a command needs the token that `bench-dragon view` printed"));

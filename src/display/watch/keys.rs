@@ -10,7 +10,7 @@ use super::screen::{Overlay, Screen};
 use crate::display::observe::{Controls, Snapshot};
 use crate::output::command_words::request_words;
 
-/// The action for a key, beside a redraw of the screen.
+/// The action for a key, in addition to a redraw of the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum KeyAction {
     /// No action.

@@ -26,7 +26,7 @@ pub enum Theme {
 /// The urgency of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Tone {
-    /// All is well.
+    /// Works as expected.
     Good,
     /// For information.
     Calm,

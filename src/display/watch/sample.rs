@@ -23,7 +23,7 @@ pub(super) fn snapshot(state: ShowState, time_s: f64) -> Snapshot {
     let positions: Vec<_> = dragon.chain(time_s).expect("within the run").map(|handle| handle.position).collect();
     let mut boards = Vec::new();
     dragon.place_boards_at(&positions, |position| *position, &mut boards);
-    let nearest = ClearanceSearch::default().nearest(&boards).expect("three boards and more");
+    let nearest = ClearanceSearch::default().nearest(&boards).expect("at least three boards");
     let mut chart = ClearanceChart::new(run.config.start_s(), run.config.end_s());
     (0..time_s as u32).for_each(|second| chart.note(second.into(), nearest.clearance_m));
     let handles = positions.iter().map(|at| HandleState { position_m: [at.x, at.y, 0.0], ..HandleState::default() });
@@ -72,7 +72,7 @@ pub(super) fn screen_after(look: Look, keys: &str, snapshot: &Snapshot) -> Scree
 
 pub(super) fn drawn(snapshot: &Snapshot, screen: &Screen, width: u16, height: u16) -> Buffer {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("memory");
-    terminal.draw(|frame| draw(frame, snapshot, screen)).expect("memory takes it");
+    terminal.draw(|frame| draw(frame, snapshot, screen)).expect("memory");
     terminal.backend().buffer().clone()
 }
 

@@ -1,5 +1,6 @@
 // @ts-check
-// The binary form of a frame, little-endian. All machines with a browser are little-endian too.
+// The binary form of a frame, little-endian. The handles are read in the machine's byte order: every machine with a browser is
+// little-endian.
 
 const KIND = 1;
 const HEADER_LENGTH = 96;

@@ -17,7 +17,7 @@ export function writeStrip({ status, word, shape, explanation, isLive }, instanc
   if (dataset.status !== status) {
     dataset.status = status;
     dataset.live = String(isLive);
-    // Time for which the page showed the last picture as live after it had arrived.
+    // Time from the arrival of the last picture until the page stopped showing it as live.
     dataset.shownAfterMs = String(Math.round(performance.now() - show.frame_ms));
     for (const id of ['shape', 'banner-shape']) element(id, SVGUseElement).setAttribute('href', `#shape-${shape}`);
     html('banner').hidden = isLive;
