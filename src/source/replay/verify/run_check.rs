@@ -107,7 +107,8 @@ impl RunCheck {
             None => Ok(()),
             Some(difference) if begins_late => {
                 let reason = format!(
-                    "the recording begins at tick {}, and its first frame differs from a simulation without missed releases: {}",
+                    "the recording begins at tick {}, and its first frame differs from a simulation without missed \
+                     releases: {}",
                     header.tick, difference
                 );
                 Err(unverifiable(header.tick, reason))
