@@ -123,8 +123,11 @@ const NAME_SECTION: &str = ".SH NAME\n";
 const AS_TYPED: &str = ".nh\n.ad l\n";
 
 const EXIT_STATUSES: [(&str, &str); 3] = [("0", "done"), ("1", "failed"), ("2", "bad arguments or configuration")];
-/// The additional exit status of commands with the flag.
-const CONTACT_STATUS: (&str, &str) = ("3", "contact with --fail-on-contact");
+/// Additional exit statuses, each with an argument of the commands that have it.
+const OTHER_STATUSES: [(&str, (&str, &str)); 2] = [
+    ("fail_on_contact", ("3", "contact with --fail-on-contact")),
+    ("rotate_mb", ("4", "the recording's disk is full")),
+];
 
 /// The name of a command's page: `bench-dragon-solve-contact`.
 fn page_title(command: &Command) -> &str {
@@ -163,10 +166,13 @@ fn add_examples(examples: &[String], page: &mut Roff) {
 }
 
 fn add_exit_status(command: &Command, page: &mut Roff) {
-    let has_flag = |command: &Command| command.get_arguments().any(|flag| flag.get_id() == "fail_on_contact");
-    let has_contact_status = has_flag(command) || command.get_subcommands().any(has_flag);
+    let takes = |command: &Command, id: &str| command.get_arguments().any(|argument| argument.get_id() == id);
+    let others = OTHER_STATUSES.into_iter().filter_map(|(id, status)| {
+        let is_possible = takes(command, id) || command.get_subcommands().any(|command| takes(command, id));
+        is_possible.then_some(status)
+    });
     page.control("SH", ["EXIT STATUS"]);
-    for (status, meaning) in EXIT_STATUSES.into_iter().chain(has_contact_status.then_some(CONTACT_STATUS)) {
+    for (status, meaning) in EXIT_STATUSES.into_iter().chain(others) {
         page.control("TP", []).text([bold(status)]).text([roman(meaning)]);
     }
 }

@@ -48,6 +48,7 @@ use summary::{ShowSummary, print_summary};
 #[command(after_help = "Examples:
   bench-dragon show --time-scale 20
   bench-dragon show --config stage.toml --out rehearsal-3 --fail-on-contact
+  bench-dragon show --held --view             waits at the start for `ctl release`
   bench-dragon show --guard --start-at 405
   bench-dragon show --view --time-scale 20    with a page for the browser; prints its address
 
@@ -62,6 +63,9 @@ pub(crate) struct ShowArgs {
     /// folder].
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
+    /// Start held: the dragon stands still until `ctl release`.
+    #[arg(long)]
+    pub(crate) held: bool,
     /// After a restart of the server, let the dragon walk on at once, instead of holding it until `ctl release`.
     #[arg(long)]
     pub(crate) auto_resume: bool,

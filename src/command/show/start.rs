@@ -52,7 +52,10 @@ impl Show<'_> {
         args.extend(self.args.run.pace.until.map(|until_s| format!("--until={until_s}")));
         match self.seen.header {
             Some(header) => args.extend(self.resumption(&header)),
-            None => args.extend(self.args.run.pace.start_at.map(|start_s| format!("--start-at={start_s}"))),
+            None => {
+                args.extend(self.args.run.pace.start_at.map(|start_s| format!("--start-at={start_s}")));
+                args.extend(self.args.held.then(|| "--held".to_owned()));
+            }
         }
         self.launch("serve", args)
     }
