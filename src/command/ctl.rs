@@ -79,7 +79,7 @@ This command does not lift a guard's stop: the guard lifts it with its next gran
   bench-dragon ctl status > /dev/null || echo 'look at the show'
 
 The command reads the bus for two seconds and sends nothing. The exit status is 0 if frames arrive and no lamp is red, else 1. \
-A missing monitor is a warning. docs/metrics.md explains the lamps and the JSON.")]
+A missing monitor is a warning. docs/reference/metrics.md explains the lamps and the JSON.")]
     Status,
     /// End the server, after the head has come to rest.
     #[command(after_help = "Example:

@@ -63,7 +63,7 @@ pub(crate) struct ViewArgs {
   curl http://127.0.0.1:9223/metrics
 
 `view` serves the same metrics at /metrics. Anyone who can reach the address can read them, but can do nothing else. \
-docs/metrics.md describes all of them.")]
+docs/reference/metrics.md describes all of them.")]
 pub(crate) struct MetricsArgs {
     /// Address and port of the metrics; port 0 takes a free one.
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:9223", value_parser = listen_address)]

@@ -1,4 +1,4 @@
-//! The programs on `docs/clients.md`, run as they are written there, but for the instance, addresses and ports.
+//! The programs on `docs/reference/clients.md`, run as they are written there, but for the instance, addresses and ports.
 
 use std::env;
 use std::fs;
@@ -24,7 +24,7 @@ fn page(name: &str) -> String {
 
 /// The program in a language under a heading of the page.
 fn program(heading: &str, language: &str) -> String {
-    let page = page("docs/clients.md");
+    let page = page("docs/reference/clients.md");
     let (_, section) = page.split_once(&format!("\n## {heading}\n")).expect("the page has the heading");
     let section = section.split("\n## ").next().expect("a section has a beginning");
     code(section, language)

@@ -155,7 +155,7 @@ def test_every_panel_of_the_dashboard_asks_for_something_of_the_chosen_source():
 
 
 def test_the_docs_tell_of_every_metric_and_of_no_other(known):
-    told = used((PROJECT / "docs/metrics.md").read_text())
+    told = used((PROJECT / "docs/reference/metrics.md").read_text())
     families = {re.sub(r"_(bucket|sum|count)$", "", name) for name in known}
     assert told - known == {name for name in families if name not in known}, "histograms are told by their family's name"
     assert families <= told
