@@ -99,7 +99,6 @@ pub struct TravelClock {
 
 impl TravelClock {
     /// Show time at which the head is at a travel, in seconds. For a travel behind the head, it assumes the same speed.
-    /// speed.
     pub fn time_s(&self, travel_m: f64) -> f64 {
         self.time_s + (travel_m - self.travel_m) / self.speed_mps
     }

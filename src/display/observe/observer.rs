@@ -42,7 +42,6 @@ impl Observer {
     /// Observes on the caller's thread until the flag is set. It passes each snapshot to `show`, also if no frames arrive.
     ///
     /// Errors of the bus do not end the loop. They are reported in a snapshot, and the bus is opened again.
-    /// Nothing on the bus ends it: a bus that cannot be read is a snapshot too, and is tried again.
     pub fn run(&self, stop: &AtomicBool, mut show: impl FnMut(Snapshot)) {
         let mut state = ObserverState::new(monotonic_ns(), self.plans);
         let mut ports = None;

@@ -79,7 +79,6 @@ impl ReaderLog {
 
     /// The names of readers that have not ended, in order. The instant is that of the oldest last report among the readers of a
     /// name, in nanoseconds of `CLOCK_MONOTONIC`: so a living reader does not hide a killed one of the same name.
-    /// beside it.
     pub fn silent_since(&self) -> impl Iterator<Item = (&str, u64)> {
         self.counts.keys().filter_map(|name| {
             let of_name = self.awaited().filter(|report| report.name() == name);
