@@ -3,6 +3,7 @@
 //! An [`Observer`] is an ordinary reader. Every frame wakes it, so it counts and times each of them. It shows only the newest
 //! frame, some sixty times a second. It computes the frame's nearest pair and the forecast itself, so both exist without a
 //! monitor. `view`, `watch` and `metrics` get the same snapshots.
+
 mod controls;
 mod current_run;
 mod described_run;

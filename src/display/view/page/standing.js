@@ -36,7 +36,7 @@ export function standing(line, show, now_ms) {
     case 'refused':
       return dead('refused', 'REFUSED', 'refused', line.reason ?? '');
     case 'ended':
-      return dead('view-ended', 'VIEW ENDED', 'ended', 'The view has ended. This page reconnects when it runs again.');
+      return dead('view-ended', 'VIEW ENDED', 'ended', 'The view has ended. This page reconnects when the view runs again.');
     case 'lost':
       return dead(
         'view-lost',
