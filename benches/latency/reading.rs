@@ -44,7 +44,7 @@ pub(crate) fn read(setting: Setting, mut receiver: impl Receiver) {
     };
     next();
     println!("reading");
-    let go = at_a_word();
+    let go = flag_on_line();
     while !go.load(Ordering::Relaxed) {
         next();
     }
@@ -60,7 +60,7 @@ pub(crate) fn read(setting: Setting, mut receiver: impl Receiver) {
 }
 
 /// Returns a flag that is set when the parent writes a line.
-fn at_a_word() -> Arc<AtomicBool> {
+fn flag_on_line() -> Arc<AtomicBool> {
     let go = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&go);
     thread::spawn(move || {

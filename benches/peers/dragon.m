@@ -85,7 +85,7 @@ function benches = touching_benches(measures, time_s)
       one = second; other = first;
     end
     offset = centres(other, :) - centres(one, :);
-    % Both axes of a board form the same angle with those of the other board.
+    % The angle between two boards is the same for both axes.
     cosine = abs(sum(along(one, :) .* along(other, :), 2));
     sine = abs(sum(along(one, :) .* across(other, :), 2));
     length = half_lengths_m(one) + half_lengths_m(other) .* cosine + half_width_m * sine;

@@ -86,7 +86,7 @@ def touching_benches(time_s):
     apart = np.zeros(len(first), dtype=bool)
     for one, other in ((first, second), (second, first)):
         offset = centres[other] - centres[one]
-        # Both axes of a board form the same angle with those of the other board.
+        # The angle between two boards is the same for both axes.
         cosine = np.abs(np.sum(along[one] * along[other], axis=1))
         sine = np.abs(np.sum(along[one] * across[other], axis=1))
         length = HALF_LENGTHS_M[one] + HALF_LENGTHS_M[other] * cosine + HALF_WIDTH_M * sine

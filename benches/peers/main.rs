@@ -67,7 +67,7 @@ fn introduce(Contestant { name, peer, from_s }: &Contestant, figures: &mut Figur
         println!("{name} is missing, so its figures are null: benches/peers/install installs it");
     } else if *from_s != "0" {
         println!(
-            "{name} searches for the contact from {from_s} s on, ours from 0: its ratio is too small; use -- --whole"
+            "{name} searches for the contact from {from_s} s on, ours from 0: its ratio is too small (-- --whole: both)"
         );
     }
 }

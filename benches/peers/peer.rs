@@ -54,7 +54,7 @@ impl Peer {
         let installed = PathBuf::from(format!("{TARGET}peers-venv/bin/python"));
         let tests = PathBuf::from(format!("{TARGET}venv/bin/python"));
         [named, Some(installed), Some(tests), Some("python3".into())].into_iter().flatten().find_map(|interpreter| {
-            let version = says(Command::new(&interpreter).args(["-c", PYTHON_VERSION]))?;
+            let version = output_of(Command::new(&interpreter).args(["-c", PYTHON_VERSION]))?;
             Some(Self { interpreter, flags: &[], script: "dragon.py", version })
         })
     }
@@ -62,8 +62,8 @@ impl Peer {
     /// Returns GNU Octave; `None` if it is not on the PATH.
     pub fn octave() -> Option<Self> {
         let interpreter = PathBuf::from("octave-cli");
-        let says_version = ["--eval", "puts(['GNU Octave ', version()]);"];
-        let version = says(Command::new(&interpreter).args(OCTAVE_FLAGS).args(says_version))?;
+        let print_version = ["--eval", "puts(['GNU Octave ', version()]);"];
+        let version = output_of(Command::new(&interpreter).args(OCTAVE_FLAGS).args(print_version))?;
         Some(Self { interpreter, flags: OCTAVE_FLAGS, script: "dragon.m", version })
     }
 
@@ -84,7 +84,7 @@ impl Peer {
 }
 
 /// Returns a program's output; `None` if it cannot run or fails.
-fn says(command: &mut Command) -> Option<String> {
+fn output_of(command: &mut Command) -> Option<String> {
     let output = command.stdin(Stdio::null()).stderr(Stdio::null()).output().ok()?;
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim_end().to_owned())
 }

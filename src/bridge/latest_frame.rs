@@ -30,9 +30,9 @@ impl LatestFrame {
     }
 }
 
-/// Lower bound of the freshness limit, at any rate. The slowest server sends one frame a second.
+/// Smallest freshness limit. The slowest server sends one frame a second.
 const LEAST_LIMIT: Duration = Duration::from_millis(1_500);
-/// The freshness limit in frame periods, where that is above the lower bound.
+/// The freshness limit in frame periods, unless the smallest limit is longer.
 const PERIODS: u32 = 3;
 
 /// Returns the greatest age of a fresh frame. `rate_hz` is the source's frames per second; 0 means that it is unknown.

@@ -159,8 +159,8 @@ fn packet_count(benches: usize, in_a_packet: usize) -> Result<u8, TooManyBenches
     Ok(u8::try_from(benches.div_ceil(in_a_packet)).expect("MAX_BENCHES fit into 255 packets"))
 }
 
-/// Replaces the contents of `packets` with the packets of one frame. Each packet contains the header and
-/// the chunks that `write` appends.
+/// Replaces the contents of `packets` with the packets of one frame. Each packet contains the header and the
+/// chunks that `write` appends.
 fn write_packets(kind: u16, header: PacketHeader, packets: &mut Packets, mut write: impl FnMut(&mut ChunkWriter<'_>)) {
     let mut data = [0; PACKET_HEADER_LEN - HEADER_LEN];
     data[..8].copy_from_slice(&header.timestamp_us.to_le_bytes());

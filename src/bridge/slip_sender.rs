@@ -57,7 +57,7 @@ impl SlipSender {
             append_framed(packet, &mut self.pending);
             delivery.count(self.pending.len() - before, Ok(()));
         }
-        self.keep_few()?;
+        self.limit_send_buffer()?;
         self.flush()?;
         self.pause_ns = FIRST_RETRY_DELAY_NS;
         Ok(delivery)
@@ -79,9 +79,9 @@ impl SlipSender {
         Ok(())
     }
 
-    /// Limits the system's send buffer to a few frames. The default buffer holds megabytes,
-    /// which delays poses to a slow receiver by many seconds.
-    fn keep_few(&mut self) -> io::Result<()> {
+    /// Limits the system's send buffer to a few frames. The default buffer holds megabytes, which delays poses to a slow
+    /// receiver by many seconds.
+    fn limit_send_buffer(&mut self) -> io::Result<()> {
         if let Some(stream) = &self.connection
             && self.pending.len() > self.longest
         {

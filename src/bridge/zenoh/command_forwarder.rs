@@ -1,8 +1,8 @@
 //! Forwards commands from other hosts to the server.
 //!
-//! The other host reports a command as refused if no answer arrives within a time limit slightly longer than
-//! [`COMMAND_TIMEOUT`]. Such a command must not be executed. So the forwarder refuses a command that is older than the
-//! timeout, because a cut link or a suspended process delayed it.
+//! The other host waits for an answer longer than [`COMMAND_TIMEOUT`], and then reports the command as unanswered. The server
+//! must not execute such a command afterwards. So the forwarder refuses a command that is older than the timeout: a cut link
+//! or a suspended process has delayed it.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;

@@ -63,7 +63,7 @@ impl CommandRelay {
     }
 
     /// Sends a command to the other host, or refuses it here if it cannot be sent. An attachment contains the position in the
-    /// show that this host has seen. With it the other host rejects a command that this host has already given up.
+    /// show that this host has seen. With it the other host rejects a command for which this host no longer waits.
     pub(super) fn pass_on(
         &mut self,
         command: AskedCommand,

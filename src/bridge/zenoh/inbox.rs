@@ -1,6 +1,7 @@
 //! Messages from the other host. zenoh's threads add them, and the thread of the bus takes them.
 //!
-//! zenoh's threads never wait. Every queue has a bound, and counts the entries that it drops.
+//! zenoh's threads never wait. Every queue has a bound. The queues of frames, alerts and descriptions count the entries that
+//! they drop.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};

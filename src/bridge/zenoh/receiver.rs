@@ -95,14 +95,14 @@ impl ReceivingBridge {
     ) -> Result<ReceiverSummary, Failed> {
         while !stop.load(Ordering::Relaxed) {
             self.inbox.wait(LOOK_PERIOD);
-            let taken = self.take_what_has_come();
+            let taken = self.take_messages();
             self.reports.drain(..).try_for_each(&mut report)?;
             taken?;
         }
         Ok(self.finish())
     }
 
-    fn take_what_has_come(&mut self) -> Result<(), BridgeError> {
+    fn take_messages(&mut self) -> Result<(), BridgeError> {
         if self.inbox.take_news_of_source() {
             self.ask_for_description(monotonic_ns());
         }
@@ -278,8 +278,8 @@ impl ReceivingBridge {
 }
 
 /// Returns an error unless `needed` bytes of shared memory are free. A source tests this by writing to memory; this function
-/// does not. Any host that reaches this bridge can trigger the check repeatedly, and other programs would miss
-/// even briefly used memory.
+/// does not. Any host that reaches this bridge can trigger the check repeatedly. Even a short test allocation would take memory
+/// from other programs.
 fn require_room(needed: u64) -> Result<(), BusError> {
     let space = rustix::fs::statvfs("/dev/shm");
     // A file system without a limit reports 0 blocks.

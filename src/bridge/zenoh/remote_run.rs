@@ -18,7 +18,7 @@ pub(super) struct RemoteRun {
     there: VecDeque<u64>,
     /// Local tick of the next frame: the number of frames so far.
     pub(super) next_tick: u64,
-    /// Frames between the first and the last frame that the sender selected, but that did not arrive.
+    /// Frames that the sender selected between the first and the last frame, but that did not arrive.
     pub(super) lost: u64,
 }
 

@@ -40,7 +40,7 @@ pub enum ZenohReport {
 pub enum Silence {
     /// A source exists according to its liveliness token, so the link is cut or the source has stopped.
     LinkOrSource,
-    /// There is no liveliness token of a source, or no longer one.
+    /// No source has a liveliness token.
     NoSource,
     /// No peer is connected.
     NoConnection,
@@ -70,7 +70,7 @@ pub struct ReceiverSummary {
     pub runs: u64,
     /// Frames published.
     pub frames: u64,
-    /// Frames that were sent between the first and the last frame of each run, but were not published.
+    /// Frames that the sender selected between the first and the last frame of each run, but that were not published.
     pub lost: u64,
     /// Those of the lost frames that arrived, but were dropped here because the thread of the bus was behind.
     pub dropped: u64,

@@ -151,14 +151,14 @@ impl SendingBridge {
         mut report: impl FnMut(ZenohReport) -> Result<(), Failed>,
     ) -> Result<SenderSummary, Failed> {
         while !stop.load(Ordering::Relaxed) {
-            let sent = self.send_what_has_come();
+            let sent = self.send_messages();
             self.reports.drain(..).try_for_each(&mut report)?;
             sent?;
         }
         Ok(self.finish())
     }
 
-    fn send_what_has_come(&mut self) -> Result<(), BridgeError> {
+    fn send_messages(&mut self) -> Result<(), BridgeError> {
         let frame = self.ports.frames.wait(WAIT_PERIOD)?;
         self.look_for_peers();
         if let Some(frame) = &frame {

@@ -1,4 +1,4 @@
-//! The zenoh session of a bridge: how it is opened, whether a peer is connected, and why it fails.
+//! The zenoh session of a bridge: opening it, checking for peers, and its errors.
 
 use std::fmt;
 use std::io;
@@ -157,7 +157,7 @@ pub enum BridgeError {
     #[error("cannot open the zenoh session: {0}")]
     Open(String),
     /// The session is closed, or rejects a request.
-    #[error("zenoh: {0}")]
+    #[error("the zenoh session failed: {0}")]
     Session(String),
     /// The bus reports an error.
     #[error(transparent)]

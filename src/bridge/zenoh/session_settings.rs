@@ -17,7 +17,7 @@ use super::session::{BridgeError, one_line};
 /// Endpoint of a sending bridge if no file and no flag specifies one. A receiving bridge connects to it.
 pub const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
 
-const NOWHERE: &str =
+const NO_ENDPOINT: &str =
     "a client needs an endpoint to connect to: set --connect ENDPOINT, or connect.endpoints in the configuration file";
 /// Longest configuration file in bytes.
 const MAX_CONFIG_BYTES: u64 = 1 << 20;
@@ -59,7 +59,7 @@ pub struct SessionSettings {
 impl SessionSettings {
     /// Returns the whole configuration: the defaults, overlaid by the file, overlaid by the flags.
     pub(super) fn document(&self, side: Side) -> Result<Value, BridgeError> {
-        let mut document = quiet();
+        let mut document = defaults();
         if let Some(path) = &self.config {
             overlay(&mut document, read(path)?);
         }
@@ -71,18 +71,18 @@ impl SessionSettings {
                 overlay(&mut document, json!({ kind: { "endpoints": endpoints } }));
             }
         }
-        self.settle(&mut document, side)?;
+        self.add_default_endpoint(&mut document, side)?;
         Ok(document)
     }
 
     /// Adds the default endpoint if neither a file nor an endpoint is given. A client without an endpoint to connect to is an
     /// error.
-    fn settle(&self, document: &mut Value, side: Side) -> Result<(), BridgeError> {
+    fn add_default_endpoint(&self, document: &mut Value, side: Side) -> Result<(), BridgeError> {
         let is_given = self.config.is_some() || !self.connect.is_empty() || !self.listen.is_empty();
         let is_client = document["mode"] == "client";
         let scouts = document["scouting"]["multicast"]["enabled"] == true;
         if is_client && !scouts && endpoints(document, "connect").is_empty() && (is_given || side == Side::Sending) {
-            return Err(BridgeError::Settings(NOWHERE.to_owned()));
+            return Err(BridgeError::Settings(NO_ENDPOINT.to_owned()));
         }
         if !is_given {
             let kind = if side == Side::Sending { "listen" } else { "connect" };
@@ -109,7 +109,7 @@ pub fn check_endpoint(text: &str) -> Result<String, String> {
 
 /// Returns the defaults: no listening and no discovery. Connections are retried without a limit. zenoh's shared memory is off,
 /// because our own bus provides shared memory.
-fn quiet() -> Value {
+fn defaults() -> Value {
     json!({
         "mode": "peer",
         "connect": { "endpoints": [], "timeout_ms": -1, "exit_on_failure": false },
@@ -220,11 +220,11 @@ mod tests {
     #[test]
     fn a_client_needs_an_endpoint() {
         let client = SessionSettings { mode: Some(SessionMode::Client), ..SessionSettings::default() };
-        let is_nowhere =
-            |document: Result<Value, BridgeError>| document.is_err_and(|error| error.to_string() == NOWHERE);
-        assert!(is_nowhere(client.document(Side::Sending)));
+        let lacks_endpoint =
+            |document: Result<Value, BridgeError>| document.is_err_and(|error| error.to_string() == NO_ENDPOINT);
+        assert!(lacks_endpoint(client.document(Side::Sending)));
         assert!(client.document(Side::Receiving).is_ok(), "a receiving client connects to loopback");
         let (_file, settings) = with("{ mode: 'client' }");
-        assert!(is_nowhere(settings.document(Side::Receiving)));
+        assert!(lacks_endpoint(settings.document(Side::Receiving)));
     }
 }
