@@ -132,7 +132,7 @@ pub(super) fn read(path: &Path) -> Result<String, ConfigError> {
     let read = File::open(path).and_then(|file| file.take(MAX_LEN + 1).read_to_string(&mut text));
     match read.map_err(|error| ConfigError(format!("cannot be read: {error}")))? as u64 {
         0..=MAX_LEN => Ok(text),
-        _ => Err(ConfigError(format!("is longer than {MAX_LEN} bytes, the greatest length of a configuration"))),
+        _ => Err(ConfigError(format!("is longer than {MAX_LEN} bytes, the most that is allowed"))),
     }
 }
 

@@ -221,6 +221,6 @@ fn loan(
 fn random_run_id() -> u64 {
     let mut bytes = [0; 8];
     rustix::rand::getrandom(&mut bytes, rustix::rand::GetRandomFlags::empty())
-        .expect("the kernel's random numbers are ready long before any program runs");
+        .expect("the kernel's random numbers are ready before this program starts");
     u64::from_ne_bytes(bytes) >> 11
 }

@@ -66,9 +66,9 @@ pub struct ServerSummary {
     pub sim_time_s: f64,
     /// Releases skipped.
     pub overruns: u64,
-    /// How far the show was behind the clock at the end, in seconds of wall time.
+    /// Lag of the show behind the clock at the end, in seconds of wall time.
     pub behind_s: f64,
-    /// Greatest such lag of the run, in seconds.
+    /// Greatest lag of the run, in seconds of wall time.
     pub most_behind_s: f64,
     /// From each release to the start of its tick, in microseconds.
     pub lateness_us: Percentiles,

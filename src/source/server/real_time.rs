@@ -21,7 +21,8 @@ use crate::system::processors::keep_on;
 /// Stack that the loop may use without a page fault: several times the need of a seek, which uses the most.
 const STACK_BYTES: usize = 256 << 10;
 
-/// Requests for the calling thread what the configuration names. Reports all rejected requests in one warning.
+/// Requests the configured processor and priority for the calling thread, and locks memory for a real-time priority.
+/// Reports all rejected requests in one warning.
 pub(super) fn settle(config: &Config) {
     sleep_precisely();
     let mut refused = Vec::new();

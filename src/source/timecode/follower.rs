@@ -275,7 +275,7 @@ impl Follower {
             let from_show_s = |target_s: f64| (target_s - show.sim_time_s).abs();
             away_s(*one).total_cmp(&away_s(*other)).then(from_show_s(*one).total_cmp(&from_show_s(*other)))
         };
-        days.into_iter().min_by(nearer).expect("there are three")
+        days.into_iter().min_by(nearer).expect("there are three candidates")
     }
 
     fn within_run_s(&self, target_s: f64) -> f64 {

@@ -218,8 +218,8 @@ mod tests {
     fn samples_are_taken_once_and_in_their_order() {
         let (mut samples, mut inbox) = sample_queue();
         assert_eq!(inbox.take().count(), 0);
-        samples.push(sample(1)).expect("there is room");
-        samples.push(sample(2)).expect("there is room");
+        samples.push(sample(1)).expect("the queue is not full");
+        samples.push(sample(2)).expect("the queue is not full");
         assert_eq!(inbox.take().collect::<Vec<_>>(), [sample(1), sample(2)]);
         assert_eq!(inbox.take().count(), 0);
     }
@@ -229,7 +229,7 @@ mod tests {
         let (mut samples, mut inbox) = sample_queue();
         (0..2 * MOST_SAMPLES as u64).filter(|&arrived_ns| samples.push(sample(arrived_ns)).is_ok()).count();
         assert_eq!(inbox.take().count(), MOST_SAMPLES);
-        samples.push(sample(7)).expect("there is room");
+        samples.push(sample(7)).expect("the queue is not full");
         assert_eq!(inbox.take().collect::<Vec<_>>(), [sample(7)]);
     }
 
@@ -238,8 +238,8 @@ mod tests {
     #[test]
     fn the_loop_does_not_wait_for_a_sample_that_is_being_written() {
         let (mut samples, mut inbox) = sample_queue();
-        samples.push(sample(1)).expect("there is room");
-        let half_written = samples.write_chunk_uninit(1).expect("there is room");
+        samples.push(sample(1)).expect("the queue is not full");
+        let half_written = samples.write_chunk_uninit(1).expect("the queue is not full");
         assert_eq!(inbox.take().collect::<Vec<_>>(), [sample(1)]);
         half_written.fill_from_iter([sample(2)]);
         assert_eq!(inbox.take().collect::<Vec<_>>(), [sample(2)]);

@@ -215,8 +215,8 @@ impl RunCheck {
         found: &mut RunVerification,
     ) -> Result<(), RunVerdict> {
         let recorded = event.outcome();
-        // The simulation cannot repeat these refusals: of timecode, of a grant for another run, and of an unknown
-        // command.
+        // The server, not its simulation, refuses seeks under timecode (`Followed`) and unknown commands. The other run of
+        // a grant (`OtherRun`) is not recorded.
         if let Err(Refusal::Followed | Refusal::OtherRun | Refusal::Unknown) = recorded {
             return Ok(());
         }

@@ -22,9 +22,9 @@ pub struct MotionSettings {
     pub start_travel_m: f64,
     /// Speed to walk at from tick 0 on, from 0 to [`Request::MAX_SPEED_MPS`], in metres per show second.
     pub start_speed_mps: f64,
-    /// Show time of the run's start: the least that may be sought.
+    /// Show time of the run's start, the earliest for a seek.
     pub first_s: f64,
-    /// Show time of the run's end at the planned speed: the most that may be sought.
+    /// Show time of the run's end at the planned speed, the latest for a seek.
     pub last_s: f64,
     /// Travel at which the run ends, in metres.
     pub end_travel_m: f64,
