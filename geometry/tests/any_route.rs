@@ -264,8 +264,11 @@ fn segments_that_do_not_join_are_refused_with_the_place() {
     let line = Segment::Line(Line::up_to(DVec2::ZERO, DVec2::X));
     let arc = |at: DVec2, tangent| Segment::Arc(CircularArc::from_begin(at, tangent, 1.0, 1.0, Turn::Clockwise));
     let error = |segments: &[Segment], span| Route::new(segments, 0.0, span).expect_err("refused").to_string();
-    assert!(error(&[line, arc(DVec2::Y, DVec2::X)], [-1.0, 1.0]).starts_with("segment 1 begins 1e0 m from where"));
-    assert!(error(&[line, arc(DVec2::ZERO, DVec2::Y)], [-1.0, 1.0]).contains("turned by 1.4"));
+    assert!(
+        error(&[line, arc(DVec2::Y, DVec2::X)], [-1.0, 1.0])
+            .starts_with("segment 1 does not join the segment before it: gap 1e0 m")
+    );
+    assert!(error(&[line, arc(DVec2::ZERO, DVec2::Y)], [-1.0, 1.0]).contains("tangents differ by 1.4"));
     assert!(error(&[arc(DVec2::ZERO, DVec2::X)], [0.0, 1.0]).starts_with("segment 0: the first segment"));
     assert!(error(&[line, line], [-1.0, 1.0]).starts_with("segment 1: the first segment"));
     assert!(error(&[line], [-1.0, f64::INFINITY]).starts_with("the route is walked from -1 to inf m"));
