@@ -1,6 +1,6 @@
 //! The last two lines: the outcome of the last command or a prompt, and the keys.
 
-use bench_dragon_ipc::{CommandReply, Request};
+use bench_dragon_ipc::{CommandEvent, CommandReply, Request};
 use ratatui::Frame;
 use ratatui::layout::{Position, Rect};
 use ratatui::text::{Line, Span};
@@ -107,6 +107,8 @@ pub struct CommandOutcome {
     pub(super) tone: Tone,
     /// For a speed: the tick from which it holds, or that it was not accepted. `None` for other commands.
     pub(super) speed: Option<Result<u64, ()>>,
+    /// Run and tick of the server's reply. `None` without a reply.
+    pub(super) replied_at: Option<(u64, u64)>,
 }
 
 impl CommandOutcome {
@@ -118,6 +120,7 @@ impl CommandOutcome {
     /// The outcome of a command: the server's reply, or the reason for which there is none.
     pub fn to(request: Request, answer: Result<CommandReply, CommandQueueError>) -> Self {
         let name = request_words(request);
+        let replied_at = answer.as_ref().ok().map(|reply| (reply.run_id, reply.tick));
         let outcome = answer.map(|reply| reply.outcome());
         let from_tick = if let Ok(Ok(tick)) = outcome { Ok(tick) } else { Err(()) };
         let reply = match outcome {
@@ -126,11 +129,16 @@ impl CommandOutcome {
             Err(CommandQueueError::Bus(error)) => Self::new(format!("{name}: {error}"), Tone::Danger),
             Err(error) => Self::new(format!("{name}: not sent: {error}"), Tone::Caution),
         };
-        Self { speed: matches!(request, Request::Speed { .. }).then_some(from_tick), ..reply }
+        Self { speed: matches!(request, Request::Speed { .. }).then_some(from_tick), replied_at, ..reply }
     }
 
     pub(super) fn new(text: String, tone: Tone) -> Self {
-        Self { text, tone, speed: None }
+        Self { text, tone, speed: None, replied_at: None }
+    }
+
+    /// Whether an event happened before the server replied: a reply arrives sooner than the events before it.
+    pub(super) fn is_after(&self, event: &CommandEvent) -> bool {
+        self.replied_at.is_some_and(|(run_id, tick)| event.run_id == run_id && event.tick < tick)
     }
 }
 

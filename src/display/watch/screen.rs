@@ -84,11 +84,12 @@ impl Screen {
         self.seen_alerts = snapshot.alerts.log.total;
     }
 
-    /// Shows the newest command, unless this process sent it: then its reply is shown.
+    /// Shows the newest command, unless this process sent it, or sent a later one: then the reply is shown.
     fn see_commands(&mut self, snapshot: &Snapshot) {
         let is_own = |event: &CommandEvent| event.sent_by() == Some(Sender::Watch) && event.pid == std::process::id();
         let newest = snapshot.commands.log.since(self.seen_commands).filter(|command| !is_own(&command.event)).last();
-        if let Some(command) = newest {
+        let replied = self.reply.as_ref();
+        if let Some(command) = newest.filter(|command| !replied.is_some_and(|reply| reply.is_after(&command.event))) {
             let words = CommandWords::from(&command.event);
             self.reply = Some(CommandOutcome::new(format!("{} {}", words.clock, words.text), Tone::Calm));
         }
@@ -161,13 +162,32 @@ mod tests {
     use std::sync::Arc;
 
     use bench_dragon_geometry::clearance::PairClearance;
-    use bench_dragon_ipc::{Alert, ShowState};
+    use bench_dragon_ipc::{Alert, CommandReply, Request, ShowState};
     use glam::DVec2;
     use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
     use super::*;
     use crate::display::watch::sample::{drawn, new_screen, rows, screen_after, snapshot, type_keys, walking};
     use crate::safety::monitor::run_alert;
+
+    #[test]
+    fn a_reply_outlasts_events_from_before_it() {
+        let mut snapshot = walking(ShowState::Paused, 0.0);
+        let mut screen = new_screen(false);
+        let reply = CommandReply { run_id: 1, tick: 28, ..CommandReply::default() };
+        screen.answer(CommandOutcome::to(Request::Pause, Ok(reply)));
+        let shown = |screen: &Screen| screen.reply.as_ref().expect("a line").text.clone();
+        let replied = "pause: accepted, from tick 28 on";
+        let see = |tick, screen: &mut Screen, snapshot: &mut Snapshot| {
+            let event = CommandEvent { run_id: 1, number: tick, tick, ..CommandEvent::default() };
+            Arc::make_mut(&mut snapshot.commands).push(event);
+            screen.see(snapshot, 0);
+        };
+        see(27, &mut screen, &mut snapshot);
+        assert_eq!(shown(&screen), replied);
+        see(28, &mut screen, &mut snapshot);
+        assert_ne!(shown(&screen), replied);
+    }
 
     #[test]
     fn a_past_contact_stays_until_it_is_acknowledged() {
