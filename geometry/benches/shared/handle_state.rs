@@ -1,4 +1,4 @@
-//! A handle of a frame, laid out as on the bus.
+//! A handle of a frame, in the layout of the bus.
 
 use glam::DVec2;
 
