@@ -13,10 +13,8 @@ use test_support::skip::has_programs;
 use crate::c_compiler::Language::C99;
 use crate::c_compiler::Linkage::Shared;
 use crate::c_compiler::compile_at;
+use crate::clients_page::assert_goes_on;
 use crate::stage::{Stage, program};
-
-/// Lines that a program prints before the test believes it.
-const LINES: usize = 3;
 
 fn example(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name)
@@ -74,15 +72,6 @@ fn the_stage_configuration_has_every_key() {
     }
 }
 
-/// Fails unless a program prints lines about the head, and continues.
-fn assert_reads(mut client: Process) {
-    for _ in 0..LINES {
-        let line = client.next_line();
-        assert!(line.is_some(), "it has ended: {}", client.end().stderr);
-    }
-    client.kill();
-}
-
 /// A program whose output comes line by line, though it does not print to a terminal.
 fn by_lines(program: &Path, stage: &Stage) -> Process {
     let mut unbuffered = Command::new("stdbuf");
@@ -97,7 +86,7 @@ fn the_c_program_reads_a_show() {
     }
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "20"]);
-    assert_reads(by_lines(&compile_at(&example("head.c"), stage.path("head"), C99, Shared), &stage));
+    assert_goes_on(by_lines(&compile_at(&example("head.c"), stage.path("head"), C99, Shared), &stage));
     server.stop();
 }
 
@@ -107,7 +96,7 @@ fn the_python_program_reads_a_show() {
     let server = stage.serve(&["--rate", "20"]);
     let mut client = python();
     client.arg(example("head.py")).arg(stage.domain().instance().as_str());
-    assert_reads(Process::start(client));
+    assert_goes_on(Process::start(client));
     server.stop();
 }
 
@@ -117,7 +106,7 @@ fn the_rust_program_reads_a_show() {
     let folder = tests.parent().and_then(Path::parent).expect("a test is in target/PROFILE/deps");
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "20"]);
-    assert_reads(by_lines(&folder.join("examples/head"), &stage));
+    assert_goes_on(by_lines(&folder.join("examples/head"), &stage));
     server.stop();
 }
 
