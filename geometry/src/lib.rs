@@ -6,8 +6,8 @@
 //! |---|---|
 //! | [`route`] | the curves that the handles follow |
 //! | [`dragon`] | the chain of benches on a route, its poses, and how far it can walk |
-//! | [`clearance`] | distances of boards, first contact, and proofs over a stretch of travel |
-//! | [`planner`] | what a choreographer asks |
+//! | [`clearance`] | distances of boards, first contact, and proofs about intervals of travel |
+//! | [`planner`] | answers to a choreographer's questions |
 //!
 //! This crate reads no clock and no file, and does not depend on the bus. Lengths are in metres, times in seconds, angles in
 //! radians.

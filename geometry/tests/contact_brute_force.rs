@@ -1,4 +1,4 @@
-//! First contacts and sweeps, compared with all pairs at every step of a fine walk, and with a search that does not use the
+//! First contacts and sweeps, compared with two references: all pairs at every step of a fine walk, and a search without the
 //! coil of the route.
 
 use std::collections::BTreeSet;
@@ -144,7 +144,7 @@ proptest! {
     }
 
     #[test]
-    fn sweeps_report_every_begin_and_end_of_a_contact(
+    fn sweeps_report_every_beginning_and_end_of_a_contact(
         dragon in crowded_dragons(),
         begin in 0.0..1.0_f64,
         frames_m in prop::collection::vec(0.001..0.4_f64, 1..60),

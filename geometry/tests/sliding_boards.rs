@@ -1,5 +1,5 @@
-//! Boards that slide along each other, with a clearance of 0 up to rounding: in on a line, round a loop, and back beside the
-//! line at the distance of a board's width.
+//! Boards that slide along each other, with a clearance of 0 up to rounding. The route goes in on a line, round a loop, and
+//! back beside the line at the distance of a board's width.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -39,9 +39,9 @@ pub(crate) struct Piece {
 pub(crate) enum Pairs {
     /// Every pair.
     All,
-    /// From this travel on, only pairs that do not repeat an earlier position of another pair. Those are the pairs with one of
-    /// the first two benches, once every handle has reached the position that the handle before it had at this travel (see
-    /// [`ContactSearch`](super::ContactSearch)).
+    /// From this travel on, only pairs that do not repeat an earlier position of another pair. A handle repeats after it has
+    /// reached the position that the handle before it had at this travel. After all handles repeat, only pairs with one of the
+    /// first two benches are left. See [`ContactSearch`](super::ContactSearch).
     UnrepeatedSince(f64),
 }
 
@@ -244,8 +244,8 @@ impl Pair<'_> {
         self.halve(&middle, later, halvings - 1, limit_m, sink);
     }
 
-    /// The first piece of the interval, at most `resolution_m` long, on which the bound on the clearance falls under the limit;
-    /// `None` if there is none. The recursion depth is at most log₂ of the number of pieces.
+    /// Travel at the beginning of the first piece on which the bound on the clearance falls under the limit; `None` without
+    /// such a piece. A piece is at most `resolution_m` long. The recursion depth is at most log₂ of the number of pieces.
     fn violation_m(&self, earlier: &Moment, later: &Moment, limit_m: f64, resolution_m: f64) -> Option<f64> {
         if !self.may_look() || self.least_m(earlier, later) >= limit_m {
             return None;

@@ -1,8 +1,8 @@
 //! Motion of two benches on a coil, relative to the front bench of the pair.
 //!
-//! **Terms.** On the spiral r = b·θ, let x be the angle θ of the front handle of the pair's front bench. x is the parameter of
-//! the motion, and its direction is that of a rotating frame. A link lies between the angles x and y = F(x), with δ = y −
-//! x < π.
+//! **Terms.** On the spiral r = b·θ, let x be the angle θ of the front handle of the pair's front bench. This x is the
+//! parameter of the motion, and its direction is that of a rotating frame. A link lies between the angles x and y = F(x), with
+//! δ = y − x < π.
 //!
 //! 1. In this frame, a handle at the angle θ, with q = dθ/dx, has the radius r = b·θ and the angle θ − x. So its velocity is
 //!    (b·q, r·(q − 1)) and its acceleration (b·q' − r·(q − 1)², r·q' + 2b·q·(q − 1)), in radial and tangential components. The

@@ -1,11 +1,11 @@
 //! Bounds on the turns of a coil that a bench reaches. They rule out contacts of benches.
 //!
 //! **Terms.** The coil is the spiral r = b·θ with pitch p = 2π·b about its own centre, from which all distances are measured.
-//! The *excess* of a point x near a bench is e = |x| − b·φ: its distance outside the bench's own turn. φ is the polar angle of
-//! x, counted continuously from the angles of the bench's handles. A bench has the link d, holes h from its ends and the width
-//! w. o is the distance from a hole to the corners around it. The front handle A is at the angle θ and the radius r, or further
-//! out; the rear handle is B. K is the curvature at θ, and K·d < 2. The perpendicular from the centre onto the link has the
-//! length q. Seen from its foot, A lies τ ahead and B τ' behind.
+//! The *excess* of a point x near a bench is e = |x| − b·φ: its distance outside the bench's own turn. Here φ is the polar
+//! angle of x, counted continuously from the angles of the bench's handles. A bench has the link d, holes h from its ends and
+//! the width w. o is the distance from a hole to the corners around it. The front handle A is at the angle θ and the radius r,
+//! or further out; the rear handle is B. K is the curvature at θ, and K·d < 2. The perpendicular from the centre onto the link
+//! has the length q. Seen from its foot, A lies τ ahead and B τ' behind.
 //!
 //! 1. If two benches have a common point, its two angles differ by a whole number m of turns. So its two excesses differ by
 //!    m·p.
@@ -81,7 +81,8 @@ impl CoilReach {
         (self.dimensions.overhang_m() / (self.coil.radius_per_radian_m * angle)).min(1.0).asin()
     }
 
-    /// An angle such that no two benches touch with the head there or further out; `None` if there is none up to `highest`.
+    /// An angle, at most `highest`, such that no two benches touch with the head there or further out; `None` if the bounds
+    /// prove none.
     ///
     /// It is the smallest such angle that the bounds prove, to [`ANGLE_TOLERANCE`].
     pub(super) fn clear_from(&self, highest: f64) -> Option<f64> {
@@ -89,8 +90,8 @@ impl CoilReach {
         clear(highest).then(|| turning_point(self.coil.end_angle, highest, ANGLE_TOLERANCE, clear).1)
     }
 
-    /// A parameter on the way out such that no bench with its rear handle there or further on touches a bench behind it; `None`
-    /// if there is none up to `highest`. The search is that of [`clear_from`](Self::clear_from).
+    /// A parameter on the way out, at most `highest`; `None` if the bounds prove none. No bench with its rear handle there or
+    /// further on touches a bench behind it. The search is that of [`clear_from`](Self::clear_from).
     pub(super) fn clear_out_from(&self, highest: f64) -> Option<f64> {
         let way_out = self.coil.way_out?;
         let clear = |angle| [0, 1].iter().all(|&bench| self.is_clear_out(bench, angle) == Some(true));

@@ -15,12 +15,12 @@ pub struct Contact {
     pub point: DVec2,
 }
 
-/// Begin or end of a contact.
+/// Beginning or end of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PairEvent {
     /// A pair that was apart touches from here on.
     Touch(Contact),
-    /// A pair that was in touch is apart from here on.
+    /// A pair that touched is apart from here on.
     Part(Contact),
 }
 

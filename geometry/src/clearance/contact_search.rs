@@ -56,7 +56,7 @@ pub fn first_within(
 /// The result of a sweep.
 #[derive(Clone, Copy, Debug)]
 pub struct Sweep<'a> {
-    /// The begins and ends of contacts, in order.
+    /// The beginnings and ends of contacts, in order.
     pub events: &'a [PairEvent],
     /// Travel up to which `events` is complete. It is the end of the sweep, unless the work reached its limit.
     pub reached_m: f64,
@@ -117,11 +117,11 @@ impl ContactSearch {
 
     /// Finds the first travel between two travels at which some pair touches, to 10⁻¹¹ m. Travels outside the run are ignored.
     ///
-    /// The chain behind a handle is a function of that handle's parameter, and body links are alike. Once every body handle has
-    /// reached the start position of the handle before it, each pair repeats an earlier position of the pair one bench further
-    /// ahead. From then on, only pairs with one of the first two benches are evaluated. If the bounds of the coil rule out all
-    /// contacts up to the beginning, only these pairs are evaluated from the beginning. A search that starts where the last one
-    /// ended continues it. The search ends as soon as the bounds rule out all contacts of these two benches.
+    /// The chain behind a handle is a function of that handle's parameter, and body links are alike. Pairs repeat after every
+    /// body handle has reached the start position of the handle before it: each pair takes an earlier position of the pair one
+    /// bench further ahead. From then on, only pairs with one of the first two benches are evaluated. If the bounds of the coil
+    /// rule out all contacts up to the beginning, only these pairs are evaluated from the beginning. A search that starts where
+    /// the last one ended continues it. The search ends as soon as the bounds rule out all contacts of these two benches.
     ///
     /// # Errors
     /// The dragon's meter is spent before the search is finished, or too many pairs are near each other. No benches touch up to
@@ -177,12 +177,12 @@ impl ContactSearch {
         None
     }
 
-    /// Finds all begins and ends of contacts between two travels, in order, each to 10⁻¹¹ m. Travels outside the run are
+    /// Finds all beginnings and ends of contacts between two travels, in order, each to 10⁻¹¹ m. Travels outside the run are
     /// ignored.
     ///
-    /// A contact begins where the clearance of a pair falls to the searched clearance, and ends where it rises from there. The
-    /// caller must know which pairs touch at `from_travel_m`. After its first sweep, the search allocates nothing while no pair
-    /// is near.
+    /// A contact begins where the clearance of a pair falls to the searched clearance, and ends where it rises from there. A
+    /// pair that touches already at `from_travel_m` has no beginning in the result. After its first sweep, the search allocates
+    /// nothing while no pair is near.
     ///
     /// If the dragon's meter is spent, the sweep ends with the last finished stride, which [`Sweep::reached_m`] reports.
     pub fn sweep(&mut self, from_travel_m: f64, to_travel_m: f64) -> Sweep<'_> {

@@ -1,10 +1,10 @@
 //! The area that a board may cover between two travels.
 //!
-//! The board is known exactly at both ends of the interval, and the motion of its link in between is bounded (see `link_motion`
-//! for the terms). Let ℓ be the arc that the front handle walks on the interval. Two bounds follow:
+//! The board is known exactly at both ends of the interval. The motion of its link in between is bounded (see `link_motion` for
+//! the terms). Let ℓ be the arc that the front handle walks on the interval. Two bounds follow:
 //!
 //! - A corner is a handle plus a vector of length ρ fixed to the board: |corner''| ≤ max(|p''|, |r''|) + ρ·|u''| =: A. So the
-//!   corner stays within A·ℓ²/8 of the straight line between its ends, and the board within the same distance of the convex
+//!   corner stays within A·ℓ²/8 of the straight line between its ends. The board stays within the same distance of the convex
 //!   hull of its two ends.
 //! - Relative to the board's centre m, a fixed point x has the coordinates u·(x − m) and u⊥·(x − m). Their second derivatives
 //!   are at most |m''| + 2·|u'|·|m'| + |u''|·|x − m| =: E. So a point that is E·ℓ²/8 deep in the board at both ends is in the

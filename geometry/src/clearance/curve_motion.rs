@@ -1,10 +1,10 @@
 //! Motion of two benches on any route, per metre that the front handle of the pair's front bench walks.
 //!
 //! The motion of each link between them is bounded (see `link_motion` for the terms). Let v be the speed of a link's front
-//! handle. Its rear handle has the speed g·v, which changes by at most |g'|·v² + g·|v'|. g is at most its larger value at the
-//! ends of the interval plus |g'| times half of the front handle's arc. So the bounds accumulate from link to link. A handle's
-//! acceleration is at most |v'| along its tangent and K·v² across it. The sine of the tangent's angle with the link is bounded
-//! too. The components of both handles' accelerations across the link turn it.
+//! handle. Its rear handle has the speed g·v, which changes by at most |g'|·v² + g·|v'|. The bound on g is its larger value at
+//! the ends of the interval, plus |g'| times half of the front handle's arc. So the bounds accumulate from link to link. A
+//! handle's acceleration is at most |v'| along its tangent and K·v² across it. The sine of the tangent's angle with the link is
+//! bounded too. The components of both handles' accelerations across the link turn it.
 
 use super::link_motion::LinkMotion;
 use super::pair_motion::{BenchMotion, PairMotion};

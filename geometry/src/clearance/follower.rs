@@ -21,7 +21,7 @@ use crate::dragon::Dragon;
 use crate::dragon::board::{Approach, Board};
 
 /// Tolerance of a contact's travel, in metres. The rounding of a chain is about 10⁻¹³ m, and the clearance mostly changes by at
-/// least a few hundredths of the travel. Where the clearance hardly changes, it is exact to [`GRAZE_M`].
+/// least a few hundredths of the travel. A clearance that hardly changes is exact to [`GRAZE_M`].
 const RESOLUTION_M: f64 = 1e-11;
 
 /// Share of an interval at which the bounds on the pair's motion are first calculated, and at which they are calculated again

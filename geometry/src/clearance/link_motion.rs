@@ -1,8 +1,8 @@
 //! Bounds on the motion of a link from one pose to a later one.
 //!
 //! The proof uses only these facts: both handles walk forward along the route, their distance d is fixed, and the route's
-//! curvature there is at most some K. s is the arc walked by the front handle, p and r are the handles, and u is the heading. α
-//! and β are the angles between the heading and the tangents at front and rear.
+//! curvature there is at most some K. Let s be the arc walked by the front handle, p and r the handles, and u the heading. Let
+//! α and β be the angles between the heading and the tangents at front and rear.
 //!
 //! 1. |p'| = 1 and |p''| ≤ K;
 //! 2. |r'| = g = cos α / cos β (rigid link), |r''| ≤ |g'| + K·g²;

@@ -4,8 +4,8 @@
 //! stride, the areas that two boards may cover bound their clearance from below. Intervals are bisected until the bound
 //! exceeds the margin. Where this fails at [`RESOLUTION_M`], the proven travel ends.
 //!
-//! *Guarantee.* No clearance is under the margin on proven travel, up to the rounding of the poses, some 10⁻¹² m. Proven
-//! travel ends at most [`RESOLUTION_M`] before the first violation that the bound can see.
+//! *Guarantee.* No clearance is under the margin on proven travel, up to the rounding of the poses, about 10⁻¹² m. Proven
+//! travel ends at most [`RESOLUTION_M`] before the first violation that the bound detects.
 
 use super::approach_search::{ApproachSearch, Pairs};
 use super::search::PairClearance;

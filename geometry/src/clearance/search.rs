@@ -102,7 +102,7 @@ impl ClearanceSearch {
         &self.found
     }
 
-    /// Finds all pairs within `reach_m`. If there is none, it finds some pairs within `limit_m`, including the nearest.
+    /// Finds all pairs within `reach_m`. Without such pairs it finds some pairs within `limit_m`, including the nearest.
     fn collect(&mut self, boards: &[Board], reach_m: f64, mut limit_m: f64) {
         let Self { near, found, .. } = self;
         if !near.reaches(limit_m) {

@@ -18,7 +18,7 @@ use crate::route::{Route, RoutePoint};
 pub struct Handle {
     /// Parameter on the route.
     pub parameter: f64,
-    /// Metres.
+    /// Position in metres.
     pub position: DVec2,
     /// Unit vector in the direction of motion.
     pub tangent: DVec2,

@@ -109,8 +109,8 @@ impl Link<'_> {
         gap_m.max(smooth_m.min(limit_m))
     }
 
-    /// Returns a bracket behind `sight` in which the distance only grows and reaches the link's length; `None` if there is none
-    /// nearby.
+    /// Returns a bracket behind `sight` in which the distance only grows and reaches the link's length; `None` if no such
+    /// bracket is near.
     ///
     /// The second derivative of the distance D is at least −|κ|. So if D'² ≥ 6·|κ|·gap, D still grows after 6·gap/D' of arc. D
     /// has grown by the gap after a third of that arc, which the step back covers.

@@ -1,7 +1,8 @@
 //! The dragon: hinged benches led along a route.
 //!
 //! Bench 0 is the head. Handle i is the front hinge of bench i, handle N the tail's rear hinge. The state of the dragon is a
-//! function of the head's travel in metres. "Per metre" and "speed ratio" refer to the travel and the speed of the head.
+//! function of the head's travel in metres. The terms "per metre" and "speed ratio" refer to the travel and the speed of the
+//! head.
 
 pub(crate) mod board;
 pub(crate) mod chain;

@@ -2,8 +2,8 @@
 //!
 //! A run ends at the route's end, or where the chain rule would make a handle stop, reverse or jump. A link causes this in
 //! three cases. It is perpendicular to the tangent at its front handle: the speed of the rear handle reaches 0. It is
-//! perpendicular to the tangent at its rear handle: the speed of the rear handle is unbounded, because the crossing on which it
-//! stands vanishes. Or a nearer crossing appears.
+//! perpendicular to the tangent at its rear handle: the speed of the rear handle is unbounded, because its crossing vanishes.
+//! Or a nearer crossing appears.
 //!
 //! Whether a link walks depends only on the parameter of its front handle, and all body links are alike. So a *fault* is a
 //! parameter of the route that a front handle cannot pass. The head's link and the body links have separate faults.
@@ -30,8 +30,8 @@ const TOLERANCE: f64 = 1e-12;
 /// A rear handle that moves at most this many times as far as the front handle between two samples does not jump.
 const BRISK: f64 = 1.5;
 
-/// Shortest jump, in metres. A rear handle of unbounded speed moves at most about the square root of [`TOLERANCE`] × 100 m
-/// while the front handle walks [`TOLERANCE`], if the curvature is at least 1/100 m.
+/// Shortest jump, in metres. While the front handle walks [`TOLERANCE`], a rear handle of unbounded speed moves at most about
+/// √([`TOLERANCE`] × 100 m). This holds for a curvature of at least 1/100 m.
 const LEAST_JUMP_M: f64 = 1e-5;
 
 /// Tolerance of a dip's parameter, as a share of the interval between two samples. The error of its depth is the square of
@@ -160,7 +160,7 @@ impl Faults<'_> {
         self.route.curvature_bound(rear, to) * self.length_m < 2.0
     }
 
-    /// Finds the fault between two adjacent samples. They are so close that there is at most one.
+    /// Finds the fault between two adjacent samples. The samples are so close that at most one fault lies between them.
     fn between_looks(&self, from: f64, to: f64) -> Option<Fault> {
         let Some(start) = self.rear(from) else { return Some(Fault { parameter: from, jump: true }) };
         let end = self.rear(to);
@@ -204,8 +204,8 @@ impl Faults<'_> {
     /// Finds a parameter between two samples at which the rear handle stops, although it walks at both samples.
     ///
     /// The link's angle with the tangent at its front handle changes by at most |κ| + 2/d per metre while the rear handle is
-    /// the slower one. Near a stop it is. So the cosine can fall below 0 between the samples only if at one of them it is at
-    /// most that rate times half of the interval. In that case the smallest cosine is searched for.
+    /// the slower one. Near a stop it is. To fall below 0 between the samples, the cosine must be at most that rate times half
+    /// of the interval at one of them. In that case the smallest cosine is searched for.
     fn dip(&self, (from, start): (f64, &RearEnd), (to, end): (f64, &RearEnd)) -> Option<f64> {
         let cosine = |parameter| self.rear(parameter).map_or(f64::NEG_INFINITY, |rear| rear.cos_front);
         let arc_m = self.route.travel(to) - self.route.travel(from);

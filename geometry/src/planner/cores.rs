@@ -14,12 +14,12 @@ thread_local! {
     static WORKS: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Returns the results of `work` on each of `count` items, in order. It runs on all cores; each takes the next item when it has
-/// finished one. Nested work stays on its core, so there are never more threads than cores. If the system cannot start more
-/// threads, the existing ones do the work.
+/// Returns the results of `work` on each of `count` items, in order. It runs on all cores. Each core takes the next item after
+/// it has finished one. Nested work stays on its core, so there are never more threads than cores. If the system cannot start
+/// more threads, the existing ones do the work.
 ///
-/// Each item has its own meter. The limit of that meter is what the finished items before it have left of `meter`. The results
-/// end before the first item that exceeds the limit; then `meter` is spent. So the results are the same on any number of cores.
+/// Each item has its own meter. Its limit is the work that the finished items before it have left of `meter`. The results end
+/// before the first item that exceeds the limit; then `meter` is spent. So the results are the same on any number of cores.
 pub(super) fn on_all_cores<Answer: Send>(
     meter: &Meter,
     count: usize,

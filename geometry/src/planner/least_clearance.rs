@@ -5,9 +5,9 @@
 //! above the least clearance found so far are done. Other intervals are bisected, and Brent's method refines the remaining
 //! pieces. Of the pairs that reach the same position one after the other, only the first is evaluated.
 //!
-//! *Guarantee.* The result is the clearance of a pair at a travel, and the minimum of that valley to rounding. Nothing outside
-//! the remaining pieces is below it. The assumption that no pair has two minima within one piece rests on the length of the
-//! pieces: 1/256 of a link's length.
+//! *Guarantee.* The result is the clearance of a pair at a travel, and a local minimum to rounding. Nothing outside the
+//! remaining pieces is below it. The assumption that no pair has two minima within one piece rests on the length of the pieces:
+//! 1/256 of a link's length.
 
 use std::cell::Cell;
 

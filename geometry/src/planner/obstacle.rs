@@ -53,8 +53,8 @@ impl Display for Obstacle {
 }
 
 impl Obstacle {
-    /// Whether two obstacles are of the same kind, wherever they occur. Two contacts are of the same kind if their front
-    /// benches are the same. Any two handles that are too fast are, because golden section searches between them.
+    /// Whether two obstacles are of the same kind, at any travel. Two contacts are of the same kind if their front benches are
+    /// the same. Any two handles that are too fast are, because golden section searches between them.
     pub(super) fn resembles(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Fault { end, piece, .. }, Self::Fault { end: other_end, piece: other_piece, .. }) => {

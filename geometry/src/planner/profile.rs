@@ -59,8 +59,8 @@ pub fn clearance_profile(dragon: &Dragon, travels_m: &[f64], progress: impl Fn()
     }
 }
 
-/// Finds the near misses with the head between two travels of the run: every local minimum of the least clearance below
-/// `limit_m`, in order of travel. No benches may touch in between.
+/// Finds the near misses between two travels of the head: every local minimum of the least clearance below `limit_m`, in order
+/// of travel. No benches may touch in between.
 ///
 /// If several pairs have equal clearances, as on an arc, the pair with the lowest indices is returned. `progress` receives the
 /// share of the interval that each step completes, from any thread.

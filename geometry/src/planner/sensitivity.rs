@@ -9,7 +9,7 @@ use super::derivative::Undefined;
 use super::{Parameter, Setting};
 use crate::dragon::Meter;
 
-/// One answer may take the limit of work divided by this.
+/// Divisor of the limit of work that gives the limit of one answer.
 const LARGEST_SHARE: u64 = 8;
 
 /// A sensitivity study.

@@ -86,8 +86,8 @@ pub struct ShortestTurn {
     pub limits: [Option<Obstacle>; 2],
 }
 
-/// Finds the shortest S inside the turning circle of this turnaround that the dragon passes within the limits of `staging`, on
-/// its whole passage; `None` if it passes no S that was tried.
+/// Finds the shortest S, inside the turning circle of this turnaround, that the dragon passes within the limits of `staging`.
+/// The limits hold on the whole passage. Returns `None` if the dragon passes no S that was tried.
 ///
 /// The meter counts all work. `progress` receives the share of the work that each step completes, from any thread.
 ///

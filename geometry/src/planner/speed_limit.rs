@@ -18,8 +18,8 @@
 //!
 //! *Guarantee.* The result is the ratio of a handle at a travel, to rounding. No sample of the survey or of the pieces exceeds
 //! it. A maximum at a kink is exact, because kinks are samples. That no ratio between samples is larger depends on their
-//! density. Within a piece the ratio is smooth. A stretch is skipped only if the samples at its ends are further below the
-//! largest ratio than the ratio changes from sample to sample around it. A higher peak is narrower. The run treats peaks
+//! density. Within a piece the ratio is smooth. A stretch is skipped only if the samples at its ends are well below the largest
+//! ratio: further than the ratio changes between samples around the stretch. A higher peak is narrower. The run treats peaks
 //! narrower than a piece as jumps, and ends there.
 //! there.
 
@@ -35,7 +35,7 @@ const SURVEYED_PER_LINK: usize = 16;
 /// Smallest number of pieces in a stretch of the survey, which gives 64 pieces a link.
 const PIECES_PER_STRETCH: u32 = 4;
 
-/// A ratio that no walking handle reaches. Where a handle jumps, its speed is unbounded. A jump too short for the samples of
+/// A ratio that no walking handle reaches. At a jump of a handle, its speed is unbounded. A jump too short for the samples of
 /// the run appears as a peak that rounding cuts off at about 10⁷. On a curvature of κ, a walking handle could keep a ratio of R
 /// for less than 1/(κ·R²) of travel, here some micrometres.
 const JUMP_RATIO: f64 = 1000.0;
@@ -62,8 +62,8 @@ pub struct LargestRatio {
 /// ratio.
 ///
 /// # Errors
-/// The fault that ends the run before the route's end, a jump of a handle that was too short to end the run, or the dragon's
-/// meter is spent.
+/// A fault ends the run before the route's end, a handle has a jump that was too short to end the run, or the dragon's meter is
+/// spent.
 pub fn largest_speed_ratio(dragon: &Dragon) -> Result<LargestRatio, Infeasible> {
     Infeasible::check(dragon)?;
     let survey = Survey { dragon };

@@ -43,7 +43,7 @@ const SEAM_TOLERANCE: f64 = 1e-9;
 /// The route at one parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoutePoint {
-    /// Metres.
+    /// Position in metres.
     pub position: DVec2,
     /// Unit vector in walking direction.
     pub tangent: DVec2,

@@ -65,7 +65,7 @@ impl TurnaroundSpec {
     /// The turnaround, walked between the planned times by a head of this speed, in m/s.
     ///
     /// # Errors
-    /// As [`Turnaround::new`] and [`Turnaround::between`].
+    /// The errors of [`Turnaround::new`] and [`Turnaround::between`].
     pub fn turnaround(&self, head_speed_mps: f64) -> Result<Turnaround, RouteError> {
         Turnaround::new(self.pitch_m, self.turn_diameter_m, self.radius_ratio)?
             .between(head_speed_mps * self.start_s, head_speed_mps * self.end_s)

@@ -205,8 +205,8 @@ fn unit_angle(length: f64) -> f64 {
 
 /// The same as [`unit_angle`], up to rounding.
 ///
-/// A step of Newton's method leaves at most half of the square of the error, because the speed grows by at most 1 per radian
-/// and is at least 1. So a step under 10⁻⁸ is the last. A guess that has not converged after two steps is discarded.
+/// A step of Newton's method leaves at most half of the square of the error. This follows because the speed grows by at most 1
+/// per radian and is at least 1. So a step under 10⁻⁸ is the last. A guess that has not converged after two steps is discarded.
 fn unit_angle_near(length: f64, guess: f64) -> f64 {
     let mut angle = guess;
     for _ in 0..2 {

@@ -5,8 +5,8 @@
 //! direction v. Two arcs that touch each other join E to −E. Because the two directions are equal, the arcs turn by the same
 //! angle, in opposite directions. They touch on the chord from E to −E, which makes the angle α = atan θ with v. So each arc
 //! turns by 2·α, and its part of the chord is 2·radius·sin α. The radii sum to R / sin α, and the S has the length 2·α·R / sin
-//! α for every ratio of the radii. The S lies in the circle: an arc that enters the circle at E and ends inside could leave it
-//! only through another crossing, and two circles have at most two.
+//! α for every ratio of the radii. The S lies in the circle. An arc that enters the circle at E and ends inside could leave the
+//! circle only through two more crossings. Two circles have at most two.
 
 use std::f64::consts::{PI, TAU};
 

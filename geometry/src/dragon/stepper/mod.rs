@@ -40,8 +40,8 @@ const LONGEST_STEP: f64 = 1.0 / 16.0;
 /// Longest step, as a multiple of the step before, over which the change of a rate is extrapolated. A longer step would amplify
 /// the rounding of that change.
 const LONGEST_EXTRAPOLATION: f64 = 8.0;
-/// Largest corrections of a section, beyond rounding, after which no others follow, as a share of the shortest link. The error
-/// left is of the order of their square, the error of the velocities of their own order.
+/// Largest corrections of a section, beyond rounding, after which no others follow, as a share of the shortest link. The
+/// remaining error is of the order of their square. The error of the velocities is of the order of the corrections.
 const LAST_CORRECTION: f64 = 1e-10;
 /// Corrections caused by rounding, in units of a parameter's rounding.
 const ROUNDINGS: f64 = 4.0;

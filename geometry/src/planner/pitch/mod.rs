@@ -8,7 +8,7 @@
 //! So a gap may lie where a wider spiral has a corner. Therefore the threshold cannot be bisected.
 //!
 //! Instead, the search climbs from the lowest possible pitch, in steps over which every pitch is proved infeasible. The proof
-//! is a *witness*: a radius of the head at which two boards overlap, or at which the head's link stops, at all pitches of the
+//! is a *witness*: a radius of the head. At that radius, two boards overlap or the head's link stops, at all pitches of the
 //! step. If no witness is found, a contact search of the whole lead-in decides. A contact is the next witness. Without a
 //! contact, this pitch is feasible and all below it are not. The search assumes nothing about the set of feasible pitches. It
 //! can miss only parts narrower than the tolerance, between the end of one witness and the beginning of the next.
@@ -24,8 +24,8 @@
 //! - The rear handle's radius grows with r, at the same b, while the link walks. K·d < 2 ensures that it walks (see
 //!   `dragon::run`). Over all b, the curvature K at the radius r is at most 2·1.5^(-3/2)/r.
 //!
-//! So, with the head at a fixed radius and each link behind the first one walking, all handles move outward and towards the
-//! head's direction as the pitch grows.
+//! Take the head at a fixed radius, with each link behind the first one walking. As the pitch grows, all handles then move
+//! outward and towards the head's direction.
 
 mod overlap;
 mod stop;
@@ -248,7 +248,7 @@ enum Verdict {
 }
 
 impl Verdict {
-    /// Searches for a witness where one is likely, and searches the whole lead-in if there is none.
+    /// Searches for a witness where one is likely, and otherwise searches the whole lead-in.
     ///
     /// # Errors
     /// The meter is spent.

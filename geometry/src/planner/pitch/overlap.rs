@@ -3,9 +3,9 @@
 //! The head stays at that radius. Handle k has the radius r and the angle φ behind the front handle of the pair's first bench.
 //! As the pitch grows, r only grows and φ only falls (see `pitch`). Take a handle at (r, φ) at one pitch and at (r', φ') at a
 //! greater pitch. At all pitches between, it is within |(r' − r, √(r·r')·(φ − φ'))| of its first position. Links keep their
-//! length d. So if a board's handles move by at most η and η', none of its points moves by more than max(η, η') + o·(η + η')/d,
-//! where o is the distance from a handle to the corners around it. A clearance changes by at most the sum of its two boards'
-//! displacements. So boards that overlap deeper than that sum overlap at all pitches between.
+//! length d. Let o be the distance from a handle to the corners around it. If a board's handles move by at most η and η', none
+//! of its points moves by more than max(η, η') + o·(η + η')/d. A clearance changes by at most the sum of its two boards'
+//! displacements. So boards that overlap deeper than that sum also overlap at all pitches between.
 
 use std::f64::consts::{PI, TAU};
 

@@ -26,8 +26,8 @@ pub(super) struct Stop {
 }
 
 impl Stop {
-    /// Finds the radius between circle and start at which the link is furthest from walking; `None` if the link walks at all
-    /// samples.
+    /// Finds the radius between circle and start at which the link is furthest from walking. Returns `None` if the link walks
+    /// at every sample.
     pub(super) fn tightest(lead_in: &LeadIn<'_>, pitch_m: f64) -> Option<Self> {
         let span_m = lead_in.start_radius_m(pitch_m) - lead_in.circle_radius_m;
         let looks = (0..=LOOKS).map(|look| {
