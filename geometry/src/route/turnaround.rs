@@ -52,8 +52,8 @@ impl Turnaround {
     /// travels.
     ///
     /// # Errors
-    /// The pitch must be above 0 and at most 1000 m, the diameter above 0 and at most 20 000 pitches, the ratio from 0.01 to
-    /// 100. The arcs must have finite, normal radii.
+    /// The pitch must be above 0 and at most 1000 m. The diameter must be above 0 and at most 20 000 pitches. The ratio must be
+    /// from 0.01 to 100. The sum of the arcs' radii must be a normal number.
     pub fn new(pitch_m: f64, turn_diameter_m: f64, radius_ratio: f64) -> Result<Self, RouteError> {
         RouteError::check_pitch(pitch_m)?;
         RouteError::check_turn_diameter(turn_diameter_m, pitch_m)?;
