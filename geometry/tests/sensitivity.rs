@@ -126,7 +126,10 @@ fn smallest_pitch_has_a_value_if_no_contact_limits_it() {
     let wide = Sensitivity { setting, turn_diameter_m: 30.0, range: 0.05, steps: 1, parameters };
     let Response { value, curves, .. } = &wide.study(&Meter::unlimited(), || ())[3];
     assert!((value.clone().expect("16 turns reach 15 m") - 15.0 / 16.0).abs() < 1e-9);
-    assert_eq!(curves[0].derivative, Err(NoDerivative::Undefined(Undefined("the start of the spiral determines it"))));
+    assert_eq!(
+        curves[0].derivative,
+        Err(NoDerivative::Undefined(Undefined("the start of the spiral determines the smallest pitch")))
+    );
 }
 
 /// Handle 1 would stop on the turn if the head were 5 % longer. Boards wider than the pitch overlap everywhere.

@@ -69,10 +69,10 @@ impl Witness {
             return Ok(Self::of_corners(first, second));
         }
         if gap.next_corner_m - gap.gap_m < TIE_M {
-            return Err(Undefined("the clearance has a kink there: two edges are parallel"));
+            return Err(Undefined("the clearance has a kink: two edges are parallel"));
         }
         if gap.gap_m - gaps[1].gap_m < TIE_M || (gap.gap_m > -TIE_M && beyond_m > -TIE_M) {
-            return Err(Undefined("the clearance has a kink there: a corner meets a corner"));
+            return Err(Undefined("the clearance has a kink: a corner meets a corner"));
         }
         Ok(gap.witness(boards))
     }

@@ -50,7 +50,7 @@ pub(super) fn of_contact_time(varied: &VariedDragon, contact: &Contact, timetabl
     let rates = touching_rates(varied, contact);
     let there = timetable
         .speed_and_time_rate(contact.travel_m)
-        .ok_or(Undefined("the head brakes for the end of the run at that time"));
+        .ok_or(Undefined("the head brakes for the end of the run at the first contact"));
     Parameter::ALL.map(|parameter| {
         if parameter == Parameter::Speed {
             return there.map(|(_, per_speed)| per_speed);
@@ -97,9 +97,9 @@ pub(super) fn of_touching_pitch(passage: &VariedDragon, contact: &Contact) -> De
 pub(super) fn of_untouching_pitch(limit: &PitchLimit) -> Derivatives {
     of_pitch(|parameter| match limit {
         PitchLimit::Width => Ok(if parameter == Parameter::Width { 1.0 } else { 0.0 }),
-        PitchLimit::Start => Err(Undefined("the start of the spiral determines it")),
+        PitchLimit::Start => Err(Undefined("the start of the spiral determines the smallest pitch")),
         PitchLimit::Stop | PitchLimit::Contact(_) => {
-            Err(Undefined("handle 1 determines it, at the point where it stops"))
+            Err(Undefined("the stop of handle 1 determines the smallest pitch"))
         }
     })
 }
@@ -175,7 +175,7 @@ impl Extremum {
         match self.motion {
             Motion::Held => Ok(held),
             Motion::Bound(bound) => Ok(held - self.value.travel * bound.of(parameter) / bound.travel),
-            Motion::PassageEnd => Err(Undefined("the end of the passage determines it")),
+            Motion::PassageEnd => Err(Undefined("the end of the passage determines the extremum")),
         }
     }
 }
