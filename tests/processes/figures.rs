@@ -86,7 +86,10 @@ fn sensitivity_is_drawn_and_tabled_and_names_why_there_is_no_number() {
     assert_eq!(contact["parameters"][1]["derivative"].as_f64(), contact["value"].as_f64().map(|time_s| -time_s));
     let pitch_of_pitch = &answer["quantities"][3]["parameters"][0];
     assert!(pitch_of_pitch["derivative"].is_null());
-    assert_eq!(pitch_of_pitch["derivative_reason"], "the pitch is the answer itself and does not depend on the planned pitch");
+    assert_eq!(
+        pitch_of_pitch["derivative_reason"],
+        "the pitch is the answer itself and does not depend on the planned pitch"
+    );
     assert!(begins(&folder.path().join("chart.svg"), b"<svg "));
     assert!(begins(&folder.path().join("chart.xlsx"), b"PK"));
 }
