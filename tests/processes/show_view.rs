@@ -8,6 +8,7 @@ use test_support::eventually::eventually;
 use test_support::process::Process;
 
 use crate::children::{await_child, children, kill};
+use crate::show::assert_published;
 use crate::stage::Stage;
 
 const SHOW: [&str; 9] = ["show", "--out", "out", "--rate", "50", "--start-at", "100", "--view=127.0.0.1:0", "--format"];
@@ -36,7 +37,7 @@ fn the_page_is_there_first_and_every_frame_reaches_all_others() {
     let ended = show.end();
     assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
     let summary = ended.last_json();
-    assert_eq!(summary["frames"]["published"], 151);
+    assert_published(&summary, 151);
     assert_eq!(
         (&summary["frames"]["missed_by_monitor"], &summary["frames"]["missed_by_recorder"]),
         (&json!(0), &json!(0))
