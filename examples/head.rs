@@ -1,4 +1,5 @@
 //! Prints the centre and heading of the head's board, frame by frame: `head [INSTANCE]`.
+#![allow(clippy::print_stdout, reason = "it is what the program is for")]
 use bench_dragon_ipc::{Domain, FrameSubscriber, Instance};
 use std::{env, error::Error, time::Duration};
 

@@ -114,7 +114,10 @@ fn the_rust_program_reads_a_show() {
 fn the_page_about_clients_shows_these_programs() {
     let page = text(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference/clients.md")));
     for name in ["head.rs", "head.c", "head.py"] {
+        // Lints are this project's own.
         let program = text(&example(name));
+        let program: String =
+            program.split_inclusive('\n').filter(|line| !line.starts_with("#![allow(clippy")).collect();
         assert!(page.contains(&format!("\n{program}```\n")), "{name} is not on the page as it is");
         assert!(program.lines().count() <= 20, "{name} is no small program");
     }
