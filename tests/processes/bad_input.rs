@@ -148,8 +148,8 @@ fn files_that_are_missing_or_of_another_kind_are_named() {
         (&["show", "--config", "none.toml"], 2, &["none.toml: cannot be read: No such file"]),
         (&["record", "--repair", "none.mcap"], 2, &["cannot read none.mcap: No such file"]),
         (&["record", "--repair", "letter"], 2, &["letter is not a recording of a bench dragon"]),
-        (&["record", "none/a.mcap"], 2, &["cannot make none/a.mcap: No such file"]),
-        (&["record", "letter"], 2, &["letter exists already and is not overwritten"]),
+        (&["record", "none/a.mcap"], 2, &["cannot create none/a.mcap: No such file"]),
+        (&["record", "letter"], 2, &["letter already exists and is not overwritten"]),
     ];
     for (args, code, named) in cases {
         assert_told(&stage.run(args), *code, named);

@@ -115,7 +115,7 @@ fn what_cannot_be_exported_is_told_in_one_line_and_leaves_nothing() {
         (
             &["a.mcap", "a.xlsx", "--every", "0"],
             2,
-            "there are 16384 frames with a column of handles each or more, a workbook has room for 16383: choose a greater \
+            "there are at least 16384 frames with one column of handles each; a workbook has room for 16383: choose a greater \
              --every, a shorter --from and --to, or .csv",
         ),
         (&["a.mcap", "a.txt"], 2, "invalid value 'a.txt' for '<OUT>': must end in .csv or .xlsx, or be -"),
