@@ -35,7 +35,7 @@ fn a_small_stack_is_raised_or_named_in_one_line() {
     assert_eq!(raised.code(), Some(0), "{}", raised.stderr);
     let refused = Process::start(limited("ulimit -s 64", &["solve", "contact"])).end();
     assert_eq!(refused.code(), Some(1), "{}", refused.stderr);
-    let expected = "error: the stack is limited to 64 KiB, must be at least 1024: raise the limit, `ulimit -s 8192`\n";
+    let expected = "error: the stack limit is 64 KiB, must be at least 1024 KiB: raise the limit, `ulimit -s 8192`\n";
     assert_eq!(refused.stderr, expected);
 }
 

@@ -140,7 +140,7 @@ fn a_recorder_finishes_the_unfinished_file_whose_name_it_was_given_and_refuses_i
     assert_eq!(refused.code(), Some(2));
     let finished = format!("finished a.mcap, which a killed recorder left: {}", Counted(frames.len() as u64, "frame"));
     assert!(refused.stderr.replace("./", "").contains(&finished), "{}", refused.stderr);
-    assert!(refused.stderr.contains("error: a.mcap exists already and is not overwritten"), "{}", refused.stderr);
+    assert!(refused.stderr.contains("error: a.mcap already exists and is not overwritten"), "{}", refused.stderr);
     assert_eq!(read(&stage.path("a.mcap")), (frames, false));
     server.stop();
 }
@@ -165,7 +165,8 @@ fn damage_is_found_by_a_check_and_never_cut_off() {
     let refused = stage.run(&["record", "--repair", "a.mcap"]);
     assert_eq!(refused.code(), Some(2));
     let at = chunk.chunk_start_offset;
-    let advice = "`record --repair --check` saves what can be read, and needs as much free disk as the file is large";
+    let advice =
+        "`record --repair --check` copies all readable parts, and needs free disk space of the size of the file";
     assert_eq!(refused.stderr, format!("error: a.mcap is damaged at byte {at}: {advice}\n"));
     assert!(fs::read(stage.path("a.mcap")).expect("the recording") == damaged, "it is as it was");
 
@@ -188,7 +189,7 @@ fn the_file_of_a_running_recorder_is_left_alone() {
     assert_eq!(repair.stderr, "error: a.mcap is being recorded or repaired by another process\n");
     let second = stage.run(&["record", "a.mcap"]);
     assert_eq!(second.code(), Some(2));
-    assert!(second.stderr.starts_with("error: a.mcap exists already and is not overwritten"), "{}", second.stderr);
+    assert!(second.stderr.starts_with("error: a.mcap already exists and is not overwritten"), "{}", second.stderr);
     first.terminate().expect_clean();
     assert!(!read(&stage.path("a.mcap")).1);
     server.stop();
