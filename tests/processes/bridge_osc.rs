@@ -74,7 +74,8 @@ fn receive(way: Way) -> Value {
     let target = format!("127.0.0.1:{port}");
     let args = [&["bridge", "osc", "--format", "json", "--rate", "10", "--to", target.as_str()], way.args].concat();
     let mut bridge = stage.start_waiting(&args);
-    let server = stage.serve(&["--rate", "20", "--time-scale", "10", "--readers", "2"]);
+    // At this rate the bus keeps forty seconds for the reader, which reads when the receiver has ended.
+    let server = stage.serve(&["--rate", "5", "--time-scale", "10", "--catch-up", "10", "--readers", "2"]);
     let mut reader = Reader::join(&stage);
     assert_eq!(bridge.json()["to"], target.as_str());
     let received = receiver.json();

@@ -46,7 +46,8 @@ fn python_finds_the_recording_in_its_tables() {
     let first = ["--rate", "50", "--start-at", "411", "--until", "413", "--time-scale", "2", "--readers", "2"];
     stage.serve(&first).summary();
     fs::write(stage.path("stage.toml"), "[dragon]\nbenches = 5\n").expect("a file");
-    let second = ["--config", "stage.toml", "--rate", "50", "--until", "1.2", "--readers", "2"];
+    // Long enough for readers that stay to find it.
+    let second = ["--config", "stage.toml", "--rate", "10", "--until", "6", "--readers", "2"];
     stage.serve(&second).summary();
     monitor.terminate();
     recorder.terminate();

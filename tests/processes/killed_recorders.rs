@@ -45,8 +45,8 @@ fn whenever_a_recorder_is_killed_its_file_holds_all_but_the_last_second_and_ever
     let seed = Seed::announced();
     let stage = Stage::new();
     fs::write(stage.path("stage.toml"), "[dragon]\nbenches = 6\n").expect("a file");
-    // At this rate the bus keeps two and a half seconds for a recorder.
-    let server = stage.serve(&["--config", "stage.toml", "--rate", "100"]);
+    // At this rate the bus keeps five seconds for a recorder.
+    let server = stage.serve(&["--config", "stage.toml", "--rate", "50"]);
     let (next, is_over) = (AtomicUsize::new(0), AtomicBool::new(false));
     let all = Mutex::new(Vec::new());
     let stalls = Stalls::default();

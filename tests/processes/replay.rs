@@ -158,7 +158,7 @@ fn each_recorded_run_is_a_pass_with_its_own_description() {
     for benches in [5, 9] {
         fs::write(stage.path("stage.toml"), format!("[dragon]\nbenches = {benches}\n")).expect("a file");
         // Each long enough for a reader that stays to find it.
-        let run = ["--config", "stage.toml", "--rate", "20", "--until", "2.5", "--readers", "1"];
+        let run = ["--config", "stage.toml", "--rate", "10", "--until", "5", "--readers", "1"];
         assert_released(&stage.serve(&run).summary(), 51);
     }
     recorder.terminate();

@@ -13,8 +13,8 @@ use crate::children::{await_child, children, kill};
 use crate::pty::Pty;
 use crate::stage::{Stage, program};
 
-/// A contact, in more frames than a reader's buffer has room for.
-const TO_CONTACT: [&str; 8] = ["--start-at", "405", "--time-scale", "5", "--rate", "100", "--until", "430"];
+/// A show of five seconds with a contact, with more frames than a reader's buffer holds, which are those of four seconds.
+const TO_CONTACT: [&str; 8] = ["--start-at", "405", "--time-scale", "5", "--rate", "50", "--until", "430"];
 
 /// A dragon so long that the question about its turn takes longer than the bar waits.
 const LONG_DRAGON: &str =
