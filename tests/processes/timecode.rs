@@ -119,7 +119,8 @@ fn count_seeks(shots: &[Shot]) -> usize {
 #[test]
 fn a_show_stands_until_art_net_timecode_comes_and_follows_where_it_goes() {
     let stage = Stage::new();
-    let (mut server, listen) = serve(&stage, "artnet:127.0.0.1:0", &[]);
+    // A desk that a busy machine holds up for a second is not lost.
+    let (mut server, listen) = serve(&stage, "artnet:127.0.0.1:0", &["--timecode-timeout", "5"]);
     let mut reader = Reader::join(&stage);
     let standing = reader.next();
     assert_eq!((standing.state(), standing.header.sim_time_ns), (ShowState::Paused, 0));
@@ -199,7 +200,8 @@ fn a_show_ends_where_it_has_walked_and_not_where_its_timecode_jumps() {
     reader.read_to_tick(beyond.last().expect("frames").header.tick + 10);
     let clock = desk.order("play 60");
     read_following(&mut reader, clock, 0.0);
-    desk.order("play 99");
+    // Several seconds before the end: a desk that is held up may be followed late.
+    desk.order("play 95");
     reader.read_to_end();
     event(&mut server.process, "follows");
     let summary = server.summary();
@@ -278,7 +280,8 @@ fn a_monitor_sweeps_the_way_of_a_show_that_follows() {
     // The first frame is for both.
     reader.next();
     let mut desk = Desk::start(&["osc", &listen]);
-    desk.order("play 411.2");
+    // Several seconds before the contact: a desk that is held up may be followed late.
+    desk.order("play 408");
     reader.read_to_end();
     server.process.end().expect_clean();
     let lines = monitor.terminate().expect_clean().json_lines();
@@ -294,7 +297,7 @@ fn a_show_that_follows_timecode_goes_on_after_a_contact_until_it_is_stopped() {
     let mut reader = Reader::await_server(&stage);
     reader.next();
     let mut desk = Desk::start(&["osc", &listens(&mut show)]);
-    desk.order("play 411.5");
+    desk.order("play 408");
     reader.read_until("show time is past 414 s", |header| header.sim_time_s() > 414.0);
     let clock = desk.order("play 200");
     read_following(&mut reader, clock, 0.0);
