@@ -81,7 +81,7 @@ fn a_reader_that_comes_after_the_server_waits_for_the_next_one() {
 #[test]
 fn a_reader_that_comes_before_the_server_waits_for_it() {
     let stage = Stage::new();
-    let echo = stage.start(&["echo", "--count", "3", "--format", "json"]);
+    let echo = stage.start_waiting(&["echo", "--count", "3", "--format", "json"]);
     let server = stage.serve(&["--rate", "100", "--readers", "1"]);
     let echoed = echo.end();
     let ticks: Vec<_> = echoed.json_lines().iter().map(|frame| frame["tick"].clone()).collect();

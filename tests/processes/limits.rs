@@ -59,7 +59,7 @@ fn threads_that_cannot_be_started_are_told_in_one_line_that_names_the_limit() {
             let as_other = format!("ulimit -u {threads}");
             let inside = program(args);
             let mut command = Command::new("timeout");
-            command.args(["--signal=INT", "0.5", "setpriv", "--reuid", uid, "--clear-groups", "bash", "-c"]);
+            command.args(["--signal=INT", "1", "setpriv", "--reuid", uid, "--clear-groups", "bash", "-c"]);
             command.arg(format!("{as_other} && exec \"$@\"")).arg("bash").arg(inside.get_program()).args(args);
             command.env("XDG_RUNTIME_DIR", runtime.path());
             let ended = Process::start(command).end();

@@ -77,7 +77,7 @@ fn a_stock_client_reads_of_a_finished_show_what_its_processes_say() {
     fs::write(stage.path("during.prom"), during).expect("a file");
     let free = scrape_of_guarded_show(&["--config", "turn.toml"], "forecast_free_time");
     fs::write(stage.path("guarded.prom"), free).expect("a file");
-    let stopped = scrape_of_guarded_show(&["--start-at", "400"], "forecast_guard_stop_wall");
+    let stopped = scrape_of_guarded_show(&["--start-at", "300"], "forecast_guard_stop_wall");
     fs::write(stage.path("stopped.prom"), stopped).expect("a file");
     let expected = json!({
         "run_id": served["run_id"],

@@ -221,8 +221,14 @@ fn a_monitor_reports_what_became_of_each_command_and_who_sent_it() {
     let server = stage.serve(&["--rate", "50"]);
     assert_eq!(stage.run(&["ctl", "speed", "0.8"]).code(), Some(0));
     let mut monitor = stage.start(&["monitor", "--format", "json"]);
-    let text = stage.start(&["monitor"]);
+    let mut text = stage.start(&["monitor"]);
     monitor.json_until("the speed is reported", |line| line["command"] == "speed");
+    // Both monitors read the bus from here on.
+    let mut told = text.next_line().expect("a line");
+    while !told.contains("  ctl: speed 0.8 m/s, accepted from tick ") {
+        told = text.next_line().expect("the speed is reported in text");
+    }
+    assert!(told.contains(" s  command    20"), "{told}");
     assert_eq!(stage.run(&["ctl", "release"]).code(), Some(1));
     let ctl = stage.start(&["ctl", "seek", "1e6"]);
     let ctl_pid = ctl.pid();
@@ -242,6 +248,5 @@ fn a_monitor_reports_what_became_of_each_command_and_who_sent_it() {
     let summary = monitor.terminate().expect_clean().last_json();
     assert_eq!(summary["commands"], json!({ "accepted": 2, "refused": 2, "grants": 0, "lost": 0 }), "the signal too");
     let text = text.terminate().expect_clean().stdout;
-    assert!(text.contains(" s  command    20") && text.contains("  ctl: speed 0.8 m/s, accepted from tick "), "{text}");
     assert!(text.contains("\ncommands: 2 accepted, 2 refused, 0 grants, 0 lost\n"), "{text}");
 }

@@ -1,13 +1,14 @@
 //! `watch` in a terminal: what it shows is what is on the bus, its keys give commands, and the terminal is given back.
 
 use std::fs;
+use std::time::Duration;
 
 use bench_dragon::config::Config;
 use bench_dragon_geometry::clearance::ClearanceSearch;
 use bench_dragon_ipc::ShowState;
 use glam::DVec2;
 use rustix::process::{Pid, Signal, kill_process, test_kill_process};
-use test_support::eventually::eventually;
+use test_support::eventually::{eventually, within};
 use test_support::skip::has_programs;
 
 use crate::reader::{Reader, Shot};
@@ -18,8 +19,11 @@ use crate::tmux::{Settings, Stalled, Tmux};
 const OF_A_SHELL: Settings = Settings { other_screen: false, cursor: true };
 const DRAWN_ON: Settings = Settings { other_screen: true, cursor: false };
 
-/// How often a confirmation that came too late is tried: on a busy machine, a key may take longer than it stands.
-const MOST_CONFIRMATIONS: usize = 20;
+/// Longest wait for a prompt, which the screen shows for 5 s: a test that looks later does not see it.
+const PROMPT_WAIT: Duration = Duration::from_secs(10);
+/// Greatest number of tries to see a prompt or to confirm a command. On a busy machine, a prompt may lapse before the test sees
+/// it, or before the key arrives.
+const MOST_TRIES: usize = 20;
 
 /// Whether the test can go on.
 fn has_terminal() -> bool {
@@ -47,19 +51,28 @@ fn nearest_of(shot: &Shot) -> [String; 2] {
     [format!("clearance {:.3} mm", nearest.clearance_m * 1e3), format!("benches {one} and {another}")]
 }
 
-/// Asks for a command and confirms it by a key, once more each time that the confirmation came too late for the screen.
-fn confirm(terminal: &Tmux<'_>, command: &str, key: &str, ask: impl Fn()) {
+/// Asks for a command until the test sees its prompt.
+fn ask_until_shown(terminal: &Tmux<'_>, prompt: &str, ask: impl Fn()) {
+    let is_shown = || {
+        ask();
+        within(PROMPT_WAIT, || if terminal.text().contains(prompt) { Ok(()) } else { Err(()) }).is_ok()
+    };
+    assert!((0..MOST_TRIES).any(|_| is_shown()), "{prompt:?} was not seen in\n{}", terminal.text());
+}
+
+/// Asks for a command and confirms it by a key. Asks again if the prompt has lapsed before the key arrived.
+fn confirm(terminal: &Tmux<'_>, command: &str, prompt: &str, key: &str, ask: impl Fn()) {
     let accepted = format!("{command}: accepted");
     let too_late = format!("{command}: not sent: it was not confirmed within 5 s");
-    for _ in 0..MOST_CONFIRMATIONS {
-        ask();
+    for _ in 0..MOST_TRIES {
+        ask_until_shown(terminal, prompt, &ask);
         terminal.press(key);
         let text = terminal.until("an outcome", |text| text.contains(&accepted) || text.contains(&too_late));
         if text.contains(&accepted) {
             return;
         }
     }
-    panic!("{MOST_CONFIRMATIONS} confirmations of {command:?} came too late");
+    panic!("{MOST_TRIES} confirmations of {command:?} came too late");
 }
 
 fn first_line(text: &str) -> Option<&str> {
@@ -101,22 +114,18 @@ fn the_screen_shows_what_is_on_the_bus_and_its_keys_steer_the_show() {
     reader.read_until("the show is held", |header| header.show_state() == Some(ShowState::Held));
     terminal.press("Space");
     terminal.until_shown("resume: not sent: the show is held: release it first");
-    terminal.type_text("r");
-    terminal.until_shown("release the hold? press r again");
+    let release = "release the hold? press r again";
+    ask_until_shown(&terminal, release, || terminal.type_text("r"));
     terminal.press("Escape");
     terminal.until_shown("space resume");
-    confirm(&terminal, "release", "R", || {
-        terminal.type_text("R");
-        terminal.until_shown("release the hold? press r again");
-    });
+    confirm(&terminal, "release", release, "R", || terminal.type_text("R"));
     reader.read_until("the show is not held", |header| header.show_state() != Some(ShowState::Held));
     terminal.until_shown("PAUSED");
 
-    confirm(&terminal, "seek 300 s", "Enter", || {
+    confirm(&terminal, "seek 300 s", "seek 300 s? the dragon jumps there: press enter again", "Enter", || {
         terminal.type_text("s300");
         terminal.until_shown("show time to seek to in s: 300");
         terminal.press("Enter");
-        terminal.until_shown("seek 300 s? the dragon jumps there: press enter again");
     });
     terminal.until("300 s", |text| {
         ["t 300.000 s", "clearance 120.694 mm", "benches 0 and 21", "at 412.474 s"]
@@ -221,7 +230,8 @@ fn a_head_that_brakes_and_a_run_that_ends_in_order_have_their_words() {
     terminal.run("", "watch");
     terminal.until_shown("RUNNING");
     terminal.until_shown("monitor missing");
-    reader.read_until("the head is fast", |header| header.head_speed_mps > 0.5);
+    // It brakes for eight seconds from then on, in which the screen has to be seen.
+    reader.read_until("the head is fast", |header| header.head_speed_mps > 0.8);
     stage.run(&["ctl", "hold"]).expect_clean();
     let text = terminal.until("the braking head", |text| text.contains("STOPPING") && text.contains("stop "));
     assert!(!text.contains("contact "), "it touches nothing before it stands:\n{text}");
