@@ -17,7 +17,7 @@ use crate::stage::Stage;
 /// How often the players are looked at.
 pub(crate) const LOOK_PERIOD: Duration = Duration::from_millis(2);
 /// How long nothing may happen before the storm gives up: far longer than anything takes.
-pub(crate) const PATIENCE: Duration = Duration::from_mins(1);
+pub(crate) const PATIENCE: Duration = Duration::from_mins(3);
 /// The beginning of a process's life, in which it makes or opens everything.
 pub(crate) const START_UP: Duration = Duration::from_millis(30);
 /// The longest time between two kills of a round.
