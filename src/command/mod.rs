@@ -5,7 +5,8 @@
 
 #![allow(
     rustdoc::broken_intra_doc_links,
-    reason = "doc comments of arguments are help texts: brackets enclose optional parts"
+    clippy::doc_markdown,
+    reason = "doc comments of arguments are help texts: brackets enclose defaults, and names have no backticks"
 )]
 
 use std::borrow::Cow;

@@ -56,6 +56,7 @@ With --timecode the show continues until Ctrl-C or `ctl stop`, because the timec
 
 The configuration may list up to eight commands that run beside the show and restart like its own processes: [[show.also]] \
 command = \"bridge psn --interface 10.0.0.5\". Allowed are bridge, view, metrics, monitor, hz and echo.")]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag")]
 pub(crate) struct ShowArgs {
     #[command(flatten)]
     pub(crate) run: RunArgs,

@@ -50,12 +50,11 @@ impl Show<'_> {
         // The show itself is one more reader.
         args.extend(["--readers".to_owned(), (self.children.readers() + 1).to_string()]);
         args.extend(self.args.run.pace.until.map(|until_s| format!("--until={until_s}")));
-        match self.seen.header {
-            Some(header) => args.extend(self.resumption(&header)),
-            None => {
-                args.extend(self.args.run.pace.start_at.map(|start_s| format!("--start-at={start_s}")));
-                args.extend(self.args.held.then(|| "--held".to_owned()));
-            }
+        if let Some(header) = self.seen.header {
+            args.extend(self.resumption(&header));
+        } else {
+            args.extend(self.args.run.pace.start_at.map(|start_s| format!("--start-at={start_s}")));
+            args.extend(self.args.held.then(|| "--held".to_owned()));
         }
         self.launch("serve", args)
     }
