@@ -11,7 +11,10 @@ const installed = createRequire(path.join(packages, 'package.json'));
 export const { chromium } = installed('playwright-core');
 export const axeSource = installed('axe-core').source;
 
-const TIMEOUT_MS = 60_000;
+const TIMEOUT_MS = 150_000;
+/** Time after which an action without an outcome is repeated. It is longer than a question of the page is valid. */
+const RETRY_MS = 10_000;
+const MOST_TRIES = 12;
 const FLAGS = [
   '--no-sandbox',
   '--disable-gpu',
@@ -27,6 +30,7 @@ export async function withBrowser(scenario) {
   const browser = await chromium.launch({
     executablePath: process.env.BENCH_DRAGON_CHROMIUM ?? '/usr/bin/chromium',
     args: FLAGS,
+    timeout: TIMEOUT_MS,
   });
   try {
     await scenario(browser);
@@ -58,6 +62,60 @@ export async function openPage(browser, address, { init, ...options } = {}) {
 export async function stands(page, status) {
   const wait = page.waitForFunction((wanted) => document.body.dataset.status === wanted, status);
   await named(page, `the page has the status ${status}`, wait);
+}
+
+/**
+ * Repeats an action until the page has a status. A page that was busy for over 1.5 s takes its connection for lost, and ignores
+ * keys until it has connected again.
+ */
+export async function reach(page, status, act) {
+  for (let tries = 0; tries < MOST_TRIES; tries += 1) {
+    await act();
+    if (await holdsSoon(page, (wanted) => document.body.dataset.status === wanted, status)) return;
+  }
+  await stands(page, status);
+}
+
+/** Presses a button until its question is seen: after 5 s, the page takes the question back. */
+export async function asks(page, button, word, question) {
+  for (let tries = 0; tries < MOST_TRIES; tries += 1) {
+    await page.click(button);
+    if (await holdsSoon(page, matches, [[word, question.source]])) return;
+  }
+  await reads(page, word, question);
+}
+
+/** Presses a button that asks for confirmation until the reply matches. */
+export async function confirm(page, button, word, question, reply) {
+  await asks(page, button, word, question);
+  for (let tries = 0; tries < MOST_TRIES; tries += 1) {
+    await page.click(button);
+    // The reply, or the question again if it had lapsed before the press.
+    await holdsSoon(page, matches, [
+      ['#reply', reply.source],
+      [word, question.source],
+    ]);
+    const text = await page.textContent('#reply');
+    if (reply.test(text)) return;
+    if (text.endsWith('…')) break;
+  }
+  await reads(page, '#reply', reply);
+}
+
+/** Whether the text of one of these elements matches its pattern. Runs in the page. */
+function matches(wanted) {
+  return wanted.some(([where, source]) => new RegExp(source).test(document.querySelector(where)?.textContent ?? ''));
+}
+
+/** Whether a condition holds within the time after which an action is repeated. */
+async function holdsSoon(page, condition, argument) {
+  try {
+    await page.waitForFunction(condition, argument, { timeout: RETRY_MS });
+    return true;
+  } catch (error) {
+    if (error.name !== 'TimeoutError') throw error;
+    return false;
+  }
 }
 
 /** Waits until an element's text matches. */

@@ -11,6 +11,7 @@ await withBrowser(async (browser) => {
   await reads(page, '#outlook', /^Guard stops the head in \d+\.\d s$/);
   await reads(page, '#outlook-more', /^before benches \d+ and \d+ come too near, at show time \d+\.\d{3} s$/);
   await page.waitForSelector('.lamp[data-name="guard"][data-level="good"]');
+  say({ type: 'seek' });
   await stands(page, 'held');
   await reads(page, '#explanation', /^The guard holds the dragon permanently: ahead, benches come nearer than the margin/);
   expect(await page.isHidden('#release'), 'the page offers a release that would be refused');

@@ -3,10 +3,12 @@
 //     node page_keeps_contacts.mjs URL
 
 import { examine } from './accessible.mjs';
-import { expect, openPage, reads, say, withBrowser } from './browser.mjs';
+import { expect, openPage, reads, say, stands, withBrowser } from './browser.mjs';
 
 await withBrowser(async (browser) => {
   const { page, complaints } = await openPage(browser, process.argv[2]);
+  await stands(page, 'held');
+  say({ type: 'release' });
   await page.waitForSelector('#contacts:visible');
   const text = await reads(page, '#contacts-text', /^Contact: benches 0 and 8 at 412\.47 s/);
   await page.waitForSelector('.kind[data-kind="contact"]');

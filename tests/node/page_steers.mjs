@@ -2,7 +2,7 @@
 //
 //     node page_steers.mjs URL
 
-import { expect, openPage, reads, say, stands, withBrowser } from './browser.mjs';
+import { asks, confirm, expect, openPage, reads, say, stands, withBrowser } from './browser.mjs';
 
 const WAYS_TO_HOLD = [
   (page) => page.click('#hold'),
@@ -36,10 +36,7 @@ await withBrowser(async (browser) => {
   await came(page, 'held', /^held from tick \d+$/);
   await page.keyboard.press('Space');
   await came(page, 'held', /^paused from tick \d+$|^pause refused: /);
-  await page.click('#release');
-  await reads(page, '#release-word', /again/);
-  await page.click('#release');
-  await reads(page, '#reply', /^released from tick \d+$/);
+  await confirm(page, '#release', '#release-word', /again/, /^released from tick \d+$/);
   // The next hold is recognised by the change of state.
   await page.waitForFunction(() => document.body.dataset.status !== 'held');
   for (const hold of WAYS_TO_HOLD) {
@@ -129,14 +126,11 @@ async function seek(page) {
   const stepped = Number(await field.inputValue());
   expect(stepped === Math.round(proposed) + 1, `${stepped} s does not follow ${proposed} s`);
   say({ type: 'proposed', time_s: stepped });
-  await page.click('#seek-set');
-  await reads(page, '#seek-set', /^Sure\?$/);
+  await asks(page, '#seek-set', '#seek-set', /^Sure\?$/);
   await reads(page, '#reply', /^Press again to seek: the dragon jumps to \d+\.\d s/);
   await field.fill(String(stepped));
   await reads(page, '#seek-set', /^Set$/);
-  await page.click('#seek-set');
-  await page.click('#seek-set');
-  await reads(page, '#reply', /^new show time from tick \d+$/);
+  await confirm(page, '#seek-set', '#seek-set', /^Sure\?$/, /^new show time from tick \d+$/);
   say({ type: 'sought', time_s: stepped });
 }
 

@@ -9,7 +9,7 @@ import { expect, openPage, reads, say, stands, withBrowser } from './browser.mjs
 await withBrowser(async (browser) => {
   const { page, complaints } = await openPage(browser, process.argv[2]);
   await stands(page, 'running');
-  // At a time scale of 5, 350 s of show time are 70 s of wall time.
+  // At a time scale of 2, 360 s of show time are 180 s of wall time.
   await reads(page, '#outlook', /^Contact in \d+\.\d s$/);
   await reads(page, '#outlook-more', /^benches \d+ and \d+, at show time \d+\.\d{3} s$/);
   const [left_s, time_s, now_s] = await page.evaluate(() => {
