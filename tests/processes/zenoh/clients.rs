@@ -12,7 +12,8 @@ use crate::stage::Stage;
 #[test]
 fn echo_hz_and_record_work_on_the_other_side_as_they_do_here() {
     let (near, far) = (Stage::new(), Stage::new());
-    let server = near.serve(&["--rate", "50", "--readers", "3"]);
+    // At this rate the bus keeps ten seconds for the reader here, which reads when the commands there have ended.
+    let server = near.serve(&["--rate", "20", "--readers", "3"]);
     let sender = Bridge::sending(&near, &[]);
     let recorder = near.start(&["record", "near.mcap"]);
     let mut receiver = Bridge::receiving(&far, &sender);
