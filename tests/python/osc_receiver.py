@@ -19,7 +19,7 @@ from pythonosc.osc_tcp_server import MODE_1_1, BlockingOSCTCPServer
 SO_RCVBUFFORCE = 33
 ROOM = 32 << 20
 # In seconds: longer than the frames take to come on any machine.
-PATIENCE = 60
+PATIENCE = 150
 
 
 class Frames:

@@ -19,7 +19,7 @@ INTERFACE = "127.0.0.1"
 SO_RCVBUFFORCE = 33
 ROOM = 32 << 20
 # In seconds: longer than a datagram takes to come on any machine.
-PATIENCE = 60
+PATIENCE = 150
 DATA_PACKET = pypsn.psn_v2_chunk.PSN_DATA_PACKET.to_bytes(2, "little")
 
 

@@ -19,7 +19,7 @@ from bus import frame_bytes
 PROGRAM = os.environ["BENCH_DRAGON"]
 INSTANCE = os.environ["BENCH_DRAGON_INSTANCE"]
 PAUSE, RESUME, SPEED = 0, 1, 2
-PATIENCE_S = 60
+PATIENCE_S = 100
 
 
 def bench_dragon(*args):

@@ -18,7 +18,7 @@ URL = os.environ["BENCH_DRAGON_METRICS"]
 FOLDER = Path(os.environ["BENCH_DRAGON_METRICS_FOLDER"])
 EXPECTED = json.loads((FOLDER / "expected.json").read_text())
 PROJECT = Path(__file__).parents[2]
-PATIENCE_S = 60
+PATIENCE_S = 100
 
 
 def scrape():

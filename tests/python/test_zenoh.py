@@ -26,7 +26,7 @@ KEY = os.environ["BENCH_DRAGON_KEY"]
 PAUSE, SEEK = 0, 3
 PAUSED = 1
 FRAMES = 100
-PATIENCE_S = 60
+PATIENCE_S = 100
 
 
 def bench_dragon(*args):

@@ -14,7 +14,7 @@ from websockets.sync.client import connect
 PROTOCOL = "bench-dragon.view.v1"
 HEADER = struct.Struct("<4I7d2I2d")
 # How long a client waits for anything: longer than it takes on any machine.
-PATIENCE_S = 60
+PATIENCE_S = 100
 
 
 @dataclass
@@ -42,7 +42,8 @@ class View:
 
     def stream(self, *protocols, **options):
         """A stream as a page opens it."""
-        return connect(f"ws://{self.address}/stream", subprotocols=[PROTOCOL, *protocols], proxy=None, max_size=None, **options)
+        options = {"proxy": None, "max_size": None, "open_timeout": PATIENCE_S, **options}
+        return connect(f"ws://{self.address}/stream", subprotocols=[PROTOCOL, *protocols], **options)
 
     def stream_status(self, *protocols, **options):
         """The status with which a stream is refused, or 101."""
