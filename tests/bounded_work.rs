@@ -203,14 +203,14 @@ fn work_alone() {
 }
 
 #[test]
-fn what_lies_at_the_edge_of_what_may_be_configured_takes_bounded_work_and_memory() {
+fn extreme_configurations_take_bounded_work_and_memory() {
     work_alone();
     let valid = EXTREMES.iter().filter(|text| is_bounded(text)).count();
     assert!(valid + 2 >= EXTREMES.len(), "nearly all are valid: {valid} of {}", EXTREMES.len());
 }
 
 #[test]
-fn links_of_no_dragon_are_refused_with_the_least_that_is_allowed() {
+fn links_that_are_too_short_are_refused_with_the_smallest_allowed_length() {
     let text = "[dragon]\nhead_length_m = 1e-7\nbody_length_m = 1e-7\nwidth_m = 1e-8\nhole_offset_m = 0\n";
     let error = Config::from_toml(text).expect_err("too small").to_string();
     assert_eq!(error, "[dragon] head_length_m is 1e-7, must be from 0.02 to 100");

@@ -94,7 +94,7 @@ fn contact_in_a_gap_of_lost_frames_is_found() {
 }
 
 #[test]
-fn a_contact_that_comes_and_goes_within_one_step_is_told() {
+fn a_contact_that_begins_and_ends_within_one_step_is_reported() {
     let mut rehearsal = Rehearsal::new(1000.0, 412.0);
     for _ in 0..5 {
         rehearsal.play_frame(None);
@@ -113,7 +113,7 @@ fn the_near_miss_is_near_and_no_contact() {
 }
 
 #[test]
-fn each_pair_is_told_once_as_it_comes_near_touches_and_parts() {
+fn each_pair_is_reported_once_when_it_comes_near_touches_and_parts() {
     let mut rehearsal = Rehearsal::new(20.0, 411.0);
     rehearsal.play_until(415.2);
     for kind in [AlertKind::Near, AlertKind::Contact, AlertKind::Parted] {
@@ -123,7 +123,7 @@ fn each_pair_is_told_once_as_it_comes_near_touches_and_parts() {
 }
 
 #[test]
-fn the_way_across_a_seek_is_not_swept() {
+fn the_travel_across_a_seek_is_not_swept() {
     let mut rehearsal = Rehearsal::new(1.0, 100.0);
     rehearsal.play_frame(None);
     rehearsal.simulation.motion.request(Request::Seek { sim_time_s: 430.0 }).expect("430 s is inside the run");

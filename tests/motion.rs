@@ -64,7 +64,7 @@ fn a_pause_outlasts_a_hold() {
 }
 
 #[test]
-fn a_new_speed_bends_the_travel_and_not_the_show_time() {
+fn a_new_speed_changes_the_travel_and_not_the_show_time() {
     let mut motion = after(start(plan()), 1000);
     motion.request(Request::Speed { speed_mps: 2.0 }).expect("2 m/s is allowed");
     let head = after(motion, 500).head();
@@ -93,7 +93,7 @@ fn a_seek_goes_to_the_configured_speed_times_the_time() {
 }
 
 #[test]
-fn a_run_that_starts_before_0_may_be_sought_as_far_back() {
+fn a_run_that_starts_before_0_accepts_seeks_back_to_its_start() {
     let plan = MotionSettings { start_s: -2.0, start_travel_m: -2.0, first_s: -2.0, ..plan() };
     let mut motion = after(start(plan), 100);
     assert_eq!(motion.head().sim_time_ns, -1_900_000_000);
@@ -112,7 +112,7 @@ fn the_run_ends_exactly_at_its_end() {
 }
 
 #[test]
-fn the_show_ends_exactly_at_the_time_asked_for() {
+fn the_show_ends_exactly_at_the_requested_time() {
     let motion = after(start(MotionSettings { tick_s: 0.3, until_s: Some(0.5), ..plan() }), 50);
     let head = motion.head();
     assert_eq!((head.state, head.sim_time_ns), (ShowState::Ended, 500_000_000));
@@ -275,7 +275,7 @@ fn braking() -> MotionSettings {
 }
 
 #[test]
-fn a_head_that_is_to_stand_is_stopping_while_it_brakes() {
+fn a_head_is_stopping_while_it_brakes() {
     for (request, rests_as) in
         [(Request::Pause, ShowState::Paused), (Request::Hold, ShowState::Held), (Request::Stop, ShowState::Ended)]
     {
@@ -322,7 +322,7 @@ fn a_run_with_an_end_has_ended_there_and_one_without_is_finished() {
 }
 
 #[test]
-fn a_head_tells_everything_that_keeps_it_from_walking() {
+fn a_head_reports_every_cause_of_its_stop() {
     let mut motion = start(MotionSettings { held: true, ..guarded() });
     motion.request(Request::Pause).expect("never refused");
     assert_eq!(motion.stops(), Stops { paused: true, held: true, guard_limit: true, ..Stops::default() });
@@ -351,7 +351,7 @@ fn grants_are_joined_and_never_shrink() {
 }
 
 #[test]
-fn the_end_for_good_is_known_once_it_is_granted_and_then_stays() {
+fn the_permanent_end_is_known_with_its_grant_and_then_stays() {
     let mut motion = guarded_at(1.5);
     for (to_m, is_final, end_m) in [(2.0, false, None), (5.0, true, Some(5.0)), (3.0, false, Some(5.0))] {
         motion.request(Request::Grant { run_id: 7, from_m: 0.0, to_m, is_final }).expect("the run is the right one");
@@ -368,7 +368,7 @@ fn a_grant_for_another_run_is_refused() {
 }
 
 #[test]
-fn a_grant_elsewhere_moves_nothing_and_lets_the_head_be_put_there() {
+fn a_grant_elsewhere_moves_nothing_and_allows_a_seek_to_it() {
     let mut motion = start(guarded());
     let seek =
         |motion: &mut Motion, sim_time_s| (motion.request(Request::Seek { sim_time_s }), motion.limits().asked_m);
@@ -380,7 +380,7 @@ fn a_grant_elsewhere_moves_nothing_and_lets_the_head_be_put_there() {
 }
 
 #[test]
-fn no_plan_is_made_of_values_that_no_motion_can_have() {
+fn a_plan_with_impossible_values_is_rejected() {
     let sound = plan();
     assert!(MotionPlan::new(sound).is_ok());
     for (odd, name) in [
@@ -450,7 +450,7 @@ fn a_show_that_stands_falls_no_further_behind_and_a_seek_puts_it_on_time() {
 }
 
 #[test]
-fn commands_hold_from_their_release_whatever_was_missed_before() {
+fn commands_apply_from_their_release_whatever_was_missed_before() {
     let mut motion = after(start(plan()), 10);
     motion.miss(5);
     motion.request(Request::Pause).expect("pause is always accepted");
@@ -519,7 +519,7 @@ proptest! {
     /// Two shows with the same commands at the same releases: one ticks at each, the other misses some, but for those at
     /// which there is a command. Where both tick they are equal to the bit.
     #[test]
-    fn a_show_that_misses_releases_is_where_it_would_be_to_the_bit(
+    fn a_show_that_misses_releases_equals_one_that_does_not_to_the_bit(
         plan in plans(),
         orders in orders(),
         gaps in prop::collection::vec(0..30_u64, 1..60),
@@ -550,7 +550,7 @@ proptest! {
     /// Any releases missed, any length of jumps: twice the same gives the same bits, show time goes on by no more than a
     /// tenth too much, and what the show is behind by is what it lacks.
     #[test]
-    fn a_show_keeps_time_or_says_how_far_it_is_behind(
+    fn a_show_keeps_time_or_reports_its_delay(
         missed in prop::collection::vec(prop_oneof![4 => Just(0), 2 => 1..5_u64, 1 => 5..200_u64], 1..300),
         most_jumped in 0..50_u64,
         tick_s in 0.000_01..0.01_f64,

@@ -103,7 +103,7 @@ fn assert_near(moments: &[Moment], within_s: f64) {
 }
 
 #[test]
-fn a_show_stands_until_the_first_timecode_and_is_put_where_it_is() {
+fn a_show_stands_until_the_first_timecode_and_seeks_to_it() {
     let mut rehearsal = Rehearsal::new(plan());
     let before = rehearsal.play(480, |_| None);
     assert!(before.iter().all(|moment| moment.head.state == ShowState::Paused && moment.head.sim_time_ns == 0));
@@ -118,7 +118,7 @@ fn a_show_stands_until_the_first_timecode_and_is_put_where_it_is() {
 }
 
 #[test]
-fn a_timecode_of_another_pace_is_followed_without_a_jump() {
+fn a_faster_or_slower_timecode_is_followed_without_a_jump() {
     for pace in [0.96, 0.999, 1.001, 1.04] {
         let mut rehearsal = Rehearsal::new(plan());
         let moments = rehearsal.play(40_000, |elapsed_s| Some(20.0 + pace * elapsed_s));
@@ -130,7 +130,7 @@ fn a_timecode_of_another_pace_is_followed_without_a_jump() {
 }
 
 #[test]
-fn a_small_difference_is_made_good_by_the_pace_and_never_backwards() {
+fn a_small_difference_is_corrected_by_the_time_scale_and_never_backwards() {
     for leap_s in [-0.4, 0.4] {
         let mut rehearsal = Rehearsal::new(plan());
         rehearsal.play(2_000, |elapsed_s| Some(20.0 + elapsed_s));
@@ -158,7 +158,7 @@ fn a_large_difference_is_one_seek() {
 }
 
 #[test]
-fn a_lost_timecode_lets_the_show_go_on_by_itself_until_it_is_back() {
+fn without_timecode_the_show_continues_by_itself_until_it_returns() {
     let mut rehearsal = Rehearsal::new(plan());
     rehearsal.play(20_000, |elapsed_s| Some(20.0 + 1.02 * elapsed_s));
     let alone = rehearsal.play(5_000, |_| None);
@@ -182,7 +182,7 @@ fn a_lost_timecode_lets_the_show_go_on_by_itself_until_it_is_back() {
 }
 
 #[test]
-fn a_timecode_that_stands_has_the_show_stand_also_when_it_is_lost_then() {
+fn a_standing_timecode_stops_the_show_also_if_it_is_lost_then() {
     let mut rehearsal = Rehearsal::new(plan());
     rehearsal.play(2_000, |elapsed_s| Some(20.0 + elapsed_s));
     let standing = rehearsal.play(1_000, |_| Some(21.96));
@@ -210,7 +210,7 @@ fn before_the_runs_start_the_show_stands_there_and_after_its_end_it_is_finished(
 }
 
 #[test]
-fn a_timecode_that_is_lost_before_its_cue_has_the_show_start_when_that_was_due() {
+fn a_show_starts_on_time_if_its_timecode_is_lost_before_the_cue() {
     let mut rehearsal = Rehearsal::with_offset(plan(), -62.0);
     rehearsal.play(1_000, |elapsed_s| Some(55.0 + elapsed_s));
     let moments = rehearsal.play(10_000, |_| None);
@@ -225,7 +225,7 @@ fn a_timecode_that_is_lost_before_its_cue_has_the_show_start_when_that_was_due()
 }
 
 #[test]
-fn one_packet_that_is_astray_moves_nothing() {
+fn one_stray_packet_moves_nothing() {
     for stray_s in [0.0, 25.0, 300.0, LAST_S, 50_000.0] {
         let astray = |elapsed_s: f64, position_s| Some(if elapsed_s == 1.0 { stray_s } else { position_s });
         let mut rehearsal = Rehearsal::new(plan());
@@ -246,7 +246,7 @@ fn one_packet_that_is_astray_moves_nothing() {
 }
 
 #[test]
-fn a_show_walks_on_past_midnight() {
+fn a_show_continues_past_midnight() {
     let mut rehearsal = Rehearsal::with_offset(plan(), -86_340.0);
     let moments = rehearsal.play(20_000, |elapsed_s| Some(86_390.0 + elapsed_s));
     let moments = &moments[FRAME_TICKS as usize..];
@@ -266,7 +266,7 @@ fn before_midnight_a_show_that_starts_then_stands_at_its_start() {
 
 /// With an acceleration the head brakes for two seconds from 1 m/s, in which show time goes on.
 #[test]
-fn a_head_that_brakes_when_the_timecode_stands_is_not_put_back() {
+fn a_head_that_brakes_for_a_standing_timecode_is_not_moved_back() {
     let mut rehearsal = Rehearsal::new(MotionSettings { accel_mps2: Some(0.5), ..plan() });
     let mut moments = rehearsal.play(10_000, |elapsed_s| Some(20.0 + elapsed_s));
     moments.extend(rehearsal.play(6_000, |_| Some(29.96)));
@@ -294,7 +294,7 @@ fn the_timecode_leads_until_it_is_lost() {
 }
 
 #[test]
-fn an_operators_stop_comes_first_and_what_was_missed_is_one_seek() {
+fn an_operators_stop_overrides_the_timecode_and_the_missed_time_is_one_seek() {
     for (stop, go) in [(Request::Pause, Request::Resume), (Request::Hold, Request::Release)] {
         let mut rehearsal = Rehearsal::new(plan());
         rehearsal.play(2_000, |elapsed_s| Some(20.0 + elapsed_s));
@@ -309,7 +309,7 @@ fn an_operators_stop_comes_first_and_what_was_missed_is_one_seek() {
 }
 
 #[test]
-fn a_guard_lets_the_show_be_repositioned_where_the_travel_is_proved() {
+fn a_guarded_show_seeks_to_the_timecode_where_its_travel_is_proved() {
     let mut rehearsal = Rehearsal::new(MotionSettings { guarded_run: Some(7), ..plan() });
     let moments = rehearsal.play(1_000, |elapsed_s| Some(100.0 + elapsed_s));
     assert!(moments.iter().all(|moment| moment.head.sim_time_ns == 0));

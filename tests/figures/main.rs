@@ -10,7 +10,7 @@ use std::path::Path;
 use bench_dragon::output::figure::{FigureFormat, Paper};
 
 #[test]
-fn a_stock_reader_finds_what_print_needs() {
+fn a_stock_reader_finds_everything_that_a_printer_needs() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("figures");
     fs::create_dir_all(&folder).expect("a folder");
     for (name, drawing) in paper::drawings() {
@@ -45,7 +45,7 @@ fn a_figure_on_large_paper_has_a_bounded_number_of_dots() {
 }
 
 #[test]
-fn figures_of_almost_nothing_can_be_drawn() {
+fn figures_of_very_few_points_can_be_drawn() {
     let mut clearance = paper::clearance_over_time();
     clearance.near_misses.clear();
     clearance.contact = None;

@@ -6,7 +6,7 @@ use bench_dragon::bridge::{Outage, OutageChange};
 const CALM_NS: u64 = 3_000_000_000;
 
 #[test]
-fn trouble_is_reported_once_and_its_end_after_a_calm() {
+fn an_outage_is_reported_once_and_its_end_after_a_time_without_errors() {
     let mut outage = Outage::default();
     assert_eq!(outage.note(false, 0), None);
     assert_eq!(outage.note(true, 1), Some(OutageChange::Began));

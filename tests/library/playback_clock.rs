@@ -4,7 +4,7 @@ use bench_dragon::source::replay::PlaybackClock;
 use bench_dragon::source::server::motion::FASTEST;
 
 #[test]
-fn frames_are_as_far_apart_as_they_were() {
+fn frames_keep_their_recorded_intervals() {
     let mut clock = PlaybackClock::new(1.0);
     let due: Vec<u64> = [700, 800, 1_800, 1_801].map(|recorded_ns| clock.due_ns(recorded_ns, 50)).into();
     assert_eq!(due, [50, 150, 1_150, 1_151]);
@@ -38,7 +38,7 @@ fn a_frame_that_is_due_now_is_not_late() {
 }
 
 #[test]
-fn at_another_rate_frames_are_nearer_together_or_further_apart_without_drift() {
+fn at_another_rate_the_intervals_are_scaled_without_drift() {
     for (rate, last_ns) in [(10.0, 1_000_000_000), (3.0, 3_333_333_333), (0.01, 1_000_000_000_000)] {
         let mut clock = PlaybackClock::new(rate);
         let due: Vec<u64> = (0..=10_000).map(|tick| clock.due_ns(5 + tick * 1_000_000, 0)).collect();
@@ -47,7 +47,7 @@ fn at_another_rate_frames_are_nearer_together_or_further_apart_without_drift() {
 }
 
 #[test]
-fn another_lap_follows_as_the_next_frame_would_have() {
+fn another_lap_begins_when_the_next_frame_would_be_due() {
     let mut clock = PlaybackClock::new(1.0);
     let mut lap = |now_ns| [700, 800, 900].map(|recorded_ns| clock.due_ns(recorded_ns, now_ns));
     assert_eq!(lap(50), [50, 150, 250]);
@@ -59,7 +59,7 @@ fn another_lap_follows_as_the_next_frame_would_have() {
 }
 
 #[test]
-fn instants_that_no_recorder_writes_overflow_nothing() {
+fn impossible_instants_cause_no_overflow() {
     let mut clock = PlaybackClock::new(1.0);
     assert_eq!(clock.due_ns(1_000, 100), 100);
     assert_eq!(clock.due_ns(3, 200), 200, "before the frame before");

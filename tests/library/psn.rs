@@ -50,7 +50,7 @@ fn trackers(packet: &[u8], id: u16) -> (Vec<Chunk<'_>>, u8, u8) {
 }
 
 #[test]
-fn a_data_packet_is_what_the_protocol_says_byte_by_byte() {
+fn a_data_packet_has_the_bytes_of_the_protocol() {
     let mut packets = Packets::default();
     encoder().data(&latest(1), EPOCH_NS + 7_000, &mut packets).expect("one bench fits");
     let float = f32::to_le_bytes;
@@ -70,7 +70,7 @@ fn a_data_packet_is_what_the_protocol_says_byte_by_byte() {
 }
 
 #[test]
-fn an_info_packet_is_what_the_protocol_says_byte_by_byte() {
+fn an_info_packet_has_the_bytes_of_the_protocol() {
     let mut packets = Packets::default();
     encoder().info(1, EPOCH_NS, &mut packets).expect("one bench fits");
     #[rustfmt::skip]
@@ -86,7 +86,7 @@ fn an_info_packet_is_what_the_protocol_says_byte_by_byte() {
 }
 
 #[test]
-fn a_stale_frame_is_invalid_and_stands() {
+fn a_stale_frame_is_invalid_and_has_no_speed() {
     let stale = LatestFrame { freshness: Freshness::Stale { age_ns: 1 }, ..latest(1) };
     let mut packets = Packets::default();
     encoder().data(&stale, EPOCH_NS, &mut packets).expect("one bench fits");
@@ -97,7 +97,7 @@ fn a_stale_frame_is_invalid_and_stands() {
 }
 
 #[test]
-fn frame_ids_wrap_round() {
+fn frame_ids_wrap_around() {
     let (mut encoder, mut packets) = (encoder(), Packets::default());
     for frame in 0..600 {
         encoder.data(&latest(1), EPOCH_NS, &mut packets).expect("one bench fits");
@@ -168,13 +168,13 @@ fn a_bench_that_walks_upstage_is_the_documented_tracker() {
 }
 
 #[test]
-fn height_is_its_y() {
+fn the_height_is_the_trackers_y() {
     let raised = bench([2.0, 1.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 0.25]);
     assert_eq!(tracker(&raised, 1.0)[..2], [[1.0, 0.5, 1.0], [0.0, 0.25, 0.0]]);
 }
 
 #[test]
-fn the_orientation_turns_plus_x_into_the_direction_of_the_board() {
+fn the_orientation_rotates_plus_x_into_the_direction_of_the_board() {
     for step in -8..=8 {
         let heading = f64::from(step) * PI / 8.0;
         let [x, y] = [heading.cos(), heading.sin()];

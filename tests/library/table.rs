@@ -12,7 +12,7 @@ fn columns_are_as_wide_as_their_widest_cell() {
 }
 
 #[test]
-fn words_that_hold_commas_or_quotes_stand_between_quotes() {
+fn cells_with_commas_or_quotes_are_quoted() {
     let mut table = Table::new("t", vec![Column::text("who, what"), Column::number("x", 1)]);
     table.push(vec![Cell::from("the \"tail\""), Cell::Blank]);
     table.push(vec![Cell::from("head"), Cell::from(0.1 + 0.2)]);

@@ -158,7 +158,7 @@ fn files_that_are_missing_or_of_another_kind_are_named() {
 }
 
 #[test]
-fn a_command_without_a_server_says_how_to_start_one() {
+fn a_command_without_a_server_reports_how_to_start_one() {
     let stage = Stage::new();
     let expected =
         format!("no server runs on instance \"{}\": start one with `bench-dragon serve`", stage.domain().instance());
@@ -168,7 +168,7 @@ fn a_command_without_a_server_says_how_to_start_one() {
 }
 
 #[test]
-fn no_command_at_all_gets_the_help() {
+fn a_call_without_a_command_prints_the_help() {
     let ended = Process::start(program::<&str>(&[])).end();
     assert_eq!((ended.code(), ended.stdout.as_str()), (Some(2), ""));
     assert!(ended.stderr.contains("Usage: bench-dragon <COMMAND>"), "{}", ended.stderr);

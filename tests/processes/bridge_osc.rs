@@ -46,7 +46,7 @@ fn python_osc_receives_every_bench_as_a_message() {
 }
 
 #[test]
-fn addresses_and_angles_are_as_they_were_asked_for() {
+fn addresses_and_angles_follow_the_flags() {
     receive(NAMED);
 }
 

@@ -89,7 +89,7 @@ fn notice(bridge: &mut Process) -> String {
 }
 
 #[test]
-fn trackers_of_a_dead_server_turn_invalid_and_stand_until_another_one_is_there() {
+fn trackers_of_a_killed_server_become_invalid_and_stop_until_the_next_server_starts() {
     let stage = Stage::new();
     let (socket, target) = receiver();
     let mut bridge = stage.start_waiting(&["bridge", "psn", "--to", &target, "--rate", "50", "--format", "json"]);
@@ -112,7 +112,7 @@ fn trackers_of_a_dead_server_turn_invalid_and_stand_until_another_one_is_there()
 }
 
 #[test]
-fn a_replay_that_is_slow_is_no_silent_server() {
+fn a_slow_replay_is_not_a_silent_server() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "50", "--until", "1", "--readers", "1"]);
     let recorder = stage.start(&["record", "a.mcap"]);
@@ -132,7 +132,7 @@ fn a_replay_that_is_slow_is_no_silent_server() {
 }
 
 #[test]
-fn a_receiver_that_is_not_there_is_told_and_one_that_comes_gets_the_poses() {
+fn a_missing_receiver_is_reported_and_a_later_one_gets_the_poses() {
     let stage = Stage::new();
     let address = {
         let socket = UdpSocket::bind(RECEIVER).expect("a port");
@@ -153,7 +153,7 @@ fn a_receiver_that_is_not_there_is_told_and_one_that_comes_gets_the_poses() {
 }
 
 #[test]
-fn a_bridge_that_stands_still_or_is_killed_costs_the_server_nothing() {
+fn a_stopped_or_killed_bridge_does_not_delay_the_server() {
     let stage = Stage::new();
     let (socket, target) = receiver();
     let server = stage.serve(&["--rate", "500"]);
@@ -172,7 +172,7 @@ fn a_bridge_that_stands_still_or_is_killed_costs_the_server_nothing() {
 }
 
 #[test]
-fn a_tcp_receiver_that_does_not_read_loses_whole_frames_but_for_a_few_and_is_told() {
+fn a_tcp_receiver_that_does_not_read_loses_whole_frames_and_is_reported() {
     // Three in the system's buffer, which may hold twice as much as it was asked for, and those on both sides of it.
     const MOST_KEPT: usize = 12;
     let stage = Stage::new();
@@ -202,7 +202,7 @@ fn a_tcp_receiver_that_does_not_read_loses_whole_frames_but_for_a_few_and_is_tol
 }
 
 #[test]
-fn a_tcp_receiver_that_comes_late_or_again_is_found() {
+fn a_tcp_receiver_that_starts_late_or_again_is_found() {
     let stage = Stage::new();
     let address = {
         let listener = TcpListener::bind(RECEIVER).expect("a port");
@@ -224,7 +224,7 @@ fn a_tcp_receiver_that_comes_late_or_again_is_found() {
 }
 
 #[test]
-fn a_network_that_comes_is_used_and_one_that_goes_is_told() {
+fn a_network_that_comes_up_is_used_and_its_loss_is_reported() {
     let stage = Stage::new();
     let pair = "link add stage type veth peer name desk";
     let trial = format!("ip {pair} && exec \"$@\"");
@@ -260,7 +260,7 @@ fn a_network_that_comes_is_used_and_one_that_goes_is_told() {
 }
 
 #[test]
-fn what_cannot_be_sent_at_all_is_one_line() {
+fn impossible_bridges_are_refused_in_one_line() {
     let stage = Stage::new();
     let cases: [(&[&str], i32, &str); 11] = [
         (

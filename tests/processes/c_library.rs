@@ -49,7 +49,7 @@ fn language_of(source: &str) -> Language {
 }
 
 #[test]
-fn every_value_that_c_and_cpp_read_is_what_rust_reads() {
+fn c_and_cpp_read_the_same_values_as_rust() {
     if !has_programs(&COMPILERS) {
         return;
     }
@@ -91,7 +91,7 @@ fn every_value_that_c_and_cpp_read_is_what_rust_reads() {
 }
 
 #[test]
-fn a_c_client_is_told_of_every_argument_that_is_missing_or_out_of_range() {
+fn a_c_client_gets_an_error_for_every_missing_or_invalid_argument() {
     if !has_programs(&COMPILERS) {
         return;
     }
@@ -100,7 +100,7 @@ fn a_c_client_is_told_of_every_argument_that_is_missing_or_out_of_range() {
 }
 
 #[test]
-fn a_c_client_commands_the_server_and_is_told_why_it_refuses() {
+fn a_c_client_commands_the_server_and_gets_the_reason_of_a_refusal() {
     if !has_programs(&COMPILERS) {
         return;
     }
@@ -111,7 +111,7 @@ fn a_c_client_commands_the_server_and_is_told_why_it_refuses() {
 }
 
 #[test]
-fn what_a_c_client_holds_stays_as_it_was_after_server_and_dragon_are_gone() {
+fn a_frame_that_a_c_client_holds_outlives_the_server_and_the_dragon() {
     if !has_programs(&COMPILERS) {
         return;
     }
@@ -155,7 +155,7 @@ fn a_c_client_that_stops_reading_counts_what_it_lost() {
 }
 
 #[test]
-fn a_c_client_hears_the_alerts_that_rust_hears() {
+fn a_c_client_gets_the_same_alerts_as_rust() {
     if !has_programs(&COMPILERS) {
         return;
     }
@@ -192,7 +192,7 @@ fn threads_share_a_dragon_and_each_has_its_own_last_error() {
 }
 
 #[test]
-fn the_examples_are_built_by_cmake_and_tell_where_the_dragon_is() {
+fn cmake_builds_the_examples_and_they_print_the_pose() {
     if !has_programs(&["cmake", "gcc", "g++"]) {
         return;
     }

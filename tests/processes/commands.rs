@@ -140,7 +140,7 @@ fn assert_stands(before: &Shot, after: &Shot, state: ShowState) {
 }
 
 #[test]
-fn a_pause_holds_from_its_tick_to_that_of_the_resume() {
+fn a_pause_applies_from_its_tick_to_the_tick_of_the_resume() {
     let mut rehearsal = Rehearsal::start(&[]);
     let [running, paused] = rehearsal.accept(&["pause"]);
     assert_eq!(running.state(), ShowState::Running);
@@ -152,7 +152,7 @@ fn a_pause_holds_from_its_tick_to_that_of_the_resume() {
 }
 
 #[test]
-fn a_hold_holds_from_its_tick_to_that_of_the_release() {
+fn a_hold_applies_from_its_tick_to_the_tick_of_the_release() {
     let mut rehearsal = Rehearsal::start(&[]);
     let [running, held] = rehearsal.accept(&["hold"]);
     assert_eq!(running.state(), ShowState::Running);
@@ -224,7 +224,7 @@ fn a_seek_shows_its_target_at_its_tick_and_goes_on_from_there() {
 }
 
 #[test]
-fn what_is_out_of_range_is_refused_with_the_range() {
+fn values_out_of_range_are_refused_with_the_range() {
     let end_s = Config::from_toml("").expect("the paper's dragon").end_s();
     let mut rehearsal = Rehearsal::start(&[]);
     for speed_mps in [11.0, -0.1, f64::NAN, f64::INFINITY] {

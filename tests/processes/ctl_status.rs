@@ -28,7 +28,7 @@ fn lamp<'a>(status: &'a Value, name: &str) -> (&'a str, &'a str) {
 }
 
 #[test]
-fn without_a_server_the_status_is_red_and_nothing_can_be_asked_for() {
+fn without_a_server_the_status_is_red_and_every_command_is_refused() {
     let stage = Stage::new();
     let (json, code) = status(&stage);
     assert_eq!(

@@ -79,7 +79,7 @@ fn a_link_in_place_of_the_directory_is_refused() {
 }
 
 #[test]
-fn a_directory_with_a_relative_or_long_path_or_of_other_characters_is_bad_input() {
+fn a_directory_with_a_relative_long_or_non_ascii_path_is_bad_input() {
     let long = format!("/tmp/{}", "d".repeat(60));
     for path in ["relative", &long, "/tmp/\u{fc}", "/tmp/\"", "/tmp/*", "/tmp/\u{1b}[31m", "/tmp/\n"] {
         assert_ended(
@@ -92,7 +92,7 @@ fn a_directory_with_a_relative_or_long_path_or_of_other_characters_is_bad_input(
 }
 
 #[test]
-fn the_directory_is_made_for_its_user_alone_and_taken_away_again() {
+fn the_directory_is_private_and_is_removed_at_the_end() {
     let runtime_dir = runtime_dir();
     let bus = runtime_dir.path().join("bench-dragon");
     fs::remove_dir(&bus).expect("an empty folder");

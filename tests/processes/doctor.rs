@@ -40,7 +40,7 @@ fn leave_half_made(stage: &Stage) {
 }
 
 #[test]
-fn every_finding_has_its_five_values_and_what_is_wrong_a_remedy() {
+fn every_finding_is_complete_and_every_problem_has_a_remedy() {
     let stage = Stage::new();
     let examination = examine(&stage, &[]);
     let checks = examination["checks"].as_array().expect("an array");
@@ -69,7 +69,7 @@ fn people_get_a_line_for_each_check() {
 }
 
 #[test]
-fn a_killed_server_is_found_and_what_it_left_is_removed() {
+fn a_killed_server_is_found_and_its_remains_are_removed() {
     let stage = Stage::new();
     stage.serve(&[]).process.kill();
     assert!(!stage.remains().is_empty(), "a killed server leaves something");
@@ -83,7 +83,7 @@ fn a_killed_server_is_found_and_what_it_left_is_removed() {
 }
 
 #[test]
-fn a_half_made_service_is_a_problem_that_a_fix_mends() {
+fn a_half_made_service_is_a_problem_that_fix_removes() {
     let stage = Stage::new();
     stage.serve(&[]).process.kill();
     leave_half_made(&stage);
@@ -115,7 +115,7 @@ fn remains_without_a_directory_are_found_and_removed() {
 }
 
 #[test]
-fn what_others_have_put_into_shared_memory_under_our_names_does_no_harm() {
+fn foreign_files_in_shared_memory_do_no_harm() {
     const ANOTHER_USER: u32 = 12_345;
     let stage = Stage::new();
     let path = |name: &str| Path::new("/dev/shm").join(format!("{}{name}", stage.domain().prefix()));
@@ -147,7 +147,7 @@ fn what_others_have_put_into_shared_memory_under_our_names_does_no_harm() {
 }
 
 #[test]
-fn a_running_show_is_told_of_and_loses_no_frame() {
+fn a_running_show_is_reported_and_loses_no_frame() {
     let stage = Stage::new();
     // Slow, so that what the reader's buffer holds is half a minute.
     let server = stage.serve(&["--rate", "10", "--readers", "1"]);

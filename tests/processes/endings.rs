@@ -34,7 +34,7 @@ fn read_until_it_walks(reader: &mut Reader) -> Vec<Shot> {
 }
 
 #[test]
-fn a_stopped_server_brakes_first_and_its_last_frame_and_status_say_that_it_has_ended() {
+fn a_stopped_server_brakes_first_and_its_last_frame_and_status_are_ended() {
     let stage = Stage::new();
     let server = serve_braking(&stage, &[]);
     let run_id = server.run_id;
@@ -72,7 +72,7 @@ fn a_server_that_gets_a_signal_brakes_first() {
 }
 
 #[test]
-fn a_run_with_an_end_has_ended_there() {
+fn a_run_with_an_end_is_ended_there() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100", "--readers", "1", "--until", "0.5"]);
     let shots = Reader::join(&stage).read_to_end();
@@ -93,7 +93,7 @@ fn read_to_the_end(events: &CommandEventReader) -> Vec<CommandEvent> {
 }
 
 #[test]
-fn every_command_is_an_event_with_its_sender_also_for_one_who_comes_late() {
+fn every_command_is_an_event_with_its_sender_also_for_a_late_reader() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "50", "--start-at", "7"]);
     let run_id = server.run_id;
@@ -123,7 +123,7 @@ fn every_command_is_an_event_with_its_sender_also_for_one_who_comes_late() {
 }
 
 #[test]
-fn a_guards_grants_are_events_and_the_status_says_whether_a_guard_runs_and_where_its_way_ends() {
+fn a_guards_grants_are_events_and_the_status_has_the_guards_state_and_end() {
     let stage = Stage::new();
     let server = stage.serve(&["--guarded", "--rate", "100", "--start-at", "412"]);
     let events = CommandEventReader::open(stage.domain(), "test").expect("a server has made the services");

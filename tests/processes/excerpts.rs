@@ -120,7 +120,7 @@ fn a_loop_without_a_number_goes_on_until_it_is_stopped() {
 }
 
 #[test]
-fn at_another_rate_every_frame_comes_so_much_sooner_and_tells_its_time_scale() {
+fn at_another_rate_every_frame_is_sooner_by_this_factor_and_has_its_time_scale() {
     let stage = Stage::new();
     write_runs(&stage.path("a.mcap"), &[(0..200).collect()]);
     let original = recorded(&stage.path("a.mcap"));
@@ -161,7 +161,7 @@ fn a_monitor_finds_the_same_contact_in_each_lap() {
 }
 
 #[test]
-fn what_cannot_be_played_is_told_in_one_line() {
+fn impossible_excerpts_are_refused_in_one_line() {
     let stage = Stage::new();
     write_runs(&stage.path("a.mcap"), &[(5..40).collect()]);
     for (args, error) in [

@@ -67,7 +67,7 @@ fn python_finds_the_recording_in_its_tables() {
 }
 
 #[test]
-fn rows_go_to_stdout_and_what_was_written_is_told() {
+fn rows_go_to_stdout_and_written_files_are_reported() {
     let stage = Stage::new();
     write_recording(&stage.path("a.mcap"), 0..2500);
     let printed = export(&stage, &["a.mcap", "-", "--frames", "--to", "2"]).expect_clean().stdout;
@@ -83,7 +83,7 @@ fn rows_go_to_stdout_and_what_was_written_is_told() {
 }
 
 #[test]
-fn a_cut_recording_is_exported_as_far_as_it_is_whole() {
+fn a_cut_recording_is_exported_up_to_the_cut() {
     let stage = Stage::new();
     write_recording(&stage.path("whole.mcap"), 0..10);
     let bytes = fs::read(stage.path("whole.mcap")).expect("the recording");
@@ -98,7 +98,7 @@ fn a_cut_recording_is_exported_as_far_as_it_is_whole() {
 }
 
 #[test]
-fn what_cannot_be_exported_is_told_in_one_line_and_leaves_nothing() {
+fn impossible_exports_are_refused_in_one_line_and_leave_no_file() {
     let stage = Stage::new();
     write_recording(&stage.path("a.mcap"), 0..17_000);
     fs::write(stage.path("letter"), "not a recording").expect("a file");
@@ -131,7 +131,7 @@ fn what_cannot_be_exported_is_told_in_one_line_and_leaves_nothing() {
 }
 
 #[test]
-fn whoever_has_read_enough_rows_may_go() {
+fn a_reader_may_close_the_pipe_before_the_last_row() {
     let stage = Stage::new();
     write_recording(&stage.path("a.mcap"), 0..17_000);
     let mut command = program(&["export", "a.mcap", "-", "--every", "0"]);

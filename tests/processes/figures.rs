@@ -18,7 +18,7 @@ fn begins(path: &Path, beginning: &[u8]) -> bool {
 }
 
 #[test]
-fn the_suffix_says_what_kind_of_file_is_drawn() {
+fn the_suffix_selects_the_kind_of_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let ended = solve(&["poses", "--at", "300", "--figure", "plan.svg"], folder.path()).expect_clean();
     assert!(ended.stdout.starts_with("at 300 s\n"), "{}", ended.stdout);
@@ -29,7 +29,7 @@ fn the_suffix_says_what_kind_of_file_is_drawn() {
 }
 
 #[test]
-fn the_contact_is_drawn_and_told() {
+fn the_contact_is_drawn_and_printed() {
     let folder = tempfile::tempdir().expect("a folder");
     let answer = solve(&["contact", "--figure", "contact.svg", "--format", "json"], folder.path()).expect_clean();
     assert_eq!(answer.last_json()["benches"], serde_json::json!([0, 8]));
@@ -49,7 +49,7 @@ fn a_turnaround_is_drawn_with_its_turning_circle() {
 }
 
 #[test]
-fn what_cannot_be_drawn_is_told_in_one_line() {
+fn impossible_figures_are_refused_in_one_line() {
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join("pair.toml"), "[dragon]\nbenches = 2\n").expect("a file");
     let cases: &[(&[&str], i32, &str)] = &[
@@ -73,7 +73,7 @@ fn what_cannot_be_drawn_is_told_in_one_line() {
 }
 
 #[test]
-fn sensitivity_is_drawn_and_tabled_and_names_why_there_is_no_number() {
+fn sensitivity_is_drawn_and_tabled_with_a_reason_for_each_missing_number() {
     let folder = tempfile::tempdir().expect("a folder");
     let files = ["--figure", "chart.svg", "--xlsx", "chart.xlsx"];
     let args =
@@ -100,7 +100,7 @@ fn words(path: &Path) -> String {
 }
 
 #[test]
-fn a_turn_is_drawn_with_its_nearest_pair_and_their_clearance() {
+fn a_turn_is_drawn_with_its_nearest_pair_and_its_clearance() {
     let folder = tempfile::tempdir().expect("a folder");
     let answer = solve(&["turn", "--figure", "turn.svg", "--format", "json"], folder.path()).expect_clean().last_json();
     let nearest = &answer["least_clearance"];

@@ -115,7 +115,7 @@ fn cargos_arguments_and_its_status_are_passed_on() {
 }
 
 #[test]
-fn what_cannot_be_installed_is_named_and_fails_the_run_where_ci_is_set() {
+fn packages_that_cannot_be_installed_are_named_and_fail_the_run_where_ci_is_set() {
     for is_ci in [false, true] {
         let gate = Gate::complete("echo tested");
         fs::remove_file(gate.path("bin/zsh")).expect("it was there");
@@ -130,7 +130,7 @@ fn what_cannot_be_installed_is_named_and_fails_the_run_where_ci_is_set() {
 }
 
 #[test]
-fn what_is_missing_is_installed() {
+fn missing_packages_are_installed() {
     let gate = Gate::complete("echo tested");
     fs::remove_file(gate.path("bin/zsh")).expect("it was there");
     gate.add("id", "echo 0");
@@ -172,7 +172,7 @@ fn a_rust_test_that_is_skipped_is_noted_and_fails_where_ci_is_set() {
     let run = |is_ci: bool| {
         let mut command = Command::new(env::current_exe().expect("this program"));
         // Without a PATH it finds no shell.
-        command.args(["shell::zsh_and_fish_take_their_completions", "--exact"]).env("PATH", "");
+        command.args(["shell::zsh_and_fish_accept_their_completions", "--exact"]).env("PATH", "");
         command.env("BENCH_DRAGON_SKIPPED", &list).env_remove("CI");
         if is_ci {
             command.env("CI", "true");
@@ -180,7 +180,7 @@ fn a_rust_test_that_is_skipped_is_noted_and_fails_where_ci_is_set() {
         Process::start(command).end()
     };
     assert_eq!(run(false).code(), Some(0));
-    let name = "processes::shell::zsh_and_fish_take_their_completions";
+    let name = "processes::shell::zsh_and_fish_accept_their_completions";
     let lacking = |shell: &str| format!("{name}: {shell} is not installed (tests/run installs it on Debian as root)\n");
     assert_eq!(fs::read_to_string(&list).expect("it was made"), [lacking("zsh"), lacking("fish")].concat());
     let failed = run(true);
@@ -188,7 +188,7 @@ fn a_rust_test_that_is_skipped_is_noted_and_fails_where_ci_is_set() {
 }
 
 #[test]
-fn a_wait_that_is_over_has_looked_once_and_names_what_it_saw() {
+fn a_wait_of_zero_length_looks_once_and_returns_the_result() {
     assert_eq!(within(Duration::ZERO, || Err::<(), _>("asleep")), Err("asleep"));
     assert_eq!(within(Duration::ZERO, || Ok::<_, ()>(7)), Ok(7));
 }

@@ -87,7 +87,7 @@ fn a_guarded_server_stands_held_until_there_is_a_guard_and_walks_with_it() {
 }
 
 #[test]
-fn a_dead_guard_leaves_the_head_at_rest_within_its_grant_and_the_next_one_moves_it_on() {
+fn a_killed_guard_leaves_the_head_at_rest_within_its_grant_until_the_next_guard() {
     let stage = Stage::new();
     let server = stage.serve(&["--guarded", "--rate", "100", "--catch-up", "0"]);
     let mut reader = Reader::join(&stage);
@@ -109,7 +109,7 @@ fn a_dead_guard_leaves_the_head_at_rest_within_its_grant_and_the_next_one_moves_
 }
 
 #[test]
-fn a_guard_that_is_killed_at_random_instants_lets_no_bench_touch() {
+fn a_guard_killed_at_random_instants_allows_no_contact() {
     let mut random = Seed::announced().random(0);
     let stage = Stage::new();
     let server = stage.serve(&["--guarded", "--rate", "200", "--start-at", "400", "--time-scale", "4"]);
@@ -135,7 +135,7 @@ fn a_guard_that_is_killed_at_random_instants_lets_no_bench_touch() {
 }
 
 #[test]
-fn a_seek_is_accepted_once_the_guard_has_proved_its_target_and_refused_where_it_cannot() {
+fn a_seek_is_accepted_if_the_guard_can_prove_its_target() {
     let stage = Stage::new();
     let server = stage.serve(&["--guarded", "--rate", "100"]);
     let mut reader = Reader::join(&stage);
@@ -195,7 +195,7 @@ fn there_is_one_guard_at_a_time() {
 }
 
 #[test]
-fn a_guard_of_a_server_that_takes_no_grants_says_so_and_monitors() {
+fn a_guard_of_an_unguarded_server_warns_and_monitors() {
     let stage = Stage::new();
     let server = stage.serve(&["--readers", "1", "--start-at", "411", "--time-scale", "20", "--until", "413"]);
     let guard = start_guard(&stage);
@@ -211,7 +211,7 @@ fn a_guard_of_a_server_that_takes_no_grants_says_so_and_monitors() {
 }
 
 #[test]
-fn a_frame_that_is_not_as_published_is_a_fault_and_ends_the_grants() {
+fn a_frame_that_differs_from_the_description_is_a_fault_and_ends_the_grants() {
     let stage = Stage::new();
     let mut source = LyingSource::start(stage.domain());
     let mut guard = start_guard(&stage);

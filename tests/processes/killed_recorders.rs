@@ -41,7 +41,7 @@ struct Killed {
 }
 
 #[test]
-fn whenever_a_recorder_is_killed_its_file_holds_all_but_the_last_second_and_every_reader_opens_it() {
+fn a_recorder_killed_at_any_time_loses_at_most_a_second_and_every_reader_opens_its_file() {
     let seed = Seed::announced();
     let stage = Stage::new();
     fs::write(stage.path("stage.toml"), "[dragon]\nbenches = 6\n").expect("a file");

@@ -10,7 +10,7 @@ use crate::reader::{Reader, assert_accounted_for};
 use crate::stage::Stage;
 
 #[test]
-fn a_late_subscriber_receives_the_frames_from_then_on() {
+fn a_late_subscriber_receives_the_frames_after_it_joined() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100"]);
     let seen = Reader::join(&stage).read_to_tick(5);
@@ -28,7 +28,7 @@ fn a_late_subscriber_receives_the_frames_from_then_on() {
 }
 
 #[test]
-fn a_late_subscriber_is_given_the_description_of_the_run() {
+fn a_late_subscriber_receives_the_description_of_the_run() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "250", "--time-scale", "0.5"]);
     Reader::join(&stage).read_to_tick(5);
@@ -44,7 +44,7 @@ fn a_late_subscriber_is_given_the_description_of_the_run() {
 }
 
 #[test]
-fn a_late_subscriber_is_given_the_status_of_the_run() {
+fn a_late_subscriber_receives_the_status_of_the_run() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "250", "--held"]);
     Reader::join(&stage).read_to_tick(5);
@@ -63,7 +63,7 @@ fn a_late_subscriber_is_given_the_status_of_the_run() {
 
 /// A reader that only polls keeps the frames' service alive, but not that of the wake-up.
 #[test]
-fn a_reader_that_comes_after_the_server_waits_for_the_next_one() {
+fn a_reader_that_joins_after_the_server_waits_for_the_next_server() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100"]);
     let polling = FrameSubscriber::open(stage.domain(), "polling").expect("a server has made the services");
@@ -79,7 +79,7 @@ fn a_reader_that_comes_after_the_server_waits_for_the_next_one() {
 }
 
 #[test]
-fn a_reader_that_comes_before_the_server_waits_for_it() {
+fn a_reader_that_starts_before_the_server_waits_for_it() {
     let stage = Stage::new();
     let echo = stage.start_waiting(&["echo", "--count", "3", "--format", "json"]);
     let server = stage.serve(&["--rate", "100", "--readers", "1"]);

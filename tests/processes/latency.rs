@@ -42,7 +42,7 @@ fn percentile_rows(path: &Path) -> (Vec<(f64, u64)>, u64) {
 }
 
 #[test]
-fn every_frame_of_a_show_is_measured_polling_and_woken_though_ctrl_c_ends_it() {
+fn every_frame_of_a_show_is_measured_polling_and_woken_also_with_ctrl_c() {
     for (args, mode) in [(&["--format", "json"][..], "woken"), (&["--format", "json", "--poll"], "polling")] {
         let stage = Stage::new();
         let (ended, frames) = measure_a_show(&stage, args);
@@ -91,7 +91,7 @@ fn people_get_a_table_and_bars_that_count_every_frame() {
 }
 
 #[test]
-fn a_measurement_ends_by_itself_after_its_seconds_with_nothing_to_measure_too() {
+fn a_measurement_ends_after_its_seconds_also_without_frames() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100"]);
     // Keeps the services when the server has gone, its wake-up too, so that there is something to open and nothing to read.
@@ -107,7 +107,7 @@ fn a_measurement_ends_by_itself_after_its_seconds_with_nothing_to_measure_too() 
 }
 
 #[test]
-fn a_file_that_cannot_be_written_is_told_before_anything_is_measured() {
+fn a_file_that_cannot_be_written_is_reported_before_the_measurement() {
     let ended = Stage::new().run(&["latency", "--hgrm", "none/a.hgrm", "--format", "json"]);
     assert_eq!((ended.code(), ended.stdout.as_str()), (Some(1), ""));
     assert!(ended.stderr.starts_with("error: cannot write none/a.hgrm: No such file"), "{}", ended.stderr);

@@ -40,7 +40,7 @@ fn a_small_stack_is_raised_or_named_in_one_line() {
 }
 
 #[test]
-fn threads_that_cannot_be_started_are_told_in_one_line_that_names_the_limit() {
+fn threads_that_cannot_be_started_are_reported_in_one_line_with_the_limit() {
     let uid = "47113";
     if !is_possible(&["setpriv", "--reuid", uid, "--clear-groups"]) {
         return;

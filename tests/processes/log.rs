@@ -16,7 +16,7 @@ fn run_after_kill(log: Option<&str>) -> Ended {
 }
 
 #[test]
-fn what_iceoryx2_clears_away_is_shown_by_rust_log_alone() {
+fn iceoryx2s_clean_up_is_logged_only_with_rust_log() {
     // Its lines are known by their target alone.
     let shown = run_after_kill(Some("iceoryx2=trace"));
     assert_eq!(shown.code(), Some(0), "{}", shown.stderr);

@@ -55,7 +55,7 @@ fn assert_refused(reply: &Reply, status: u16) {
 }
 
 #[test]
-fn a_stock_client_reads_of_a_finished_show_what_its_processes_say() {
+fn a_stock_client_reads_the_values_that_the_processes_of_a_finished_show_report() {
     let stage = Stage::new();
     let exporter = Exporter::start(&stage);
     let monitor = stage.start_waiting(&["monitor", "--format", "json"]);
@@ -125,7 +125,7 @@ fn alerts_by_kind(monitored: &Ended) -> BTreeMap<String, u64> {
 }
 
 #[test]
-fn a_server_that_ends_and_comes_back_is_seen_by_scrapers_that_stay() {
+fn a_scraper_sees_the_end_and_the_restart_of_a_server() {
     let stage = Stage::new();
     let exporter = Exporter::start(&stage);
     let holds = |scrape: &str, line: &str| scrape.lines().any(|told| told == line);
@@ -156,7 +156,7 @@ fn a_server_that_ends_and_comes_back_is_seen_by_scrapers_that_stay() {
 }
 
 #[test]
-fn there_is_nothing_but_metrics_and_nothing_for_pages_of_elsewhere() {
+fn other_paths_and_pages_of_other_origins_are_refused() {
     let stage = Stage::new();
     let mut process = stage.start(&["metrics", "--listen", "127.0.0.1:0", "--allow-host", "booth.example"]);
     let told = process.next_line().expect("where it listens");
@@ -182,7 +182,7 @@ fn there_is_nothing_but_metrics_and_nothing_for_pages_of_elsewhere() {
 }
 
 #[test]
-fn a_view_tells_the_same_metrics() {
+fn a_view_serves_the_same_metrics() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "50"]);
     let mut view = stage.start(&["view", "--listen", "127.0.0.1:0", "--format", "json"]);

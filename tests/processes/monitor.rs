@@ -75,7 +75,7 @@ fn assert_is_the_contact(alert: &Value) {
 }
 
 #[test]
-fn a_monitor_tells_of_near_benches_and_of_their_contact_on_stdout_and_on_the_bus() {
+fn a_monitor_reports_near_benches_and_their_contact_on_stdout_and_on_the_bus() {
     let stage = Stage::new();
     let (server, alerts, monitor) =
         watch(&stage, &["--start-at", "411", "--time-scale", "20", "--until", "413", "--catch-up", "0"]);
@@ -123,7 +123,7 @@ fn fail_on_contact_ends_the_monitor_at_the_first_contact_with_status_3() {
 }
 
 #[test]
-fn in_text_a_monitor_says_the_same_in_a_line_each() {
+fn a_monitor_in_text_prints_one_line_per_alert() {
     let stage = Stage::new();
     let server = stage.serve(&["--readers", "1", "--start-at", "411", "--time-scale", "20", "--until", "413"]);
     let monitor = stage.start(&["monitor"]);
@@ -154,7 +154,7 @@ fn nothing_is_swept_across_a_seek() {
 }
 
 #[test]
-fn a_seek_back_over_a_stretch_with_near_benches_tells_of_none_of_them() {
+fn a_seek_back_across_near_benches_reports_none_of_them() {
     let stage = Stage::new();
     let (server, alerts, mut monitor) = watch(&stage, &["--start-at", "411", "--rate", "50", "--held"]);
     monitor.json_until("an alert of kind near", |line| line["kind"] == "near");
@@ -168,7 +168,7 @@ fn a_seek_back_over_a_stretch_with_near_benches_tells_of_none_of_them() {
 }
 
 #[test]
-fn a_restart_of_the_server_is_told_with_the_new_runs_number() {
+fn a_restart_of_the_server_is_reported_with_the_new_run_id() {
     let stage = Stage::new();
     let (server, alerts, mut monitor) = watch(&stage, &["--start-at", "411", "--rate", "50"]);
     monitor.json_until("an alert of kind near", |line| line["kind"] == "near");
@@ -188,7 +188,7 @@ fn a_restart_of_the_server_is_told_with_the_new_runs_number() {
 }
 
 #[test]
-fn a_hold_is_told_once() {
+fn a_hold_is_reported_once() {
     let stage = Stage::new();
     let (server, alerts, monitor) = watch(&stage, &["--rate", "50"]);
     let reply = stage.run(&["ctl", "hold", "--format", "json"]).expect_clean().last_json();
@@ -201,7 +201,7 @@ fn a_hold_is_told_once() {
 }
 
 #[test]
-fn a_monitor_is_a_witness_only_and_two_of_them_agree() {
+fn two_monitors_report_the_same_alerts() {
     let stage = Stage::new();
     let server = stage.serve(&["--readers", "2", "--start-at", "411", "--time-scale", "20", "--until", "413"]);
     let monitors = [(); 2].map(|()| stage.start(&["monitor", "--format", "json"]));
@@ -216,7 +216,7 @@ fn a_monitor_is_a_witness_only_and_two_of_them_agree() {
 }
 
 #[test]
-fn a_monitor_reports_what_became_of_each_command_and_who_sent_it() {
+fn a_monitor_reports_the_outcome_and_the_sender_of_each_command() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "50"]);
     assert_eq!(stage.run(&["ctl", "speed", "0.8"]).code(), Some(0));

@@ -42,7 +42,7 @@ fn mismatch(service: &str) -> String {
 }
 
 #[test]
-fn frames_of_another_layout_are_told_by_every_command_that_reads_them_and_by_a_source() {
+fn frames_of_another_layout_are_reported_by_every_reader_and_by_a_source() {
     let stage = Stage::new();
     let member = Member::join(stage.domain(), "other", Role::Source { bench_count: 1 }).expect("a member");
     let node = node(stage.domain());
@@ -59,7 +59,7 @@ fn frames_of_another_layout_are_told_by_every_command_that_reads_them_and_by_a_s
 }
 
 #[test]
-fn commands_of_another_layout_are_told_by_ctl() {
+fn commands_of_another_layout_are_reported_by_ctl() {
     let stage = Stage::new();
     let member = Member::join(stage.domain(), "other", Role::Source { bench_count: 1 }).expect("a member");
     let node = node(stage.domain());
@@ -82,7 +82,7 @@ fn write_recording(path: &Path, toml: &str) {
 }
 
 #[test]
-fn a_description_that_a_monitor_cannot_read_or_of_another_dragon_is_named() {
+fn an_unreadable_description_or_one_of_another_dragon_is_reported() {
     let stage = Stage::new();
     for (toml, code, error) in [
         (

@@ -33,7 +33,7 @@ fn a_reader_that_sleeps_loses_its_oldest_frames_and_counts_them() {
 }
 
 #[test]
-fn a_show_that_fits_into_the_buffer_loses_nothing_however_late_it_is_read() {
+fn a_show_that_fits_into_the_buffer_is_read_completely_after_its_end() {
     let stage = Stage::new();
     let releases = frame_buffer(PAPER_BENCHES);
     let until_s = (releases - 1) as f64 / 1000.0;

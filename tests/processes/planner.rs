@@ -34,7 +34,7 @@ fn refusal(args: &[&str]) -> String {
 }
 
 #[test]
-fn contact_and_near_miss_are_what_the_table_says() {
+fn contact_and_near_miss_have_the_published_values() {
     let contact = answer(&["contact", "--profile", "--step", "100"]);
     assert_six(&contact["time_s"], 412.473_838);
     assert_eq!(contact["benches"], json!([0, 8]));
@@ -52,7 +52,7 @@ fn contact_and_near_miss_are_what_the_table_says() {
 }
 
 #[test]
-fn a_contact_without_a_profile_has_the_three_keys_of_old() {
+fn a_contact_without_a_profile_has_three_keys() {
     let contact = answer(&["contact"]);
     let keys: Vec<&String> = contact.as_object().expect("an object").keys().collect();
     assert_eq!(keys, ["benches", "point_m", "time_s"]);
@@ -60,7 +60,7 @@ fn a_contact_without_a_profile_has_the_three_keys_of_old() {
 
 /// The head starts from rest, so it is everywhere later by what its ramp takes: at 1 m/s and 0.25 m/s² that is 2 s.
 #[test]
-fn with_an_acceleration_a_contact_is_planned_when_it_is_danced() {
+fn with_an_acceleration_the_planned_contact_is_the_danced_one() {
     let stage = Stage::new();
     let short = "[dragon]\nbenches = 60\n[route]\nstart_turns = 5\n";
     let [planned, ramped] = [("plain", ""), ("ramped", "[head]\naccel_mps2 = 0.25\n")].map(|(name, head)| {
@@ -80,7 +80,7 @@ fn with_an_acceleration_a_contact_is_planned_when_it_is_danced() {
 }
 
 #[test]
-fn with_an_acceleration_poses_profiles_and_ends_are_those_of_the_ramps() {
+fn with_an_acceleration_poses_profiles_and_ends_follow_the_ramps() {
     let stage = Stage::new();
     let file = stage.path("ramped.toml").display().to_string();
     fs::write(&file, "[head]\naccel_mps2 = 0.25\n").expect("a file");
@@ -108,7 +108,7 @@ fn with_an_acceleration_poses_profiles_and_ends_are_those_of_the_ramps() {
 }
 
 #[test]
-fn with_an_acceleration_the_fastest_moment_of_a_turn_is_that_of_the_ramps() {
+fn with_an_acceleration_the_fastest_moment_of_a_turn_follows_the_ramps() {
     let stage = Stage::new();
     let file = stage.path("turn.toml").display().to_string();
     fs::write(&file, "[head]\naccel_mps2 = 0.5\n[route]\nkind = \"turnaround\"\n").expect("a file");
@@ -128,7 +128,7 @@ fn assert_clearance_at_the_end(contact: &Value, clearance_m: f64) {
 }
 
 #[test]
-fn a_clearance_is_met_before_the_benches_touch() {
+fn a_given_clearance_is_reached_before_the_contact() {
     let near = answer(&["contact", "--clearance", "0.05", "--profile", "--step", "1000"]);
     assert_eq!(near["clearance_m"], 0.05);
     assert!(near["time_s"].as_f64().expect("a time") < 400.0, "{near}");
@@ -168,7 +168,7 @@ fn the_pitch_of_a_short_dragon_is_limited_by_the_rule_on_pitches() {
 }
 
 #[test]
-fn a_turn_that_breaks_a_limit_says_where_and_is_not_saved() {
+fn a_turn_that_exceeds_a_limit_is_reported_and_not_saved() {
     let stage = Stage::new();
     let file = stage.path("turn.toml").display().to_string();
     for (limit, reason) in [
@@ -229,7 +229,7 @@ fn a_spiral_and_flags_for_a_turn_make_a_turnaround() {
 
 /// What cannot be drawn or written takes the answer away from nobody.
 #[test]
-fn a_figure_never_takes_the_place_of_the_answer() {
+fn the_answer_is_printed_even_if_its_figure_fails() {
     for (question, begins) in [
         (&["poses", "--at", "0"][..], "at 0 s\n"),
         (&["contact"], "first contact at 412.473838 s"),
@@ -245,14 +245,14 @@ fn a_figure_never_takes_the_place_of_the_answer() {
 }
 
 #[test]
-fn smallest_pitch_is_what_the_table_says() {
+fn the_smallest_pitch_has_the_published_value() {
     let pitch = answer(&["pitch", "--turn-diameter", "9"]);
     assert_six(&pitch["pitch_m"], 0.450_337);
     assert_eq!((&pitch["limit"]["kind"], &pitch["infeasible"]), (&json!("contact"), &Value::Null));
 }
 
 #[test]
-fn turn_is_what_the_table_says() {
+fn the_turn_has_the_published_values() {
     let turn = answer(&["turn"]);
     assert_six(&turn["radii_m"][0], 3.005_418);
     assert_six(&turn["radii_m"][1], 1.502_709);
@@ -265,7 +265,7 @@ fn turn_is_what_the_table_says() {
 }
 
 #[test]
-fn speed_limit_is_what_the_table_says() {
+fn the_speed_limit_has_the_published_values() {
     let limit = answer(&["speed-limit", "--limit", "2"]);
     assert_six(&limit["head_speed_mps"], 1.246_266);
     assert_six(&limit["largest_ratio"], 1.604_793);
@@ -302,7 +302,7 @@ fn a_saved_pitch_reaches_the_circle_without_a_contact() {
 }
 
 #[test]
-fn a_turn_that_no_dragon_walks_has_null_answers_and_the_reason() {
+fn an_infeasible_turn_has_null_answers_and_the_reason() {
     let stage = Stage::new();
     let file = stage.path("tight.toml").display().to_string();
     fs::write(&file, TOO_TIGHT).expect("a file");
@@ -329,7 +329,7 @@ fn a_spiral_that_never_touches_has_no_contact() {
 }
 
 #[test]
-fn questions_that_cannot_be_are_refused_in_one_line() {
+fn impossible_questions_are_refused_in_one_line() {
     let stage = Stage::new();
     let file = stage.path("spiral.toml").display().to_string();
     fs::write(&file, "").expect("a file");
@@ -371,7 +371,7 @@ fn questions_that_cannot_be_are_refused_in_one_line() {
 }
 
 #[test]
-fn the_answer_comes_before_its_profile_and_a_single_near_miss_is_one() {
+fn the_answer_is_printed_before_its_profile_with_the_singular_for_one_near_miss() {
     let text = solve(&["contact", "--profile", "--step", "100", "--near", "0.001"]).expect_clean().stdout;
     let lines: Vec<&str> = text.lines().collect();
     assert!(lines[0].starts_with("first contact at 412.473838 s, benches 0 and 8"), "{text}");

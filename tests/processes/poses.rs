@@ -29,7 +29,7 @@ pub(crate) fn assert_near(live: [f64; 3], solved: DVec2) {
 }
 
 #[test]
-fn every_handle_of_every_frame_is_the_solvers() {
+fn every_handle_of_every_frame_equals_the_solution() {
     let stage = Stage::new();
     let shots = play(&stage, 198, &["--start-at", "123.4", "--time-scale", "900", "--until", "300"]);
     let dragon = Config::from_toml("").expect("the paper's dragon").dragon().clone();
@@ -46,7 +46,7 @@ fn every_handle_of_every_frame_is_the_solvers() {
 }
 
 #[test]
-fn the_planner_prints_the_numbers_that_are_live() {
+fn the_planner_prints_the_published_numbers() {
     let stage = Stage::new();
     let shots = play(&stage, 28, &["--start-at", "17.3", "--rate", "7", "--time-scale", "100", "--until", "400"]);
     let times: Vec<String> = shots.iter().map(|shot| shot.header.head_travel_m.to_string()).collect();
@@ -100,7 +100,7 @@ fn every_frame_is_due_a_whole_number_of_periods_after_the_first() {
 }
 
 #[test]
-fn the_releases_that_were_skipped_are_the_overruns_of_the_summary() {
+fn the_summarys_overruns_are_the_skipped_releases() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "1000", "--until", "0.2", "--readers", "1"]);
     let shots = Reader::join(&stage).read_to_end();

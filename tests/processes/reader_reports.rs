@@ -31,7 +31,7 @@ fn last_of(reports: &ReaderReports, name: &str) -> ReaderReport {
 }
 
 #[test]
-fn a_reader_reports_by_itself_while_it_reads_and_once_more_when_it_ends() {
+fn a_reader_reports_while_it_reads_and_once_more_at_its_end() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "50"]);
     let reports = open(&stage);
@@ -58,7 +58,7 @@ fn a_reader_reports_by_itself_while_it_reads_and_once_more_when_it_ends() {
 }
 
 #[test]
-fn a_reader_that_fell_behind_reports_what_it_has_lost() {
+fn a_reader_that_fell_behind_reports_its_lost_frames() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "1000", "--readers", "1"]);
     let reports = open(&stage);
@@ -79,7 +79,7 @@ fn a_reader_that_fell_behind_reports_what_it_has_lost() {
 }
 
 #[test]
-fn two_readers_of_one_name_are_told_apart() {
+fn two_readers_of_one_name_have_different_numbers() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "50"]);
     let reports = open(&stage);
@@ -96,7 +96,7 @@ fn two_readers_of_one_name_are_told_apart() {
 }
 
 #[test]
-fn a_recorder_reports_the_bytes_that_it_has_written() {
+fn a_recorder_reports_its_written_bytes() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100", "--readers", "1"]);
     let reports = open(&stage);
@@ -113,7 +113,7 @@ fn a_recorder_reports_the_bytes_that_it_has_written() {
 }
 
 #[test]
-fn frames_of_a_source_that_knows_of_no_reports_are_read_as_ever() {
+fn frames_of_a_source_without_reports_are_read() {
     let stage = Stage::new();
     let member = Member::join(stage.domain(), "other", Role::Source { bench_count: 1 }).expect("a member");
     let frames = member.frames().expect("the service can be made");

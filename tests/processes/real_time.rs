@@ -37,7 +37,7 @@ struct Thread {
 }
 
 #[test]
-fn the_loop_has_its_processor_and_priority_and_the_other_threads_have_neither() {
+fn only_the_loop_has_the_requested_processor_and_priority() {
     if !may_take_priority() {
         skip("real-time priorities are not granted here");
         return;
@@ -61,7 +61,7 @@ fn the_loop_has_its_processor_and_priority_and_the_other_threads_have_neither() 
 }
 
 #[test]
-fn a_server_that_asks_for_nothing_is_given_nothing() {
+fn a_server_without_flags_has_no_priority_and_no_processor_of_its_own() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100", "--readers", "1"]);
     Reader::join(&stage).read_to_tick(1);
@@ -74,7 +74,7 @@ fn a_server_that_asks_for_nothing_is_given_nothing() {
 }
 
 #[test]
-fn without_the_privilege_one_line_says_what_to_grant_and_the_server_runs() {
+fn without_the_privilege_the_server_runs_and_reports_the_missing_rights_in_one_line() {
     let stage = Stage::new();
     let Some(command) = unprivileged(&stage.command(&SERVE_AT_80)) else { return };
     let mut server = Process::start(command);
@@ -93,7 +93,7 @@ fn without_the_privilege_one_line_says_what_to_grant_and_the_server_runs() {
 }
 
 #[test]
-fn a_processor_that_is_not_there_is_told_with_those_that_are() {
+fn a_missing_processor_is_reported_with_the_available_ones() {
     let stage = Stage::new();
     if processors().contains(1023) {
         skip("this machine has every processor that there can be");
@@ -118,7 +118,7 @@ fn a_spinning_server_sends_every_frame_and_none_before_it_is_due() {
 }
 
 #[test]
-fn a_show_hands_what_it_is_asked_for_to_its_server() {
+fn a_show_passes_its_real_time_flags_to_its_server() {
     let (stage, cpu) = (Stage::new(), last_cpu());
     let show = ["show", "--out", "out", "--until", "0.1", "--cpu", &cpu, "--spin-us", "20", "--priority", "other"];
     stage.run(&show).expect_clean();

@@ -78,7 +78,7 @@ fn a_killed_recorder_leaves_a_file_that_repair_finishes() {
 }
 
 #[test]
-fn the_next_recorder_in_a_folder_finishes_what_a_killed_one_left() {
+fn the_next_recorder_in_a_folder_finishes_the_file_of_a_killed_one() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "200"]);
     let killed = stage.start(&["record", "a.mcap"]);
@@ -197,7 +197,7 @@ fn the_file_of_a_running_recorder_is_left_alone() {
 }
 
 #[test]
-fn a_recording_goes_on_over_a_restart_of_the_server() {
+fn a_recording_continues_across_a_restart_of_the_server() {
     let stage = Stage::new();
     // Each long enough for a reader that stays to find it.
     let run = ["--rate", "25", "--until", "4", "--readers", "1"];
@@ -219,7 +219,7 @@ fn a_recording_goes_on_over_a_restart_of_the_server() {
 }
 
 #[test]
-fn in_text_a_recorder_says_what_it_wrote_in_one_line() {
+fn a_recorder_in_text_prints_its_summary_in_one_line() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "1000", "--until", "0.1", "--readers", "1"]);
     let recorder = stage.start(&["record", "a.mcap"]);

@@ -106,7 +106,7 @@ fn write_long_pause(stage: &Stage) {
 }
 
 #[test]
-fn a_replay_is_the_recording_bit_for_bit_but_for_run_and_stamps() {
+fn a_replay_is_the_recording_bit_for_bit_except_run_and_stamps() {
     let stage = Stage::new();
     let pace = ["--start-at", "411", "--time-scale", "20", "--until", "413", "--readers", "2"];
     let server = stage.serve(&pace);
@@ -185,7 +185,7 @@ fn each_recorded_run_is_a_pass_with_its_own_description() {
 }
 
 #[test]
-fn frames_that_the_recorder_lost_leave_a_pause_and_no_hole_in_the_ticks() {
+fn lost_frames_of_a_recording_leave_a_pause_and_no_hole_in_the_ticks() {
     let stage = Stage::new();
     let ticks = (10..40).chain(60..100);
     let frames: Vec<(u64, u64)> = ticks.map(|tick| (tick, SECOND_NS + tick * SECOND_NS / 200)).collect();
@@ -203,7 +203,7 @@ fn frames_that_the_recorder_lost_leave_a_pause_and_no_hole_in_the_ticks() {
 }
 
 #[test]
-fn a_cut_recording_is_replayed_as_far_as_it_is_whole_and_said_to_be_cut() {
+fn a_cut_recording_is_replayed_up_to_the_cut_and_reported() {
     let stage = Stage::new();
     write_recording(&stage.path("whole.mcap"), 7, &[(0, 0), (1, 1_000), (2, 2_000)]);
     let bytes = fs::read(stage.path("whole.mcap")).expect("the recording");
@@ -238,7 +238,7 @@ fn a_client_may_stop_a_replay_and_nothing_else() {
 }
 
 #[test]
-fn a_replay_ends_at_a_signal_and_says_in_one_line_how_far_it_came() {
+fn a_signal_ends_a_replay_with_its_summary_in_one_line() {
     let stage = Stage::new();
     write_long_pause(&stage);
     let process = stage.start(&["replay", "a.mcap", "--readers", "1"]);
@@ -271,7 +271,7 @@ fn a_replay_publishes_its_status_and_the_recorded_description() {
 }
 
 #[test]
-fn one_source_an_instance_be_it_a_server_or_a_replay() {
+fn an_instance_has_one_source_a_server_or_a_replay() {
     let stage = Stage::new();
     write_long_pause(&stage);
     let told = |process: &Process| {
@@ -293,7 +293,7 @@ fn one_source_an_instance_be_it_a_server_or_a_replay() {
 }
 
 #[test]
-fn a_file_that_cannot_be_replayed_is_told_apart() {
+fn each_kind_of_file_that_cannot_be_replayed_has_its_message() {
     let stage = Stage::new();
     fs::write(stage.path("letter"), "not a recording").expect("a file");
     write_recording(&stage.path("empty.mcap"), 7, &[]);

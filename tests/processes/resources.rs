@@ -44,7 +44,7 @@ fn words(launcher: &[String]) -> Vec<&str> {
 }
 
 #[test]
-fn every_number_of_files_that_is_too_small_is_one_line() {
+fn every_file_limit_that_is_too_small_is_reported_in_one_line() {
     if !is_possible(&["prlimit", "--nofile=64"]) {
         return;
     }
@@ -77,7 +77,7 @@ fn a_limit_that_the_program_may_raise_is_raised() {
 }
 
 #[test]
-fn too_little_shared_memory_is_told_before_anything_is_made() {
+fn too_little_shared_memory_is_reported_before_anything_is_created() {
     for (options, what) in [
         ("size=64k", "/dev/shm has less than the 6.3 MB free"),
         ("size=8m", "/dev/shm has less than the 57.6 MB free"),
@@ -108,7 +108,7 @@ fn a_server_without_shared_memory_at_all_ends_with_an_error() {
 }
 
 #[test]
-fn the_largest_size_of_a_file_is_an_error_and_no_signal() {
+fn a_file_size_limit_is_an_error_and_not_a_signal() {
     if !is_possible(&["prlimit", "--fsize=100"]) {
         return;
     }
@@ -174,7 +174,7 @@ fn two_users_have_two_buses_and_neither_may_use_the_others() {
 }
 
 #[test]
-fn a_runtime_directory_that_is_missing_is_named_to_readers_too() {
+fn a_missing_runtime_directory_is_reported_by_readers_too() {
     for args in [&["serve"][..], &["ctl", "pause"], &["echo"], &["monitor"]] {
         let mut command = crate::stage::program(args);
         command.env("XDG_RUNTIME_DIR", OsStr::new("/tmp/bench-dragon-is-not-there"));
@@ -186,7 +186,7 @@ fn a_runtime_directory_that_is_missing_is_named_to_readers_too() {
 }
 
 #[test]
-fn a_full_disk_is_told_once_in_a_show_which_records_again_where_there_is_room() {
+fn a_show_reports_a_full_disk_once_and_records_again_when_there_is_room() {
     if !is_possible(&["unshare", "--mount"]) {
         return;
     }

@@ -39,7 +39,7 @@ fn begin(stage: &Stage) -> (Server, Reader, Vec<Shot>) {
 }
 
 #[test]
-fn the_subscriber_of_a_killed_server_goes_on_with_the_next_one_from_tick_0() {
+fn the_subscriber_of_a_killed_server_continues_with_the_next_one_from_tick_0() {
     let stage = Stage::new();
     let (server, mut reader, _) = begin(&stage);
     let run_id = server.run_id;
@@ -49,7 +49,7 @@ fn the_subscriber_of_a_killed_server_goes_on_with_the_next_one_from_tick_0() {
 }
 
 #[test]
-fn the_subscriber_of_a_stopped_server_goes_on_with_the_next_one_from_tick_0() {
+fn the_subscriber_of_a_stopped_server_continues_with_the_next_one_from_tick_0() {
     let stage = Stage::new();
     let (server, mut reader, mut shots) = begin(&stage);
     let run_id = server.run_id;
@@ -62,7 +62,7 @@ fn the_subscriber_of_a_stopped_server_goes_on_with_the_next_one_from_tick_0() {
 }
 
 #[test]
-fn ten_servers_killed_in_a_row_leave_nothing_that_stops_the_eleventh() {
+fn a_server_starts_after_ten_killed_ones() {
     let stage = Stage::new();
     for _ in 0..10 {
         let server = stage.serve(&["--rate", "1000"]);

@@ -48,7 +48,7 @@ impl Listener {
 }
 
 #[test]
-fn a_server_tells_when_it_is_ready_that_it_lives_how_it_stands_and_when_it_ends() {
+fn a_server_notifies_the_manager_of_its_start_life_status_and_end() {
     let stage = Stage::new();
     let (manager, mut server) = Listener::start(&stage, &["--rate", "100", "--readers", "1"], Some(400_000));
     manager.until("READY=1");
@@ -67,7 +67,7 @@ fn a_server_tells_when_it_is_ready_that_it_lives_how_it_stands_and_when_it_ends(
 }
 
 #[test]
-fn a_server_that_waits_for_its_readers_lives() {
+fn a_server_that_waits_for_its_readers_sends_signs_of_life() {
     let stage = Stage::new();
     let (manager, server) = Listener::start(&stage, &["--readers", "1"], Some(4));
     manager.until("WATCHDOG=1");
@@ -78,7 +78,7 @@ fn a_server_that_waits_for_its_readers_lives() {
 }
 
 #[test]
-fn there_are_no_more_signs_of_life_than_turns_of_the_loop() {
+fn the_loop_sends_at_most_one_sign_of_life_per_turn() {
     let stage = Stage::new();
     let (manager, server) = Listener::start(&stage, &["--rate", "1", "--until", "5"], Some(4));
     let messages = manager.until("STOPPING=1");
@@ -88,7 +88,7 @@ fn there_are_no_more_signs_of_life_than_turns_of_the_loop() {
 }
 
 #[test]
-fn nobody_who_does_not_watch_is_given_signs_of_life() {
+fn no_signs_of_life_are_sent_without_a_watchdog() {
     let stage = Stage::new();
     let (manager, server) = Listener::start(&stage, &["--rate", "100", "--until", "0.5"], None);
     let messages = manager.until("STOPPING=1");
@@ -97,7 +97,7 @@ fn nobody_who_does_not_watch_is_given_signs_of_life() {
 }
 
 #[test]
-fn the_unit_is_one_that_systemd_understands() {
+fn systemd_accepts_the_unit() {
     if !has_programs(&["systemd-analyze"]) {
         return;
     }

@@ -58,7 +58,7 @@ fn bash_completes_commands_their_options_values_and_files() {
 }
 
 #[test]
-fn zsh_and_fish_take_their_completions() {
+fn zsh_and_fish_accept_their_completions() {
     let folder = TempDir::new().expect("a folder");
     for shell in ["zsh", "fish"] {
         if has_programs(&[shell]) {
@@ -70,7 +70,7 @@ fn zsh_and_fish_take_their_completions() {
 }
 
 #[test]
-fn the_manual_has_a_page_for_every_command_that_is_set_without_a_warning() {
+fn the_manual_has_a_page_for_every_command_without_warnings() {
     let folder = TempDir::new().expect("a folder");
     let out = folder.path().join("man/man1");
     let listed = stdout(&["man", "--out", out.to_str().expect("a path in UTF-8")]);
@@ -102,7 +102,7 @@ fn the_manual_has_a_page_for_every_command_that_is_set_without_a_warning() {
 }
 
 #[test]
-fn colours_are_on_a_terminal_alone_and_not_under_no_color() {
+fn only_terminals_without_no_color_get_colours() {
     let without = [("NO_COLOR", "1")];
     for args in ["--help", "solve", "hz --secons 3", "solve contact --config nowhere.toml", "doctor"] {
         let line = format!("{BINARY} {args}");
@@ -116,7 +116,7 @@ fn colours_are_on_a_terminal_alone_and_not_under_no_color() {
 }
 
 #[test]
-fn a_long_answer_shows_how_far_it_is_on_a_terminal_and_nothing_in_a_pipe() {
+fn a_long_answer_shows_its_progress_on_a_terminal_only() {
     let folder = TempDir::new().expect("a folder");
     let config = folder.path().join("long.toml");
     fs::write(&config, LONG_DRAGON).expect("the folder is ours");

@@ -128,7 +128,7 @@ pub(crate) fn assert_published(summary: &Value, releases: u64) {
 }
 
 #[test]
-fn a_show_ends_at_the_time_asked_for() {
+fn a_show_ends_at_the_requested_time() {
     let stage = Stage::new();
     let ended = stage.run(&[&CALM[..], &["json", "--until", "102", "--fail-on-contact"], &OUT].concat());
     assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
@@ -169,7 +169,7 @@ fn an_interrupted_show_ends_its_children_and_reports() {
 }
 
 #[test]
-fn a_show_ends_when_its_server_is_asked_to_stop() {
+fn a_show_ends_when_its_server_receives_a_stop() {
     let Playing { show, stage } = Playing::start(&[]);
     stage.run(&["ctl", "stop"]).expect_clean();
     let ended = show.end();
@@ -180,7 +180,7 @@ fn a_show_ends_when_its_server_is_asked_to_stop() {
 }
 
 #[test]
-fn a_killed_monitor_is_started_again() {
+fn a_killed_monitor_is_restarted() {
     let playing = Playing::start(&[]);
     let first = await_child(playing.show.pid(), "monitor", None);
     kill(first);
@@ -193,7 +193,7 @@ fn a_killed_monitor_is_started_again() {
 }
 
 #[test]
-fn a_killed_recorder_is_started_again_beside_its_repaired_file() {
+fn a_killed_recorder_is_restarted_beside_its_repaired_file() {
     let playing = Playing::start(&[]);
     let first = await_child(playing.show.pid(), "record", None);
     kill(first);
@@ -205,7 +205,7 @@ fn a_killed_recorder_is_started_again_beside_its_repaired_file() {
 }
 
 #[test]
-fn a_recorder_that_is_asked_to_end_is_started_again_and_counted_once() {
+fn a_terminated_recorder_is_restarted_and_counted_once() {
     let playing = Playing::start(&[]);
     let recorder = await_child(playing.show.pid(), "record", None);
     record::await_frames(&playing.stage.path("out/recording.mcap"));
@@ -217,7 +217,7 @@ fn a_recorder_that_is_asked_to_end_is_started_again_and_counted_once() {
 }
 
 #[test]
-fn a_killed_server_is_started_again_and_the_dragon_stands_held_where_it_was() {
+fn a_killed_server_is_restarted_and_the_dragon_is_held_where_it_was() {
     let playing = Playing::start(&[]);
     let mut reader = Reader::join(&playing.stage);
     let before = reader.next().header;
@@ -267,7 +267,7 @@ fn assert_stand_held(shots: &[Shot]) {
 }
 
 #[test]
-fn with_auto_resume_a_restarted_server_walks_on_at_once() {
+fn with_auto_resume_a_restarted_server_walks_at_once() {
     let playing = Playing::start(&["--auto-resume"]);
     let mut reader = Reader::join(&playing.stage);
     let before = reader.next().header;
@@ -322,7 +322,7 @@ fn the_next_show_waits_for_the_server_of_a_killed_one_to_end() {
 }
 
 #[test]
-fn a_child_that_stands_still_is_killed_and_started_again() {
+fn a_stopped_child_is_killed_and_restarted() {
     for command in ["serve", "monitor", "record"] {
         let playing = Playing::start(&["--auto-resume"]);
         let first = await_child(playing.show.pid(), command, None);
@@ -366,7 +366,7 @@ fn a_second_show_in_the_same_folder_is_refused_and_changes_nothing() {
 }
 
 #[test]
-fn a_show_interrupted_while_it_starts_a_child_again_still_balances() {
+fn the_counts_of_a_show_balance_if_it_is_interrupted_during_a_restart() {
     for command in ["monitor", "record"] {
         let playing = Playing::start(&[]);
         kill(await_child(playing.show.pid(), command, None));

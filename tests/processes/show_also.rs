@@ -12,7 +12,7 @@ use crate::show::Playing;
 use crate::stage::Stage;
 
 #[test]
-fn configured_commands_run_beside_the_show_and_are_started_again() {
+fn configured_commands_run_beside_the_show_and_are_restarted() {
     let receiver = UdpSocket::bind("127.0.0.1:0").expect("a port");
     let to = receiver.local_addr().expect("it is bound");
     let stage = Stage::new();
@@ -47,7 +47,7 @@ fn configured_commands_run_beside_the_show_and_are_started_again() {
 }
 
 #[test]
-fn a_command_that_keeps_failing_is_given_up_and_the_show_goes_on() {
+fn a_show_continues_without_a_command_that_keeps_failing() {
     let stage = Stage::new();
     // No interface has an address of TEST-NET-1.
     let text = "[[show.also]]\ncommand = \"bridge psn --interface 192.0.2.1\"\n";

@@ -26,7 +26,7 @@ fn lock_after_recorder(file: File) -> (mpsc::Receiver<()>, mpsc::Sender<()>) {
 }
 
 #[test]
-fn a_killed_server_and_recorder_are_started_again_while_the_file_is_still_unfinished() {
+fn a_killed_server_and_recorder_are_restarted_while_the_file_is_unfinished() {
     let playing = Playing::start(&["--auto-resume"]);
     let pid = playing.show.pid();
     let (mut server, mut recorder) = (await_child(pid, "serve", None), await_child(pid, "record", None));
@@ -58,7 +58,7 @@ fn a_killed_server_and_recorder_are_started_again_while_the_file_is_still_unfini
 }
 
 #[test]
-fn a_show_finishes_what_an_earlier_one_left_once_it_plays() {
+fn a_playing_show_finishes_the_recording_of_an_earlier_one() {
     let stage = Stage::new();
     let show = stage.start(&[&CALM[..], &["json", "--out", "show-earlier"]].concat());
     let earlier = stage.path("show-earlier/recording.mcap");

@@ -12,7 +12,7 @@ use crate::show::{CALM, Playing};
 use crate::stage::Stage;
 
 #[test]
-fn the_summary_has_the_lateness_and_latency_of_all_servers_and_monitors() {
+fn the_summary_covers_the_lateness_and_latency_of_all_servers_and_monitors() {
     let playing = Playing::start(&["--auto-resume"]);
     let pid = playing.show.pid();
     let server = await_child(pid, "serve", None);

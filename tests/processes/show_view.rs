@@ -30,7 +30,7 @@ fn listens(address: &str) -> bool {
 }
 
 #[test]
-fn the_page_is_there_first_and_every_frame_reaches_all_others() {
+fn the_page_opens_first_and_every_frame_reaches_monitor_and_recorder() {
     let stage = Stage::new();
     let (show, address, token) = start(&stage, &["--until", "103"]);
     assert_eq!(token.len(), 32);
@@ -47,7 +47,7 @@ fn the_page_is_there_first_and_every_frame_reaches_all_others() {
 }
 
 #[test]
-fn a_killed_page_is_there_again_at_its_address_with_its_token() {
+fn a_killed_page_is_restarted_at_its_address_with_its_token() {
     let stage = Stage::new();
     let (show, address, _) = start(&stage, &[]);
     let pid = show.pid();
@@ -66,7 +66,7 @@ fn a_killed_page_is_there_again_at_its_address_with_its_token() {
 }
 
 #[test]
-fn a_show_whose_page_finds_its_address_taken_does_not_begin() {
+fn a_show_does_not_begin_if_the_address_of_its_page_is_taken() {
     let stage = Stage::new();
     let taken = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = taken.local_addr().expect("it is bound");
@@ -82,7 +82,7 @@ fn a_show_whose_page_finds_its_address_taken_does_not_begin() {
 }
 
 #[test]
-fn people_get_the_address_alone_on_a_line() {
+fn the_text_output_begins_with_the_address_on_a_line() {
     let stage = Stage::new();
     let mut show = stage.start(&[&SHOW[..], &["text", "--until", "101"]].concat());
     let line = show.next_line().expect("a line");

@@ -47,7 +47,7 @@ fn releases(first_ns: u64, last_ns: u64, rate_hz: usize) -> usize {
 }
 
 #[test]
-fn a_stopped_reader_loses_its_own_frames_alone_and_counts_them() {
+fn only_a_stopped_reader_loses_frames_and_it_counts_them() {
     let stage = Stage::new();
     let server = serve(&stage, RATE_HZ, 3);
     let mut monitor = stage.start(&["monitor", "--format", "json", "--progress", "0.01"]);
@@ -77,7 +77,7 @@ fn a_stopped_reader_loses_its_own_frames_alone_and_counts_them() {
 }
 
 #[test]
-fn a_reader_that_holds_its_frames_keeps_them_unchanged_and_counts_what_it_loses() {
+fn a_reader_that_holds_frames_keeps_them_unchanged_and_counts_its_losses() {
     let stage = Stage::new();
     let server = serve(&stage, RATE_HZ, 2);
     let mut holder = FrameSubscriber::open(stage.domain(), "holder").expect("a server has made the services");
@@ -107,7 +107,7 @@ fn bits(handles: &[HandleState]) -> Vec<u64> {
 }
 
 #[test]
-fn sixteen_readers_come_and_go_and_nobody_else_loses_a_frame() {
+fn sixteen_readers_join_and_leave_and_no_other_reader_loses_a_frame() {
     const READERS: usize = 16;
     // At this rate the bus keeps ten seconds for the witness, which does not read while a reader ends.
     const CALM_HZ: usize = 20;

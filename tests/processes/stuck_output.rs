@@ -34,7 +34,7 @@ fn json_lines(text: &str) -> Vec<Value> {
 }
 
 #[test]
-fn a_monitor_on_a_stuck_terminal_reads_every_frame_and_alerts_the_bus_of_all_that_it_sees() {
+fn a_monitor_on_a_stuck_terminal_reads_every_frame_and_sends_every_alert() {
     let stage = Stage::new();
     let server = stage.serve(&[&TO_CONTACT[..], &["--readers", "1"]].concat());
     let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has made the services");
@@ -61,7 +61,7 @@ fn a_monitor_on_a_stuck_terminal_reads_every_frame_and_alerts_the_bus_of_all_tha
 }
 
 #[test]
-fn lines_that_a_terminal_does_not_take_are_counted_and_the_later_ones_follow() {
+fn lines_that_a_terminal_does_not_accept_are_counted_and_later_lines_follow() {
     let stage = Stage::new();
     fs::write(stage.path("short.toml"), "[dragon]\nbenches = 20\n").expect("the folder is ours");
     let pace = ["--config", "short.toml", "--rate", "100", "--until", "12", "--readers", "1"];
@@ -84,7 +84,7 @@ fn lines_that_a_terminal_does_not_take_are_counted_and_the_later_ones_follow() {
 }
 
 #[test]
-fn a_guarded_show_on_a_stuck_terminal_walks_on_to_its_rest_and_ends() {
+fn a_guarded_show_on_a_stuck_terminal_walks_to_its_rest_and_ends() {
     let stage = Stage::new();
     let pace = ["--start-at", "405", "--time-scale", "20", "--rate", "100", "--out", "out"];
     let terminal = Pty::stuck();
@@ -99,7 +99,7 @@ fn a_guarded_show_on_a_stuck_terminal_walks_on_to_its_rest_and_ends() {
 }
 
 #[test]
-fn a_show_on_a_stuck_terminal_starts_its_server_again_and_ends_at_a_signal() {
+fn a_show_on_a_stuck_terminal_restarts_its_server_and_ends_at_a_signal() {
     let stage = Stage::new();
     let terminal = Pty::stuck();
     let show = terminal.start(stage.command(&["show", "--out", "out", "--rate", "50", "--start-at", "100"]));
@@ -172,7 +172,7 @@ fn an_answer_to_a_pipe_is_whole_though_the_bar_is_on_a_stuck_terminal() {
 }
 
 #[test]
-fn a_signal_ends_an_echo_whose_pipe_nobody_reads() {
+fn a_signal_ends_an_echo_with_a_full_pipe() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "1000"]);
     let mut echo = stage.start(&["echo", "--format", "json"]);
@@ -196,7 +196,7 @@ fn has_ended(process: &Process) -> bool {
 }
 
 #[test]
-fn a_contact_is_the_status_also_where_stdout_is_closed_early() {
+fn a_contact_sets_the_status_also_with_a_closed_stdout() {
     let stage = Stage::new();
     let pace = ["--start-at", "411", "--time-scale", "5", "--rate", "100"];
     let server = stage.serve(&[&pace[..], &["--readers", "1"]].concat());
@@ -212,7 +212,7 @@ fn a_contact_is_the_status_also_where_stdout_is_closed_early() {
 }
 
 #[test]
-fn no_answer_to_a_full_disk_ends_as_if_it_had_been_given() {
+fn an_answer_to_a_full_disk_is_an_error() {
     let long = ["solve", "poses", "--from", "0", "--to", "100", "--step", "1", "--format", "csv"];
     let answers: [&[&str]; 6] =
         [&["--help"], &["--version"], &["solve", "--help"], &["solve", "pitch"], &long, &["completions", "bash"]];
@@ -226,7 +226,7 @@ fn no_answer_to_a_full_disk_ends_as_if_it_had_been_given() {
 }
 
 #[test]
-fn a_reader_that_has_had_enough_ends_an_answer_quietly() {
+fn a_closed_pipe_ends_an_answer_without_an_error() {
     let line = format!(
         "{} solve poses --from 0 --to 300 --step 1 --format csv | head -n 1",
         env!("CARGO_BIN_EXE_bench-dragon")

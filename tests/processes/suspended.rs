@@ -42,7 +42,7 @@ fn behind_ns(first: &FrameHeader, header: &FrameHeader) -> i64 {
 }
 
 #[test]
-fn a_server_that_is_suspended_for_moments_shows_at_every_frame_where_the_dragon_should_be() {
+fn after_short_suspensions_every_frame_shows_where_the_dragon_should_be() {
     const SUSPENDED_NS: u64 = 100_000_000;
     let stage = Stage::new();
     // A machine that is busy with other things may keep the server waiting for longer than it is suspended.
@@ -73,7 +73,7 @@ fn a_server_that_is_suspended_for_moments_shows_at_every_frame_where_the_dragon_
 }
 
 #[test]
-fn a_server_that_was_suspended_for_long_makes_up_for_it_at_a_tenth_more() {
+fn after_a_long_suspension_the_server_catches_up_at_a_tenth_more() {
     const SUSPENDED_NS: u64 = 1_000_000_000;
     const MOST_JUMPED: u64 = RATE_HZ / 4;
     let stage = Stage::new();

@@ -91,7 +91,7 @@ fn a_tick_takes_one_system_call_which_is_its_sleep() {
 }
 
 #[test]
-fn a_tick_that_follows_timecode_takes_no_more() {
+fn a_tick_that_follows_timecode_takes_the_same_single_call() {
     let stage = Stage::new();
     let mut server = stage.serve(&["--readers", "1", "--timecode", "osc:0"]);
     let listen = server.process.json()["listen"].as_str().expect("an address").to_owned();
@@ -129,7 +129,7 @@ fn assert_only_sleeps(stage: &Stage, server: Server) {
 }
 
 #[test]
-fn a_woken_reader_takes_one_more() {
+fn each_woken_reader_takes_one_more_call() {
     let stage = Stage::new();
     let server = stage.serve(&["--readers", "1"]);
     let mut reader = FrameSubscriber::open(stage.domain(), "test").expect("a server has made the services");

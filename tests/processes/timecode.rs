@@ -117,7 +117,7 @@ fn count_seeks(shots: &[Shot]) -> usize {
 }
 
 #[test]
-fn a_show_stands_until_art_net_timecode_comes_and_follows_where_it_goes() {
+fn a_show_waits_for_art_net_timecode_and_follows_it() {
     let stage = Stage::new();
     // A desk that a busy machine holds up for a second is not lost.
     let (mut server, listen) = serve(&stage, "artnet:127.0.0.1:0", &["--timecode-timeout", "5"]);
@@ -168,7 +168,7 @@ fn a_show_stands_until_art_net_timecode_comes_and_follows_where_it_goes() {
 }
 
 #[test]
-fn one_desk_is_followed_and_another_one_is_counted() {
+fn one_desk_is_followed_and_packets_of_another_are_counted() {
     let stage = Stage::new();
     // No stall of the first one is that long.
     let (mut server, listen) = serve(&stage, "artnet:127.0.0.1:0", &["--timecode-timeout", "3600"]);
@@ -209,7 +209,7 @@ fn a_show_ends_where_it_has_walked_and_not_where_its_timecode_jumps() {
 }
 
 #[test]
-fn a_seek_is_refused_where_timecode_says_where_the_show_is() {
+fn a_seek_is_refused_while_the_show_follows_timecode() {
     let stage = Stage::new();
     let (server, listen) = serve(&stage, "osc:0", &[]);
     stage.run(&["ctl", "seek", "5"]).expect_clean();
@@ -238,7 +238,7 @@ fn osc_timecode_is_followed_in_every_form_with_an_offset() {
 }
 
 #[test]
-fn an_operators_pause_comes_before_the_timecode() {
+fn an_operators_pause_overrides_the_timecode() {
     let stage = Stage::new();
     let (server, listen) = serve(&stage, "osc:0", &[]);
     let mut reader = Reader::join(&stage);
@@ -257,7 +257,7 @@ fn an_operators_pause_comes_before_the_timecode() {
 }
 
 #[test]
-fn a_guarded_show_is_put_where_its_guard_has_proved_the_way() {
+fn a_guarded_show_seeks_to_the_timecode_after_its_guards_proof() {
     let stage = Stage::new();
     let (server, listen) = serve(&stage, "osc:0", &["--guarded"]);
     let mut reader = Reader::join(&stage);
@@ -272,7 +272,7 @@ fn a_guarded_show_is_put_where_its_guard_has_proved_the_way() {
 }
 
 #[test]
-fn a_monitor_sweeps_the_way_of_a_show_that_follows() {
+fn a_monitor_sweeps_the_travel_of_a_show_that_follows_timecode() {
     let stage = Stage::new();
     let (server, listen) = serve(&stage, "osc:0", &["--until", "414", "--readers", "2"]);
     let monitor = stage.start(&["monitor", "--format", "json"]);
@@ -291,7 +291,7 @@ fn a_monitor_sweeps_the_way_of_a_show_that_follows() {
 }
 
 #[test]
-fn a_show_that_follows_timecode_goes_on_after_a_contact_until_it_is_stopped() {
+fn a_show_that_follows_timecode_continues_after_a_contact_until_it_is_stopped() {
     let stage = Stage::new();
     let mut show = stage.start(&["show", "--out", "out", "--rate", "50", "--timecode", "osc:0", "--format", "json"]);
     let mut reader = Reader::await_server(&stage);
@@ -308,7 +308,7 @@ fn a_show_that_follows_timecode_goes_on_after_a_contact_until_it_is_stopped() {
 }
 
 #[test]
-fn a_server_that_is_killed_while_the_timecode_stands_is_started_again_and_follows_on() {
+fn a_server_killed_while_the_timecode_stands_is_restarted_and_follows() {
     let stage = Stage::new();
     let args = ["show", "--out", "out", "--rate", "50", "--auto-resume", "--timecode", "osc:0", "--format", "json"];
     let mut show = stage.start(&args);
@@ -328,7 +328,7 @@ fn a_server_that_is_killed_while_the_timecode_stands_is_started_again_and_follow
 }
 
 #[test]
-fn what_cannot_be_followed_is_told_in_one_line() {
+fn impossible_timecode_sources_are_refused_in_one_line() {
     let stage = Stage::new();
     let taken = UdpSocket::bind("127.0.0.1:0").expect("a port");
     let source = format!("osc:{}", taken.local_addr().expect("an address").port());

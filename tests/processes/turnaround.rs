@@ -47,7 +47,7 @@ fn a_show_plays_the_turnaround_from_its_start_to_its_end() {
 }
 
 #[test]
-fn every_handle_on_the_turn_is_the_solvers() {
+fn every_handle_on_the_turn_equals_the_solution() {
     let stage = stage_with("");
     let serve = ["--config", "turn.toml", "--start-at=-20", "--until", "60", "--readers", "1"];
     let server = stage.serve(&[&serve[..], &PACE].concat());
@@ -68,7 +68,7 @@ fn every_handle_on_the_turn_is_the_solvers() {
 }
 
 #[test]
-fn a_contact_on_the_turn_is_what_the_planner_says() {
+fn a_contact_on_the_turn_is_the_planned_one() {
     let stage = stage_with("pitch_m = 0.5");
     let mut solve = program(&["solve", "contact", "--format", "json", "--config"]);
     solve.arg(stage.path("turn.toml"));
@@ -82,7 +82,7 @@ fn a_contact_on_the_turn_is_what_the_planner_says() {
 }
 
 #[test]
-fn a_server_on_a_turn_that_is_too_tight_says_where_the_run_ends_and_why() {
+fn a_server_on_a_turn_that_is_too_tight_reports_where_and_why_the_run_ends() {
     let stage = stage_with("radius_ratio = 3.0");
     let ended = stage.run(&["serve", "--config", "turn.toml", "--start-at", "12", "--until", "12.5", "--rate", "100"]);
     assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
@@ -94,7 +94,7 @@ fn a_server_on_a_turn_that_is_too_tight_says_where_the_run_ends_and_why() {
 }
 
 #[test]
-fn a_seek_goes_below_zero_and_no_further_than_the_start() {
+fn a_seek_may_go_below_zero_but_not_before_the_start() {
     let stage = stage_with("");
     let server = stage.serve(&["--config", "turn.toml", "--held"]);
     assert_eq!(stage.run(&["ctl", "seek", "-50"]).code(), Some(0));

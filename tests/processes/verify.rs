@@ -247,7 +247,7 @@ fn a_changed_bit_is_reported_in_one_line_and_by_status_1() {
 }
 
 #[test]
-fn a_damaged_recording_is_not_verified_and_a_cut_one_as_far_as_it_goes() {
+fn a_damaged_recording_is_not_verified_and_a_cut_one_up_to_the_cut() {
     let stage = Stage::new();
     let (server, recorder) = record(&stage, &["--rate", "100", "--until", "2"]);
     server.summary();
@@ -270,7 +270,7 @@ fn a_damaged_recording_is_not_verified_and_a_cut_one_as_far_as_it_goes() {
 }
 
 #[test]
-fn what_cannot_be_verified_is_told_in_one_line_with_status_2() {
+fn files_that_cannot_be_verified_are_reported_in_one_line_with_status_2() {
     let stage = Stage::new();
     fs::write(stage.path("letter"), "not a recording").expect("a file");
     for (args, error) in [
@@ -289,7 +289,7 @@ fn what_cannot_be_verified_is_told_in_one_line_with_status_2() {
 }
 
 #[test]
-fn a_recording_of_a_replay_has_nothing_to_be_verified_by() {
+fn a_recording_of_a_replay_cannot_be_verified() {
     let stage = Stage::new();
     let (server, recorder) = record(&stage, &["--rate", "50", "--until", "0.2"]);
     server.summary();

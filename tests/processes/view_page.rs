@@ -21,7 +21,7 @@ use crate::stage::Stage;
 const SHOW: [&str; 4] = ["--rate", "100", "--start-at", "200"];
 
 #[test]
-fn the_page_draws_the_dragon_where_it_is_and_shows_the_buss_clearance() {
+fn the_page_draws_the_dragon_and_shows_the_clearance_of_the_bus() {
     let Some(browser) = Browser::find() else { return };
     let stage = Stage::new();
     let server = stage.serve(&SHOW);
@@ -90,7 +90,7 @@ fn every_control_works_by_button_and_by_key() {
 }
 
 #[test]
-fn a_lost_server_and_a_lost_view_are_told_apart_and_found_again() {
+fn the_page_distinguishes_a_lost_server_from_a_lost_view_and_recovers() {
     let Some(browser) = Browser::find() else { return };
     let stage = Stage::new();
     let server = stage.serve(&SHOW);
@@ -195,7 +195,7 @@ fn the_timeline_shows_the_planned_clearance_of_the_whole_show() {
 }
 
 #[test]
-fn the_pages_pure_modules_do_what_their_tests_say() {
+fn the_tests_of_the_pages_pure_modules_pass() {
     if !has_programs(&["node"]) {
         return;
     }
@@ -206,7 +206,7 @@ fn the_pages_pure_modules_do_what_their_tests_say() {
 }
 
 #[test]
-fn the_pages_modules_are_what_their_types_say() {
+fn the_types_of_the_pages_modules_are_correct() {
     let Some(Browser { node, .. }) = Browser::find() else { return };
     let mut command = Command::new("node");
     command.arg(node.join("node_modules/typescript/bin/tsc")).args(["--project", "tests/node/tsconfig.json"]);

@@ -20,7 +20,7 @@ fn expect_next(page: &mut Process, wanted: &str) {
 }
 
 #[test]
-fn the_page_tells_where_a_stopping_head_stands_who_did_what_and_an_orderly_end() {
+fn the_page_shows_the_rest_of_a_stopping_head_the_senders_of_commands_and_an_orderly_end() {
     let Some(browser) = Browser::find() else { return };
     let stage = Stage::new();
     fs::write(stage.path("show.toml"), SLOW_TO_STOP).expect("a file");
@@ -52,7 +52,7 @@ fn the_page_tells_where_a_stopping_head_stands_who_did_what_and_an_orderly_end()
 }
 
 #[test]
-fn the_page_announces_the_guards_stop_and_tells_its_situations_apart() {
+fn the_page_announces_the_guards_stop_and_distinguishes_its_situations() {
     let Some(browser) = Browser::find() else { return };
     let stage = Stage::new();
     // Two minutes before the guard's stop, so that a busy browser sees the forecast of it.

@@ -161,7 +161,7 @@ fn the_screen_shows_what_is_on_the_bus_and_its_keys_steer_the_show() {
 }
 
 #[test]
-fn a_watch_that_only_reads_gives_no_command() {
+fn a_read_only_watch_sends_no_command() {
     if !has_terminal() {
         return;
     }
@@ -186,7 +186,7 @@ fn a_watch_that_only_reads_gives_no_command() {
 }
 
 #[test]
-fn a_lost_server_is_not_to_be_overlooked_and_the_next_one_is_live() {
+fn a_lost_server_is_shown_clearly_and_the_next_one_is_live() {
     if !has_terminal() {
         return;
     }
@@ -218,7 +218,7 @@ fn a_lost_server_is_not_to_be_overlooked_and_the_next_one_is_live() {
 }
 
 #[test]
-fn a_head_that_brakes_and_a_run_that_ends_in_order_have_their_words() {
+fn a_braking_head_and_an_orderly_end_are_shown() {
     if !has_terminal() {
         return;
     }
@@ -249,7 +249,7 @@ fn a_head_that_brakes_and_a_run_that_ends_in_order_have_their_words() {
 }
 
 #[test]
-fn a_suspended_watch_leaves_the_terminal_to_the_shell_and_comes_back() {
+fn a_suspended_watch_leaves_the_terminal_to_the_shell_and_resumes() {
     if !has_terminal() {
         return;
     }
@@ -311,7 +311,7 @@ fn stall(stage: &Stage, terminal: &Tmux<'_>) -> (Pid, Stalled) {
 }
 
 #[test]
-fn a_signal_ends_a_watch_once_its_stalled_terminal_takes_something_again() {
+fn a_signal_ends_a_watch_when_its_stalled_terminal_continues() {
     if !has_terminal() {
         return;
     }
@@ -327,7 +327,7 @@ fn a_signal_ends_a_watch_once_its_stalled_terminal_takes_something_again() {
 }
 
 #[test]
-fn one_signal_ends_a_watch_whose_terminal_takes_nothing() {
+fn one_signal_ends_a_watch_on_a_stalled_terminal() {
     if !has_terminal() {
         return;
     }
@@ -345,7 +345,7 @@ fn one_signal_ends_a_watch_whose_terminal_takes_nothing() {
 }
 
 #[test]
-fn a_second_signal_ends_a_watch_whose_terminal_takes_nothing() {
+fn a_second_signal_ends_a_watch_on_a_stalled_terminal() {
     if !has_terminal() {
         return;
     }
@@ -362,7 +362,7 @@ fn a_second_signal_ends_a_watch_whose_terminal_takes_nothing() {
 }
 
 #[test]
-fn who_leaves_waits_for_the_command_under_way_alone_and_is_told_so() {
+fn a_watch_that_ends_waits_for_the_command_in_flight_and_drops_the_others() {
     if !has_terminal() {
         return;
     }
@@ -382,7 +382,7 @@ fn who_leaves_waits_for_the_command_under_way_alone_and_is_told_so() {
 }
 
 #[test]
-fn without_colours_no_colour_is_sent_and_the_log_waits_for_the_end() {
+fn no_color_is_respected_and_the_log_on_the_terminal_waits_for_the_end() {
     if !has_terminal() {
         return;
     }
@@ -426,7 +426,7 @@ fn has_colours(styled: &str) -> bool {
 }
 
 #[test]
-fn a_terminal_that_cannot_be_drawn_on_is_told_in_one_line() {
+fn an_unsuitable_terminal_is_refused_in_one_line() {
     if !has_terminal() {
         return;
     }
@@ -440,7 +440,7 @@ fn a_terminal_that_cannot_be_drawn_on_is_told_in_one_line() {
 }
 
 #[test]
-fn what_is_no_terminal_is_told_what_to_use_instead() {
+fn a_pipe_is_refused_with_the_commands_to_use_instead() {
     let ended = test_support::process::Process::start(program(&["watch"])).end();
     assert_eq!(ended.code(), Some(2));
     let told = "error: watch needs a terminal; in a pipe use `bench-dragon hz` or `bench-dragon echo`\n";

@@ -1,6 +1,6 @@
 """Figures as a stock reader of XML and of PNG finds them: well-formed, 160 mm wide, to scale, and in need of no font.
 
-Run by the Rust test `a_stock_reader_finds_what_print_needs`, which draws the figures and says in the environment where
+Run by the Rust test `a_stock_reader_finds_everything_that_a_printer_needs`, which draws the figures and says in the environment where
 they are.
 """
 
@@ -61,7 +61,7 @@ def test_a_vector_figure_is_a_page_wide_and_refers_to_nothing_outside_it(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_axes_are_told_with_their_units(name):
+def test_the_axes_have_their_units(name):
     expected = {
         "plan": ["x (m)", "y (m)"],
         "turnaround": ["x (m)", "y (m)", "turning circle", "nearest pair"],
@@ -74,7 +74,7 @@ def test_the_axes_are_told_with_their_units(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_pixel_figure_has_300_dots_for_each_inch_and_knows_it(name):
+def test_a_pixel_figure_has_300_dots_per_inch_and_states_it(name):
     parts = list(chunks(name))
     kind, header = parts[0]
     width, height, depth, colour, _, _, interlace = struct.unpack(">IIBBBBB", header)

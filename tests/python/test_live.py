@@ -149,6 +149,6 @@ def test_a_command_holds_from_the_tick_of_its_reply(node):
         assert headers[-1].run_id == reply.run_id
 
 
-def test_a_refused_command_says_what_is_allowed(node):
+def test_a_refused_command_has_the_allowed_range(node):
     reply = call(node, SPEED, 11.0)
     assert (reply.refusal, reply.lowest, reply.highest) == (2, 0.0, 10.0)

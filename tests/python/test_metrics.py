@@ -1,6 +1,6 @@
 """What the stock Prometheus client makes of the metrics, held against what the show's processes said themselves.
 
-Run by the Rust test `metrics::a_stock_client_reads_of_a_finished_show_what_its_processes_say`, which says in the environment
+Run by the Rust test `metrics::a_stock_client_reads_the_values_that_the_processes_of_a_finished_show_report`, which says in the environment
 where to ask, and in which folder it has left what to expect, and scrapes of other shows.
 """
 
@@ -59,7 +59,7 @@ def finished():
         time.sleep(0.05)
 
 
-def test_counts_are_those_that_the_processes_said_themselves(finished):
+def test_counts_equal_the_reports_of_the_processes(finished):
     told = samples(finished)
     assert told["overruns_total",] == EXPECTED["overruns"]
     assert told["tick_duration_seconds_count",] == EXPECTED["ticks"]
@@ -81,7 +81,7 @@ def test_clearance_is_that_of_the_papers_contact(finished):
     assert during["forecast_contact_remaining_seconds",] == pytest.approx(remaining, abs=1e-9)
 
 
-def test_types_are_as_the_names_say(finished):
+def test_types_match_the_names(finished):
     for family in families(finished).values():
         assert family.documentation, family.name
         names = {sample.name for sample in family.samples}
@@ -135,7 +135,7 @@ def used(text):
     return set(re.findall(r"bench_dragon_\w+", text))
 
 
-def test_the_dashboard_and_the_rules_use_metrics_that_there_are(known):
+def test_the_dashboard_and_the_rules_use_existing_metrics(known):
     dashboard = json.loads((PROJECT / "packaging/grafana-dashboard.json").read_text())
     found = list(expressions(dashboard))
     assert len(found) > 15
@@ -144,7 +144,7 @@ def test_the_dashboard_and_the_rules_use_metrics_that_there_are(known):
         assert name in known, name
 
 
-def test_every_panel_of_the_dashboard_asks_for_something_of_the_chosen_source():
+def test_every_panel_of_the_dashboard_queries_the_chosen_source():
     dashboard = json.loads((PROJECT / "packaging/grafana-dashboard.json").read_text())
     panels = [panel for panel in dashboard["panels"] if panel["type"] != "row"]
     assert len({panel["id"] for panel in dashboard["panels"]}) == len(dashboard["panels"])
@@ -154,7 +154,7 @@ def test_every_panel_of_the_dashboard_asks_for_something_of_the_chosen_source():
     assert [source["name"] for source in dashboard["__inputs"]] == ["DS_PROMETHEUS"]
 
 
-def test_the_docs_tell_of_every_metric_and_of_no_other(known):
+def test_the_docs_describe_every_metric_and_no_other(known):
     told = used((PROJECT / "docs/reference/metrics.md").read_text())
     families = {re.sub(r"_(bucket|sum|count)$", "", name) for name in known}
     assert told - known == {name for name in families if name not in known}, "histograms are told by their family's name"

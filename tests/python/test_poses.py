@@ -41,7 +41,7 @@ def test_there_is_a_sheet_of_positions_and_one_of_speeds():
 
 
 @pytest.mark.parametrize("sheet", ["positions", "speeds"])
-def test_the_header_tells_the_times_and_stays_in_view(sheet):
+def test_the_header_has_the_times_and_stays_in_view(sheet):
     header = [cell.value for cell in WORKBOOK[sheet][1]]
     assert header == ["handle", *(f"{second} s" for second in range(301))]
     assert WORKBOOK[sheet].freeze_panes == "B2"
@@ -63,7 +63,7 @@ def test_every_speed_is_the_planners():
     assert_shown("speeds", [[pose["handles"][index]["speed_mps"] for pose in POSES] for index in indices])
 
 
-def test_the_known_values_of_300_seconds_stand_there_to_the_last_decimal():
+def test_the_known_values_at_300_seconds_are_exact_to_the_last_decimal():
     known = {
         ("positions", "head x (m)"): 4.420274,
         ("positions", "head y (m)"): 2.320429,

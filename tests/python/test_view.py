@@ -45,7 +45,7 @@ def command(view, body):
     return json.loads(text)
 
 
-def test_a_page_is_told_the_run_and_gets_frames_that_are_those_of_the_bus(view):
+def test_a_page_gets_the_run_and_the_frames_of_the_bus(view):
     assert command(view, PAUSE)["accepted"]
     on_bus, positions_m = newest(lambda header: header.show_state == ShowState.PAUSED)
     with view.stream() as stream:
@@ -72,7 +72,7 @@ def is_whole(status):
     return status["traffic"]["rate_hz"] > 0 and status["server"] is not None and status["chart"] is not None
 
 
-def test_a_page_is_told_how_it_goes(view):
+def test_a_page_gets_the_status(view):
     with view.stream() as stream:
         statuses = []
         while len(statuses) < 10 or not is_whole(statuses[-1]):
@@ -104,7 +104,7 @@ def test_a_page_that_acknowledges_nothing_gets_two_frames_and_then_the_newest(vi
     "message",
     ["", "{}", "null", '{"ack":-1}', '{"ack":1.5}', '{"ack":4000000000}', '{"command":"stop"}', b"\x00", b"", "x" * 300, b"\x00" * 300, "[" * 200],
 )
-def test_a_page_that_says_anything_else_is_shown_out(view, message):
+def test_a_page_that_sends_anything_else_is_disconnected(view, message):
     with view.stream() as stream:
         stream.send(message)
         with pytest.raises(ConnectionClosed) as closed:
@@ -114,7 +114,7 @@ def test_a_page_that_says_anything_else_is_shown_out(view, message):
     assert view.stream_status() == 101, "and the next one is let in"
 
 
-def test_a_command_takes_the_token(view):
+def test_a_command_needs_the_token(view):
     for headers in ({"Authorization": ""}, {"Authorization": "Bearer " + "0" * 32}, {"Authorization": f"Basic {view.token}"}):
         status, text = view.command(PAUSE, **headers)
         assert status == 401 and list(json.loads(text)) == ["error"], text
@@ -184,7 +184,7 @@ def status_line(connection):
         return reply.readline().split()[1]
 
 
-def test_bodies_that_do_not_come_keep_nobody_out(view):
+def test_incomplete_requests_block_no_other_client(view):
     strangers = [begun_command(view) for _ in range(140)]
     answered = [status_line(connection) for connection in strangers[:100]]
     assert answered == [b"401"] * 100, "without the token nobody is listened to"
@@ -195,7 +195,7 @@ def test_bodies_that_do_not_come_keep_nobody_out(view):
         assert status_line(slow) == b"408"
 
 
-def test_the_server_refuses_what_it_would_refuse_anybody(view):
+def test_the_servers_refusals_reach_the_page(view):
     assert command(view, {"command": "release"}) == {"accepted": False, "tick": pytest.approx(0, abs=1e9), "reason": "the show is not held"}
     reply = command(view, {"command": "speed", "value": 11})
     assert (reply["accepted"], reply["reason"]) == (False, "the speed is 11 m/s, must be from 0 to 10 m/s")
@@ -218,14 +218,14 @@ def test_a_read_only_view_takes_no_command():
     assert state() == ShowState.RUNNING
 
 
-def test_the_environments_token_is_taken_and_is_long_enough(monkeypatch):
+def test_the_token_of_the_environment_is_used(monkeypatch):
     monkeypatch.setenv("BENCH_DRAGON_TOKEN", "known-to-the-booth")
     with viewing(PROGRAM, INSTANCE) as view:
         assert view.token == "known-to-the-booth"
         assert json.loads(view.request("/access", Authorization="Bearer known-to-the-booth")[1])["may_control"]
 
 
-def test_a_view_that_ends_tells_its_pages():
+def test_a_view_closes_its_streams_at_its_end():
     with contextlib.ExitStack() as pages:
         with viewing(PROGRAM, INSTANCE) as view:
             stream = pages.enter_context(view.stream())
@@ -236,7 +236,7 @@ def test_a_view_that_ends_tells_its_pages():
     assert (closed.value.rcvd.code, closed.value.rcvd.reason) == (1001, "the view has ended")
 
 
-def test_what_is_not_there_is_told_in_one_line(view):
+def test_unknown_paths_and_methods_are_refused(view):
     assert view.request("/nothing")[0] == 404
     assert view.request("/../Cargo.toml")[0] == 404
     assert view.request("/stream")[0] == 426

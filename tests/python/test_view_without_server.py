@@ -37,7 +37,7 @@ def link(state):
     return lambda told: told["type"] == "status" and told["link"]["state"] == state
 
 
-def test_a_page_is_told_when_the_server_comes_hangs_dies_and_comes_again():
+def test_a_page_gets_the_start_the_silence_the_death_and_the_restart_of_the_server():
     with viewing(PROGRAM, INSTANCE) as view, view.stream() as stream:
         assert until(stream, lambda told: told["type"] == "status")["link"]["state"] == "waiting"
         refused, text = view.command({"command": "pause"})

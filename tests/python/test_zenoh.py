@@ -106,7 +106,7 @@ def test_every_frame_is_the_one_of_the_bus_bit_for_bit(session):
     subscriber.undeclare()
 
 
-def test_the_description_is_there_for_whoever_asks_and_names_its_run(session):
+def test_the_description_can_be_queried_and_names_its_run(session):
     (reply,) = session.get(f"{KEY}/description", timeout=PATIENCE_S)
     assert str(reply.ok.encoding) == "text/toml"
     run_id, every, rate_hz = struct.unpack("<QQQ", reply.ok.attachment.to_bytes())
@@ -117,12 +117,12 @@ def test_the_description_is_there_for_whoever_asks_and_names_its_run(session):
     subscriber.undeclare()
 
 
-def test_a_token_says_that_a_source_is_there(session):
+def test_a_token_shows_that_a_source_is_present(session):
     replies = list(session.liveliness().get(f"{KEY}/source", timeout=PATIENCE_S))
     assert [str(reply.ok.key_expr) for reply in replies] == [f"{KEY}/source"]
 
 
-def test_commands_are_taken_where_that_is_allowed(session):
+def test_commands_are_accepted_where_they_are_allowed(session):
     (accepted,) = command(session, PAUSE)
     assert accepted.refusal == 0
     subscriber, samples = received(session, "frames")
@@ -138,6 +138,6 @@ def test_commands_are_taken_where_that_is_allowed(session):
     subscriber.undeclare()
 
 
-def test_commands_find_nobody_where_they_are_not_allowed():
+def test_commands_get_no_answer_where_they_are_not_allowed():
     with connected(SILENT_ENDPOINT) as session:
         assert command(session, PAUSE) == []

@@ -74,7 +74,7 @@ fn write(folder: &TempDir, bytes: &[u8]) -> PathBuf {
 }
 
 #[test]
-fn wherever_a_recording_or_its_repair_is_cut_the_next_repair_makes_the_same_file_of_what_is_whole() {
+fn a_recording_or_repair_cut_at_any_byte_is_repaired_to_the_same_file() {
     let small = Small::record();
     assert!(small.chunks.len() >= 4, "{} chunks", small.chunks.len());
     let folder = folder();
@@ -134,7 +134,7 @@ fn a_flipped_byte_in_the_head_of_a_record_cuts_nothing_off() {
 }
 
 #[test]
-fn what_follows_the_end_of_the_data_and_is_no_summary_is_not_cut_off() {
+fn bytes_after_the_end_of_the_data_are_not_cut_off() {
     let small = Small::record();
     let folder = folder();
     for more in [&b"more"[..], &small.bytes[small.chunks[1].chunk_start_offset as usize..]] {

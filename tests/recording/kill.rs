@@ -50,7 +50,7 @@ fn start_recording(folder: &OsStr) -> Process {
 }
 
 #[test]
-fn frames_reach_the_file_without_further_frames_and_outlive_a_kill() {
+fn written_frames_outlive_a_kill_of_their_recorder() {
     let folder = tempdir().expect("a folder");
     let recording = start_recording(folder.path().as_os_str());
     recording.complaint_with(FLUSHED);

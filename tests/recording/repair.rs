@@ -159,14 +159,14 @@ fn a_recording_whose_records_can_no_longer_be_followed_ends_there_and_is_kept() 
 }
 
 #[test]
-fn a_torn_end_is_nothing_to_keep() {
+fn no_copy_is_kept_of_a_torn_end() {
     let (folder, path) = ORIGINAL.cut_at(ORIGINAL.chunks[6].chunk_start_offset as usize + 100);
     assert_eq!(repair(&path).expect("a repair").kept, None);
     assert_eq!(fs::read_dir(folder.path()).expect("the folder").count(), 1);
 }
 
 #[test]
-fn a_file_that_goes_on_with_zeros_is_repaired_up_to_them() {
+fn a_file_that_ends_with_zeros_is_repaired_up_to_them() {
     let length = ORIGINAL.chunks[5].chunk_start_offset as usize;
     let (_folder, path) = ORIGINAL.cut_at(length);
     let mut bytes = fs::read(&path).expect("the recording");
@@ -278,7 +278,7 @@ fn damage_in_the_first_chunk_costs_its_one_frame() {
 }
 
 #[test]
-fn damage_in_a_finished_recording_is_found_by_a_check_alone() {
+fn only_a_check_finds_damage_in_a_finished_recording() {
     let (folder, path) = ORIGINAL.cut_at(ORIGINAL.bytes.len());
     for chunk in &ORIGINAL.chunks[3..5] {
         let mut bytes = fs::read(&path).expect("the recording");
@@ -297,7 +297,7 @@ fn damage_in_a_finished_recording_is_found_by_a_check_alone() {
 }
 
 #[test]
-fn a_check_of_a_sound_recording_changes_no_more_than_a_repair() {
+fn a_check_of_a_sound_recording_changes_as_much_as_a_repair() {
     for length in [ORIGINAL.bytes.len(), ORIGINAL.bytes.len() / 2] {
         let (folder, path) = ORIGINAL.cut_at(length);
         let (_other, repaired) = ORIGINAL.cut_at(length);

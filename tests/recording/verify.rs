@@ -190,7 +190,7 @@ fn a_changed_command_is_found_where_it_first_shows() {
 }
 
 #[test]
-fn the_last_moments_before_a_crash_are_not_said_to_differ() {
+fn the_last_moments_before_a_crash_are_unverifiable_and_not_different() {
     let requests = [(20, Request::Speed { speed_mps: 2.0 }), (400, Request::Speed { speed_mps: 0.1 })];
     let whole = Tape::of(500, &requests, &[]);
     let mut killed = whole.clone();
@@ -246,7 +246,7 @@ fn a_recording_that_begins_late_is_verified_where_no_release_was_missed_before()
 }
 
 #[test]
-fn events_that_are_missing_end_what_can_be_verified() {
+fn missing_events_end_the_verifiable_part() {
     let whole = Tape::of(60, &[(20, Request::Pause), (40, Request::Resume)], &[]);
     let mut tape = whole.clone();
     tape.events.remove(2);
@@ -266,7 +266,7 @@ fn events_that_are_missing_end_what_can_be_verified() {
 }
 
 #[test]
-fn nothing_that_a_recording_claims_breaks_a_verification() {
+fn impossible_values_in_a_recording_are_unverifiable() {
     let whole = Tape::of(5, &[], &[]);
     let starts = [
         RunStart { travel_m: f64::NAN, ..start() },

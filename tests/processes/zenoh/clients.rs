@@ -10,7 +10,7 @@ use crate::reader::Reader;
 use crate::stage::Stage;
 
 #[test]
-fn echo_hz_and_record_work_on_the_other_side_as_they_do_here() {
+fn echo_hz_and_record_work_on_the_far_bus() {
     let (near, far) = (Stage::new(), Stage::new());
     // At this rate the bus keeps ten seconds for the reader here, which reads when the commands there have ended.
     let server = near.serve(&["--rate", "20", "--readers", "3"]);
@@ -52,7 +52,7 @@ fn echo_hz_and_record_work_on_the_other_side_as_they_do_here() {
 }
 
 #[test]
-fn a_monitor_on_the_other_side_sees_the_same_contact_and_the_one_here_is_heard_there() {
+fn monitors_on_both_sides_report_the_same_contact_and_the_far_bus_gets_both_alerts() {
     let (near, far) = (Stage::new(), Stage::new());
     // Held at the start until everybody is there.
     let server = near.serve(&["--rate", "100", "--time-scale", "0.001"]);

@@ -16,7 +16,7 @@ fn ctl(stage: &Stage, order: &[&str]) -> Value {
 }
 
 #[test]
-fn a_bridge_takes_no_commands_unless_it_is_told_to() {
+fn a_bridge_takes_no_commands_without_the_flag() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "50"]);
     let sender = Bridge::sending(&near, &[]);
@@ -44,7 +44,7 @@ fn a_bridge_takes_no_commands_unless_it_is_told_to() {
 }
 
 #[test]
-fn a_bridge_that_is_told_to_takes_commands_and_answers_in_the_words_of_the_other_side() {
+fn a_bridge_with_the_flag_passes_commands_and_the_servers_replies() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "50"]);
     // So that ticks are not the same here and there.
@@ -76,7 +76,7 @@ fn a_bridge_that_is_told_to_takes_commands_and_answers_in_the_words_of_the_other
 }
 
 #[test]
-fn a_command_that_was_refused_because_nobody_answered_is_not_carried_out_later() {
+fn a_command_refused_for_lack_of_an_answer_is_not_executed_later() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "20"]);
     let sender = Bridge::sending(&near, &["--allow-commands"]);
@@ -104,7 +104,7 @@ fn a_command_that_was_refused_because_nobody_answered_is_not_carried_out_later()
 }
 
 #[test]
-fn a_bridge_that_ends_passes_on_no_more_of_the_commands_that_wait() {
+fn a_bridge_that_ends_passes_no_more_waiting_commands() {
     const ASKED: u64 = 12;
     let near = Stage::new();
     let server = near.serve(&["--rate", "20"]);

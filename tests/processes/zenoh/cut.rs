@@ -24,7 +24,7 @@ fn start_within(namespace: &str, stage: &Stage, args: &[&str]) -> Bridge {
 }
 
 #[test]
-fn a_run_whose_way_is_cut_goes_on_as_the_same_run_when_it_is_joined_again() {
+fn a_run_continues_after_its_network_was_cut() {
     if !has_programs(&["ip"]) {
         return;
     }

@@ -27,7 +27,7 @@ pub(super) fn connected(endpoint: &str) -> Session {
 }
 
 #[test]
-fn what_is_malformed_or_foreign_is_counted_and_dropped_and_the_show_goes_on() {
+fn malformed_and_foreign_messages_are_counted_and_dropped() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "50"]);
     let sender = Bridge::sending(&near, &[]);
@@ -93,7 +93,7 @@ fn frame_of(run_id: u64, bench_count: u32) -> Vec<u8> {
 }
 
 #[test]
-fn a_frame_of_another_dragon_than_its_run_is_described_with_begins_nothing() {
+fn a_frame_that_contradicts_the_description_of_its_run_is_dropped() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "50"]);
     let sender = Bridge::sending(&near, &[]);
@@ -118,7 +118,7 @@ fn a_frame_of_another_dragon_than_its_run_is_described_with_begins_nothing() {
 }
 
 #[test]
-fn a_run_that_the_bus_has_no_room_for_is_told_of_and_the_show_goes_on() {
+fn a_run_too_large_for_the_bus_is_refused_and_the_show_continues() {
     // Room for the paper's dragon, and not for one of a hundred thousand benches.
     let script = r#"mount -t tmpfs -o size=128m none /dev/shm && exec "$@""#;
     let launcher = ["unshare", "--mount", "sh", "-c", script, "sh"];
@@ -158,7 +158,7 @@ fn a_run_that_the_bus_has_no_room_for_is_told_of_and_the_show_goes_on() {
 }
 
 #[test]
-fn a_flood_of_descriptions_is_heard_a_few_times_a_second() {
+fn a_flood_of_descriptions_is_limited_to_a_few_per_second() {
     let far = Stage::new();
     let mut receiver = Bridge::start(&far, &["--receive", "--listen", ANY_PORT]);
     let begun = Instant::now();

@@ -46,7 +46,7 @@ fn reserved_endpoint() -> (OwnedFd, String) {
 }
 
 #[test]
-fn tls_by_zenohs_own_configuration_lets_in_whom_the_authority_knows_and_nobody_else() {
+fn tls_of_zenohs_configuration_admits_only_certified_peers() {
     if !has_programs(&["openssl"]) {
         return;
     }
@@ -97,7 +97,7 @@ fn tls_by_zenohs_own_configuration_lets_in_whom_the_authority_knows_and_nobody_e
 }
 
 #[test]
-fn who_cannot_be_reached_yet_is_found_when_he_comes() {
+fn a_peer_that_starts_later_is_found() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "50"]);
     let (_reserved, endpoint) = reserved_endpoint();
@@ -113,7 +113,7 @@ fn who_cannot_be_reached_yet_is_found_when_he_comes() {
 }
 
 #[test]
-fn a_sending_bridge_tells_that_nobody_is_connected_and_that_somebody_is() {
+fn a_sending_bridge_reports_whether_a_peer_is_connected() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "50"]);
     let (_reserved, endpoint) = reserved_endpoint();
@@ -134,7 +134,7 @@ fn a_sending_bridge_tells_that_nobody_is_connected_and_that_somebody_is() {
 }
 
 #[test]
-fn a_client_that_reaches_nobody_ends_at_a_signal() {
+fn a_client_without_a_peer_ends_at_a_signal() {
     let stage = Stage::new();
     let (_reserved, endpoint) = reserved_endpoint();
     let receiver = stage.start(&super::bridges::arguments(&["--receive", "--mode", "client", "--connect", &endpoint]));
@@ -144,7 +144,7 @@ fn a_client_that_reaches_nobody_ends_at_a_signal() {
 }
 
 #[test]
-fn what_cannot_be_is_said_in_one_line() {
+fn impossible_links_are_refused_in_one_line() {
     let stage = Stage::new();
     let taken = TcpListener::bind("127.0.0.1:0").expect("a port");
     let endpoint = format!("tcp/127.0.0.1:{}", taken.local_addr().expect("a bound socket").port());

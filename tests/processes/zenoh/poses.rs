@@ -19,7 +19,7 @@ pub(crate) fn content(shot: &Shot) -> Vec<u8> {
 }
 
 #[test]
-fn the_other_bus_has_the_same_frames_bit_for_bit_but_for_run_and_stamps() {
+fn the_far_bus_has_the_same_frames_bit_for_bit_except_run_and_stamps() {
     let (near, far) = (Stage::new(), Stage::new());
     // The reader here has room for the whole show, and the reader there has four seconds to join.
     let server = near.serve(&["--rate", "50", "--until", "4", "--readers", "2"]);
@@ -54,7 +54,7 @@ fn the_other_bus_has_the_same_frames_bit_for_bit_but_for_run_and_stamps() {
 }
 
 #[test]
-fn one_frame_of_ten_leaves_no_hole_in_the_ticks_and_nothing_is_said_to_be_lost() {
+fn one_frame_of_ten_leaves_no_hole_in_the_ticks_and_counts_as_no_loss() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "50", "--until", "4.2", "--readers", "2"]);
     let sender = Bridge::sending(&near, &["--rate", "5"]);
@@ -75,7 +75,7 @@ fn one_frame_of_ten_leaves_no_hole_in_the_ticks_and_nothing_is_said_to_be_lost()
 }
 
 #[test]
-fn a_late_bridge_gets_the_description_and_a_new_run_follows_the_last_one() {
+fn a_late_bridge_gets_the_description_and_the_next_run_is_a_run_of_its_own() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "20"]);
     Reader::join(&near).read_to_tick(3);
@@ -109,7 +109,7 @@ fn a_late_bridge_gets_the_description_and_a_new_run_follows_the_last_one() {
 }
 
 #[test]
-fn a_source_that_ends_is_missed_and_its_services_stay() {
+fn the_end_of_a_source_is_reported_and_the_far_services_stay() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "20"]);
     let mut sender = Bridge::sending(&near, &[]);
@@ -129,7 +129,7 @@ fn a_source_that_ends_is_missed_and_its_services_stay() {
 }
 
 #[test]
-fn a_recording_that_is_played_faster_than_it_was_made_gets_through() {
+fn a_recording_played_faster_passes_completely() {
     // Few enough for a reader's buffer to hold them all.
     const FRAMES: u64 = 250;
     let (near, far) = (Stage::new(), Stage::new());
@@ -169,7 +169,7 @@ fn a_recording_that_is_played_faster_than_it_was_made_gets_through() {
 }
 
 #[test]
-fn a_bridge_that_lagged_across_a_restart_leaves_out_as_many_frames_as_before() {
+fn a_bridge_that_lagged_across_a_restart_skips_as_many_frames_as_before() {
     const EVERY: u64 = 50;
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "50"]);
