@@ -30,7 +30,7 @@ fn assert_has(page: &str, text: &str) {
 }
 
 #[test]
-fn the_poses_on_the_page_are_those_of_the_program() {
+fn the_page_has_the_poses_of_the_program() {
     let page = page();
     let answer = solve(&["poses", "--at", "0,60,120,300"]);
     for pose in answer["poses"].as_array().expect("a list") {
@@ -43,7 +43,7 @@ fn the_poses_on_the_page_are_those_of_the_program() {
 }
 
 #[test]
-fn the_contacts_on_the_page_are_those_of_the_program() {
+fn the_page_has_the_contacts_of_the_program() {
     let page = page();
     let (_, narrow) = page.split_once("```toml\n").expect("the page has a configuration");
     let narrow = narrow.split("```").next().expect("a block has an end");
@@ -54,7 +54,15 @@ fn the_contacts_on_the_page_are_those_of_the_program() {
     for args in [&["contact"][..], &["contact", "--config", path]] {
         let answer = solve(args);
         let point = &answer["point_m"];
-        assert_has(&page, &format!("**{} s** | 0 and 8, at ({}, {})", written(&answer["time_s"]), written(&point[0]), written(&point[1])));
+        assert_has(
+            &page,
+            &format!(
+                "**{} s** | 0 and 8, at ({}, {})",
+                written(&answer["time_s"]),
+                written(&point[0]),
+                written(&point[1])
+            ),
+        );
         assert_eq!(answer["benches"], serde_json::json!([0, 8]));
     }
     let profile = solve(&["contact", "--profile", "--step", "100"]);
@@ -69,7 +77,7 @@ fn the_contacts_on_the_page_are_those_of_the_program() {
 }
 
 #[test]
-fn the_sensitivity_on_the_page_is_that_of_the_program() {
+fn the_page_has_the_sensitivity_of_the_program() {
     let page = page();
     let answer = solve(&["sensitivity", "--range", "5", "--steps", "1"]);
     let contact = &answer["quantities"][0];
@@ -83,7 +91,7 @@ fn the_sensitivity_on_the_page_is_that_of_the_program() {
 }
 
 #[test]
-fn the_further_answers_on_the_page_are_those_of_the_program() {
+fn the_page_has_the_further_answers_of_the_program() {
     let page = page();
     assert_has(&page, &format!("| {} m;", written(&solve(&["pitch", "--turn-diameter", "9"])["pitch_m"])));
     let turn = solve(&["turn"]);
