@@ -1,5 +1,5 @@
-//! The documents hold together: links resolve, pages say for whom they are, the index is complete, and the tests that documents
-//! name exist.
+//! The documents are consistent: links resolve, each page names its readers, the index is complete, and the tests that
+//! documents name exist.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -7,14 +7,14 @@ use std::path::{Component, Path, PathBuf};
 
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
 
-/// Folders that have no documents of ours.
+/// Folders without documents of the project.
 const SKIPPED: [&str; 4] = [".git", "node_modules", "target", "corpus"];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Files under a folder whose names end with one of these.
+/// Returns the files under a folder whose names end with one of these endings.
 fn files(folder: &Path, endings: &[&str]) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).expect("a folder can be read").flatten() {
@@ -33,7 +33,7 @@ fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// A document: where its links and pictures lead, and the names by which its headings are linked.
+/// A document: the targets of its links and pictures, and the anchors of its headings.
 struct Page {
     targets: Vec<String>,
     anchors: BTreeSet<String>,
@@ -62,14 +62,14 @@ impl Page {
     }
 }
 
-/// The anchor of a heading, as GitHub makes it.
+/// Returns the anchor of a heading, as GitHub makes it.
 fn anchor(heading: &str) -> String {
     let kept = heading.to_lowercase();
     let kept = kept.chars().filter(|char| char.is_alphanumeric() || " -_".contains(*char));
     kept.map(|char| if char == ' ' { '-' } else { char }).collect()
 }
 
-/// A path without `.` and `..`.
+/// Returns a path without `.` and `..`.
 fn plain(path: &Path) -> PathBuf {
     path.components().fold(PathBuf::new(), |mut plain, component| {
         match component {
@@ -81,7 +81,7 @@ fn plain(path: &Path) -> PathBuf {
     })
 }
 
-/// What is wrong with a link of a page, if anything is.
+/// Returns the fault of a link of a page, if there is one.
 fn fault(page: &Path, target: &str, pages: &BTreeMap<PathBuf, Page>) -> Option<String> {
     if target.contains("://") {
         return None;
@@ -161,7 +161,7 @@ fn the_first_documents_stay_short() {
     }
 }
 
-/// Names of the tests, and of their modules, in a target of `cargo test`.
+/// Returns the names of the tests and of their modules in a target of `cargo test`.
 fn names_of_tests(target: &str) -> Vec<String> {
     let folders = ["tests", "geometry/tests"].map(|folder| root().join(folder));
     let mut sources: Vec<PathBuf> = folders.iter().map(|folder| folder.join(format!("{target}.rs"))).collect();
@@ -187,7 +187,7 @@ fn names_of_tests(target: &str) -> Vec<String> {
 fn tests_that_documents_name_exist() {
     let mut checked = 0;
     for path in files(root(), &[".md"]) {
-        for command in read(&path).split(['`', '\n']).filter(|text| text.contains("--test ")) {
+        for command in read(&path).split(['`', '\n']).filter(|text| is_test_command(text)) {
             let command = command.split("  #").next().unwrap_or(command);
             for (target, filters) in named_tests(command) {
                 let names = names_of_tests(target);
@@ -203,7 +203,11 @@ fn tests_that_documents_name_exist() {
     assert!(checked > 20, "{checked} names of tests were found");
 }
 
-/// The targets and filters of a command line such as `tests/run --test processes show guard`.
+fn is_test_command(text: &str) -> bool {
+    text.contains("--test ") && (text.contains("tests/run") || text.contains("cargo test"))
+}
+
+/// Returns the targets and filters of a command line such as `tests/run --test processes show guard`.
 fn named_tests(command: &str) -> Vec<(&str, Vec<&str>)> {
     let mut named: Vec<(&str, Vec<&str>)> = Vec::new();
     let mut words = command.split_whitespace().map(|word| word.trim_matches(','));

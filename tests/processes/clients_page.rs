@@ -111,7 +111,7 @@ fn the_timecode_program_is_followed() {
         .as_str()
         .and_then(|listen| Some(listen.rsplit_once(':')?.1.to_owned()))
         .expect("an address with a port");
-    let client = start_python("Timecode, the other way", &[("7000", &port)]);
+    let client = start_python("Timecode to the show", &[("7000", &port)]);
     server.json_until("the show follows the timecode", |line| line["event"] == "follows");
     client.kill();
     server.terminate().expect_clean();

@@ -13,7 +13,7 @@ fn page() -> String {
 }
 
 fn solve(args: &[&str]) -> Value {
-    Process::start(program(&[&["solve", "--format", "json"], args].concat())).end().expect_clean().last_json()
+    Process::start(program(&[&["solve"], args, &["--format", "json"]].concat())).end().expect_clean().last_json()
 }
 
 /// A number as the page has it: six decimals, and the sign of typography.
