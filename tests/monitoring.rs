@@ -1,4 +1,4 @@
-//! The monitor on frames that a simulation makes, without a bus: what it tells must not depend on how the frames come.
+//! The monitor on frames of a simulation, without a bus. Its alerts do not depend on the intervals between the frames.
 
 use bench_dragon::config::Config;
 use bench_dragon::safety::forecast::Forecast;
@@ -9,7 +9,7 @@ use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState, Request};
 
 const FIRST_CONTACT_S: f64 = 412.473_837_682;
 
-/// A show of the paper's dragon and a monitor that watches it.
+/// A show of the paper's dragon, and its monitor.
 struct Rehearsal {
     simulation: Simulation,
     monitor: Monitor,
@@ -39,7 +39,7 @@ impl Rehearsal {
         }
     }
 
-    /// One tick that the monitor does not get.
+    /// Plays one tick that the monitor does not get.
     fn lose_frame(&mut self) -> FrameHeader {
         self.simulation.motion.advance();
         let head = self.simulation.write(&mut self.handles);
@@ -48,7 +48,7 @@ impl Rehearsal {
         header
     }
 
-    /// One tick that the monitor gets.
+    /// Plays one tick that the monitor gets.
     fn play_frame(&mut self, forecast: Option<&Forecast>) -> FrameHeader {
         let header = self.lose_frame();
         self.monitor.observe(&header, &self.handles, forecast).expect("222 pairs are not neighbours");

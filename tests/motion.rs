@@ -1,4 +1,4 @@
-//! The motion of the head, tick by tick: requests, grants, ends, and releases that were missed.
+//! The motion of the head, tick by tick: requests, grants, ends and missed releases.
 
 use bench_dragon::source::server::motion::{FASTEST, HeadState, Motion, MotionPlan, MotionSettings};
 use bench_dragon_geometry::planner::HeadTimetable;
@@ -9,12 +9,12 @@ fn plan() -> MotionSettings {
     MotionSettings::plain(0.001, 0.0, 400.0)
 }
 
-/// The motion before tick 0.
+/// Returns the motion before tick 0.
 fn planned(settings: MotionSettings) -> Motion {
     Motion::new(MotionPlan::new(settings).expect("the settings are sound"))
 }
 
-/// The motion at tick 0.
+/// Returns the motion at tick 0.
 fn start(plan: MotionSettings) -> Motion {
     after(planned(plan), 1)
 }
@@ -139,7 +139,7 @@ fn a_show_that_starts_at_its_end_is_finished() {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// A run that nobody interferes with is danced as the planner's timetable has it, at any rate, to its end.
+    /// A run without commands follows the planner's timetable to its end, at any rate.
     #[test]
     fn a_run_keeps_the_timetable_of_the_planner(
         speed_mps in 0.05..5.0_f64,
@@ -269,7 +269,7 @@ fn with_timecode_a_run_ends_where_the_head_has_walked_and_not_where_a_seek_has_r
     }
 }
 
-/// A head that brakes evenly from 1 m/s to rest in 0.5 s.
+/// Settings of a head that brakes evenly from 1 m/s to rest in 0.5 s.
 fn braking() -> MotionSettings {
     MotionSettings { accel_mps2: Some(2.0), tick_s: 0.1, ..plan() }
 }
@@ -331,7 +331,7 @@ fn a_head_reports_every_cause_of_its_stop() {
     assert!(motion.stops().timecode && motion.stops().ending && !motion.stops().run_end);
 }
 
-/// A guarded head that has walked so far.
+/// Returns a guarded head at this travel.
 fn guarded_at(travel_m: f64) -> Motion {
     start(MotionSettings { start_s: travel_m, start_travel_m: travel_m, ..guarded() })
 }
@@ -397,7 +397,7 @@ fn a_plan_with_impossible_values_is_rejected() {
     }
 }
 
-/// A motion that misses so many releases before each of its ticks: their releases, the heads, and the pace.
+/// Plays a motion that misses this many releases before each of its ticks. Returns releases, heads and paces.
 fn play_missing(mut motion: Motion, missed: &[u64]) -> Vec<(u64, HeadState, f64)> {
     let mut release = 0;
     let mut play = |&missed: &u64| {
@@ -488,7 +488,7 @@ fn a_run_and_a_show_that_miss_releases_end_exactly_at_their_ends() {
     }
 }
 
-/// What happens to a show, after so many releases more.
+/// Commands to a show, each with the number of releases before it.
 fn orders() -> impl Strategy<Value = Vec<(u64, Request)>> {
     let request = prop_oneof![
         Just(Request::Pause),
@@ -516,8 +516,8 @@ fn plans() -> impl Strategy<Value = MotionSettings> {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Two shows with the same commands at the same releases: one ticks at each, the other misses some, but for those at
-    /// which there is a command. Where both tick they are equal to the bit.
+    /// Two shows get the same commands at the same releases. One ticks at each release. The other misses some releases, but
+    /// none with a command. At the ticks of both, they are equal to the bit.
     #[test]
     fn a_show_that_misses_releases_equals_one_that_does_not_to_the_bit(
         plan in plans(),
@@ -547,8 +547,8 @@ proptest! {
         }
     }
 
-    /// Any releases missed, any length of jumps: twice the same gives the same bits, show time goes on by no more than a
-    /// tenth too much, and what the show is behind by is what it lacks.
+    /// For any missed releases and any length of jumps: a repetition gives the same bits, show time advances at most a tenth
+    /// too fast, and the reported delay is exact.
     #[test]
     fn a_show_keeps_time_or_reports_its_delay(
         missed in prop::collection::vec(prop_oneof![4 => Just(0), 2 => 1..5_u64, 1 => 5..200_u64], 1..300),
@@ -556,7 +556,7 @@ proptest! {
         tick_s in 0.000_01..0.01_f64,
     ) {
         let plan = MotionSettings { tick_s, most_jumped, ..MotionSettings::plain(tick_s, 0.0, 1e6) };
-        // Nothing is missed before the first tick.
+        // No release is missed before the first tick.
         let missed = [vec![0], missed].concat();
         let heads = play_missing(planned(plan), &missed);
         prop_assert_eq!(&play_missing(planned(plan), &missed), &heads);
@@ -567,7 +567,7 @@ proptest! {
             release += missed;
             motion.miss(missed);
             motion.advance();
-            // A rate at which a tenth of a period is a nanosecond: what it is behind by is exact.
+            // At this rate a tenth of a period is a nanosecond, so the delay is exact.
             let behind = motion.catch_up().behind_ns(100_000_000) as f64 / 10.0;
             let shown = motion.head().travel_m / tick_s;
             prop_assert!((shown + behind - release as f64).abs() < 1e-6, "{} and {} at {}", shown, behind, release);

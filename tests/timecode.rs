@@ -14,7 +14,7 @@ const FRAME_S: f64 = 0.04;
 const FRAME_TICKS: u64 = 40;
 const DAY_S: f64 = 86_400.0;
 
-/// A show, and the desk that it follows.
+/// A show, and the timecode source that it follows.
 struct Rehearsal {
     motion: Motion,
     follower: Follower,
@@ -22,7 +22,7 @@ struct Rehearsal {
     events: Vec<FollowerEvent>,
 }
 
-/// One tick: the head, its time scale and where the desk's clock is.
+/// One tick: the head, its time scale and the position of the source's clock.
 #[derive(Clone, Copy, Debug)]
 struct Moment {
     head: HeadState,
@@ -42,8 +42,8 @@ impl Rehearsal {
         Self { motion, follower: Follower::new(settings), tick: 0, events: Vec::new() }
     }
 
-    /// Plays ticks while the desk's clock is at `clock_s` of the seconds since the first of them; it sends at the start of each
-    /// of its frames, and what it sends arrives up to two ticks late. After a day it is at 0 again.
+    /// Plays ticks. The source's clock is at `clock_s` of the seconds since the first tick. The source sends at the start of
+    /// each timecode frame, and the packet arrives up to two ticks late. After a day, the clock starts again at 0.
     fn play(&mut self, ticks: u64, clock_s: impl Fn(f64) -> Option<f64>) -> Vec<Moment> {
         (0..ticks).map(|tick| self.tick(clock_s(tick as f64 / RATE_HZ as f64))).collect()
     }
@@ -78,13 +78,13 @@ impl Moment {
         self.head.sim_time_ns as f64 * 1e-9
     }
 
-    /// How far the show is behind the desk.
+    /// Delay of the show behind the source, in seconds.
     fn difference_s(&self) -> f64 {
         self.clock_s.expect("the desk's clock is known") - self.sim_s()
     }
 }
 
-/// Checks that running ticks are their time scale ÷ the rate apart, and returns those that were put elsewhere.
+/// Checks that successive running ticks differ by the time scale ÷ the rate, and returns the ticks that jumped.
 fn seeks(moments: &[Moment]) -> Vec<Moment> {
     let is_seek = |pair: &&[Moment]| {
         let step_s = pair[1].sim_s() - pair[0].sim_s();
@@ -264,7 +264,7 @@ fn before_midnight_a_show_that_starts_then_stands_at_its_start() {
     assert!((moments[19_999].difference_s() - DAY_S).abs() < FRAME_S, "{:?}", moments[19_999]);
 }
 
-/// With an acceleration the head brakes for two seconds from 1 m/s, in which show time goes on.
+/// With an acceleration, the head brakes for two seconds from 1 m/s, and show time continues meanwhile.
 #[test]
 fn a_head_that_brakes_for_a_standing_timecode_is_not_moved_back() {
     let mut rehearsal = Rehearsal::new(MotionSettings { accel_mps2: Some(0.5), ..plan() });
@@ -278,7 +278,7 @@ fn a_head_that_brakes_for_a_standing_timecode_is_not_moved_back() {
         assert!((0.0..0.002).contains(&walked_m) && pair[1].sim_s() >= pair[0].sim_s(), "{pair:?}");
     }
     assert_near(&moments[95_000..], FRAME_S);
-    // It is put elsewhere where the desk is.
+    // A large jump of the source is a seek.
     let moments = rehearsal.play(1_000, |elapsed_s| Some(200.0 + elapsed_s));
     assert_near(&moments[FRAME_TICKS as usize..], FRAME_S / 4.0);
 }

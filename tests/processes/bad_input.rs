@@ -1,4 +1,4 @@
-//! Bad input: one line on stderr that names it and says what is allowed, exit status 2, and no trace on the bus.
+//! Bad input: one line on stderr with the input and the allowed values, exit status 2, and no trace on the bus.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use test_support::process::{Ended, Process};
 
 use crate::stage::{Stage, program};
 
-/// Fails unless there is exactly one line of error, with everything that it is to name in it, each thing once.
+/// Fails unless there is exactly one line of error that contains each of these texts once.
 fn assert_told(ended: &Ended, code: i32, named: &[&str]) {
     let Ended { stdout, stderr, .. } = ended;
     assert_eq!((ended.code(), stdout.as_str()), (Some(code), ""), "{named:?}: {stderr}");

@@ -1,4 +1,4 @@
-//! Open Sound Control as `python-osc` of PyPI receives it.
+//! Open Sound Control, received by `python-osc` of PyPI.
 
 use std::f64::consts::PI;
 
@@ -13,7 +13,7 @@ use crate::stage::Stage;
 const BENCHES: usize = 223;
 const FRAMES: usize = 10;
 
-/// A way of telling.
+/// A kind of transport and its expected messages.
 #[derive(Clone, Copy, Debug)]
 struct Way {
     transport: &'static str,
@@ -66,7 +66,7 @@ fn python_osc_receives_messages_and_bundles_by_tcp() {
     receive(Way { transport: "tcp", args: &["--tcp", "--bundle"], ..PLAIN });
 }
 
-/// Runs a server, a bridge and python-osc, and compares every value with the bus.
+/// Runs a server, a bridge and python-osc, and compares every received value with the bus.
 fn receive(way: Way) -> Value {
     let stage = Stage::new();
     let mut receiver = start_receiver(way.transport);
@@ -107,7 +107,7 @@ fn assert_is_of_the_bus(frame: &Value, shots: &[Shot], way: Way) {
     let shot = shots.iter().find(|shot| show[3] == shot.header.tick).expect("a frame of the bus");
     assert_close(&show[0], shot.header.sim_time_s());
     assert_eq!((&show[1], &show[2]), (&"running".into(), &10.0.into()));
-    // Stale where the machine has kept the server waiting.
+    // A frame is stale if a busy machine has delayed the server.
     let is_fresh = show[4] == 1;
     assert!(is_fresh || show[4] == 0, "{show}");
     let time_scale = if is_fresh { 10.0 } else { 0.0 };

@@ -1,4 +1,4 @@
-//! Bridges where something is missing: the server, the receiver, the interface.
+//! Bridges with a missing server, receiver or interface.
 
 use std::io::Read as _;
 use std::net::{TcpListener, TcpStream, UdpSocket};
@@ -13,17 +13,17 @@ use test_support::skip::is_possible;
 use crate::reader::Reader;
 use crate::stage::{Stage, program};
 
-/// Packets among which the wanted one is: of the paper's dragon at fifty frames a second, those of a minute.
+/// Greatest number of packets until the wanted one: those of a minute, for the paper's dragon at fifty frames a second.
 const MAX_PACKETS: usize = 40_000;
-/// Where the first tracker's status lies in a DATA packet.
+/// Offset of the first tracker's status in a DATA packet.
 const STATUS_AT: usize = 80;
-/// Where its speed lies.
+/// Offset of the first tracker's speed.
 const SPEED_AT: usize = 48;
-/// Where its timestamp lies.
+/// Offset of the first tracker's timestamp.
 const TIMESTAMP_AT: usize = 88;
-/// Where the packet's own timestamp lies.
+/// Offset of the packet's own timestamp.
 const SENT_AT: usize = 8;
-/// An address of this machine on which nobody else chooses ports.
+/// An address of this machine on which no other program chooses ports.
 const RECEIVER: &str = "127.34.56.78:0";
 
 fn receiver() -> (UdpSocket, String) {
@@ -33,7 +33,7 @@ fn receiver() -> (UdpSocket, String) {
     (socket, address)
 }
 
-/// The connection of a bridge, whose reads have a deadline.
+/// Accepts the connection of a bridge. Its reads have a deadline.
 #[track_caller]
 fn accept(listener: &TcpListener) -> TcpStream {
     listener.set_nonblocking(true).expect("a listener");
@@ -48,12 +48,12 @@ fn accept(listener: &TcpListener) -> TcpStream {
 struct FirstTracker {
     status: f32,
     speed: [f32; 3],
-    /// How old the frame of the bus was when it was told.
+    /// Age of the frame of the bus when the packet was sent.
     age_us: u64,
 }
 
 impl FirstTracker {
-    /// Reads it from a packet, where it is one of DATA that begins with it.
+    /// Reads the first tracker from a packet; `None` unless it is a DATA packet that begins with it.
     fn of(packet: &[u8]) -> Option<Self> {
         let is_first = packet.len() >= TIMESTAMP_AT + 8 && packet[..2] == [0x55, 0x67] && packet[24..26] == [0, 0];
         let float = |at: usize| f32::from_le_bytes(packet[at..at + 4].try_into().expect("four bytes"));
@@ -66,7 +66,7 @@ impl FirstTracker {
     }
 }
 
-/// Reads packets until the first tracker of one is as wanted.
+/// Reads packets until a first tracker is as wanted.
 fn wait_for(socket: &UdpSocket, is_wanted: impl Fn(&FirstTracker) -> bool) -> FirstTracker {
     let mut packet = [0; 1_500];
     let mut next = || {
@@ -77,12 +77,12 @@ fn wait_for(socket: &UdpSocket, is_wanted: impl Fn(&FirstTracker) -> bool) -> Fi
     found.expect("one of so many is as wanted")
 }
 
-/// Reads packets until one's first tracker has this status; returns its speed.
+/// Reads packets until a first tracker has this status. Returns its speed.
 fn wait_for_status(socket: &UdpSocket, status: f32) -> [f32; 3] {
     wait_for(socket, |tracker| tracker.status == status).speed
 }
 
-/// The next notice; other lines are passed over.
+/// Returns the message of the next notice. Skips other lines.
 fn notice(bridge: &mut Process) -> String {
     let lines = bridge.json_until("a notice", |line| line["type"] == "notice");
     lines.last().expect("a line")["message"].as_str().expect("a text").to_owned()
@@ -163,7 +163,7 @@ fn a_stopped_or_killed_bridge_does_not_delay_the_server() {
     bridge.signal(Signal::STOP);
     let mut reader = Reader::join(&stage);
     let first = reader.next().header.tick;
-    // More than the bus keeps for the bridge: the server has overwritten what it did not read.
+    // More frames than the bus keeps for the bridge: the server has overwritten unread ones.
     let shots = reader.read_to_tick(first + 600);
     assert!(shots.windows(2).all(|pair| pair[0].header.run_id == pair[1].header.run_id));
     bridge.kill();
@@ -173,7 +173,7 @@ fn a_stopped_or_killed_bridge_does_not_delay_the_server() {
 
 #[test]
 fn a_tcp_receiver_that_does_not_read_loses_whole_frames_and_is_reported() {
-    // Three in the system's buffer, which may hold twice as much as it was asked for, and those on both sides of it.
+    // Three frames in the system's buffer, which may be twice as large as requested, and the frames on both sides of it.
     const MOST_KEPT: usize = 12;
     let stage = Stage::new();
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");

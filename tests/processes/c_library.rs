@@ -1,5 +1,5 @@
-//! The C library, in the hands of C and C++ programs: what they read, to the last bit, is what Rust reads; what they are told is
-//! what happens. The programs are in `ipc/c/tests`, and hold what they can judge by themselves.
+//! The C library, used by C and C++ programs. They read the same values as Rust, to the last bit, and get the same errors. The
+//! programs are in `ipc/c/tests`, and check themselves what needs no other process.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,10 +23,10 @@ const COMPILERS: [&str; 3] = ["gcc", "g++", "pkg-config"];
 /// Benches of the paper's dragon.
 const BENCHES: usize = 223;
 
-/// Every way to compile and link a client.
+/// All combinations of language and linkage.
 const WAYS: [(Language, Linkage); 4] = [(C99, Shared), (C99, Static), (Cpp17, Shared), (Cpp17, Static)];
 
-/// A client's program, under valgrind where the machine has it.
+/// Returns the command of a client, under valgrind if the machine has it.
 fn watched(program: &Path) -> Command {
     if has_programs(&["valgrind"]) { under_valgrind(program) } else { Command::new(program) }
 }
@@ -37,13 +37,13 @@ fn start(stage: &Stage, mut client: Command, args: &[&str]) -> Process {
     Process::start(client)
 }
 
-/// Compiles a client of `ipc/c/tests`, runs it, watched, to its end and returns what it prints.
+/// Compiles a client of `ipc/c/tests`, runs it under valgrind to its end, and returns its stdout.
 fn run(stage: &Stage, source: &str, args: &[&str]) -> String {
     let program = compile(stage, source, language_of(source), Shared);
     start(stage, watched(&program), args).end().expect_clean().stdout
 }
 
-/// As what a client was written.
+/// Returns the language of a client.
 fn language_of(source: &str) -> Language {
     if Path::new(source).extension().is_some_and(|extension| extension == "cpp") { Cpp17 } else { C99 }
 }
@@ -74,7 +74,7 @@ fn c_and_cpp_read_the_same_values_as_rust() {
     commands.call(Request::Release, DEADLINE).expect("the server answers").outcome().expect("the show is held");
     shots.extend(reader.read_to_end());
     assert_eq!(reader.lost(), 0);
-    // To its reader, the first one follows on nothing.
+    // For its reader, the first frame has no predecessor.
     let expected: Vec<String> = shots[1..].iter().map(line_of).collect();
     assert_eq!(shots[shots.len() - 1].header.sim_time_ns, 2_000_000_000, "the whole show");
     for (file, process) in clients {
@@ -163,7 +163,7 @@ fn a_c_client_gets_the_same_alerts_as_rust() {
     let server = stage.serve(&["--rate", "100", "--held", "--time-scale", "5"]);
     let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has made the services");
     let mut monitor = stage.start(&["monitor", "--format", "json"]);
-    // It is held, and says so: the monitor reads.
+    // The monitor reads frames once it reports the hold.
     monitor.json_until("the monitor reports that the show is held", |line| line["kind"] == "held");
 
     let printed = run(&stage, "alerts.c", &["410"]);
@@ -218,7 +218,7 @@ fn cmake_builds_the_examples_and_they_print_the_pose() {
     assert_eq!(server.summary()["frames"], heads.lines().count(), "a line a frame: {heads}");
 }
 
-/// A frame as the client `frames` writes it.
+/// Returns a frame as the line that the client `frames` writes.
 fn line_of(shot: &Shot) -> String {
     let numbers =
         shot.handles.iter().flat_map(|HandleState { position_m, velocity_mps }| [*position_m, *velocity_mps]).flatten();
@@ -237,7 +237,7 @@ fn line_of(shot: &Shot) -> String {
     words.map(|word| format!("{word:x}")).chain([continuity]).collect::<Vec<_>>().join(" ")
 }
 
-/// An alert as the client `alerts` prints it.
+/// Returns an alert as the line that the client `alerts` prints.
 fn line_of_alert(alert: &Alert) -> String {
     let [x, y] = alert.point_m.map(f64::to_bits);
     let words = [

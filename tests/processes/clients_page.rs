@@ -15,7 +15,7 @@ use crate::stage::Stage;
 /// Lines that a program has to print.
 const LINES: usize = 3;
 
-/// The program in a language under a heading of the page.
+/// Returns the program in a language under a heading of the page.
 fn program(heading: &str, language: &str) -> String {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference/clients.md");
     let page = fs::read_to_string(path).expect("there is a page about clients");
@@ -33,7 +33,7 @@ pub(crate) fn assert_goes_on(mut client: Process) {
     client.kill();
 }
 
-/// Starts Python with a program of the page, in which some words are others.
+/// Starts Python with a program of the page, in which some words are replaced.
 fn start_python(heading: &str, others: &[(&str, &str)]) -> Process {
     let mut client = python();
     client.args(["-u", "-c", &with(program(heading, "python"), others)]);
@@ -72,7 +72,7 @@ fn the_posistagenet_programs_print_trackers() {
 fn the_osc_program_prints_where_the_head_is() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "20"]);
-    // On any port of this machine, which it prints.
+    // The program uses any free port, and prints it.
     let serving = "BlockingOSCUDPServer((\"0.0.0.0\", 9000), dispatcher).serve_forever()";
     let on_any_port = "server = BlockingOSCUDPServer((\"127.0.0.1\", 0), dispatcher)
 print(server.server_address[1])

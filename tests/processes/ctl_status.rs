@@ -1,4 +1,4 @@
-//! `ctl status`: how the show does, for people, for scripts, and by the exit status.
+//! `ctl status`: the state of the show, as text, as JSON, and as exit status.
 
 use bench_dragon_ipc::ShowState;
 use serde_json::Value;
@@ -7,13 +7,13 @@ use test_support::eventually::eventually_from;
 use crate::reader::Reader;
 use crate::stage::Stage;
 
-/// The status and the exit status.
+/// Returns the status and the exit status.
 fn status(stage: &Stage) -> (Value, Option<i32>) {
     let ended = stage.run(&["ctl", "status", "--format", "json"]);
     (ended.last_json(), ended.code())
 }
 
-/// Asks until the status is as wanted: on a busy machine a reader reports late.
+/// Repeats the command until the status is as wanted: on a busy machine a reader reports late.
 fn status_with(stage: &Stage, what: &str, is_wanted: impl Fn(&Value) -> bool) -> (Value, Option<i32>) {
     eventually_from(what, || {
         let (json, code) = status(stage);

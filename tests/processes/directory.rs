@@ -1,4 +1,4 @@
-//! The directory of the bus: the user's own, or refused. Only these processes are given another one.
+//! The directory of the bus: it belongs to the user, or is refused. Only the processes of these tests use another directory.
 
 use std::fs::{self, Permissions};
 use std::os::unix::fs::{MetadataExt, PermissionsExt, chown};
@@ -16,7 +16,7 @@ fn run_in(runtime_dir: &Path, args: &[&str]) -> Ended {
     Process::start(command).end()
 }
 
-/// A runtime directory with the directory of the bus in it.
+/// Creates a runtime directory with a directory of the bus.
 fn runtime_dir() -> TempDir {
     let runtime_dir = tempfile::Builder::new().prefix("bd").tempdir_in("/tmp").expect("a folder");
     fs::create_dir(runtime_dir.path().join("bench-dragon")).expect("a folder");
@@ -53,7 +53,7 @@ fn a_directory_of_another_user_is_refused() {
     let runtime_dir = runtime_dir();
     let bus = runtime_dir.path().join("bench-dragon");
     if chown(&bus, Some(ANOTHER_USER), None).is_err() {
-        // Only root may give a directory away; there is another way to find one that is not ours.
+        // Only root may give a directory away. Other users test a directory that belongs to the system.
         return assert_not_usable_for_us();
     }
     fs::set_permissions(&bus, Permissions::from_mode(0o700)).expect("root may");
@@ -63,7 +63,7 @@ fn a_directory_of_another_user_is_refused() {
     );
 }
 
-/// `/proc/1` holds nothing of ours, and nothing can be made in it.
+/// `/proc/1` belongs to another user, and nothing can be created in it.
 fn assert_not_usable_for_us() {
     let ended = run_in(Path::new("/proc/1"), &["serve"]);
     assert_eq!((ended.code(), ended.stderr.lines().count()), (Some(1), 1), "{}", ended.stderr);
@@ -97,7 +97,7 @@ fn the_directory_is_private_and_is_removed_at_the_end() {
     let bus = runtime_dir.path().join("bench-dragon");
     fs::remove_dir(&bus).expect("an empty folder");
     let name = format!("directory-{}", std::process::id());
-    // The strict umask that iceoryx2 has for an instant, and that a process inherits which is started then.
+    // iceoryx2 sets this strict umask for an instant, and a process that is started then inherits it.
     let mut command = Command::new("sh");
     command.args(["-c", "umask 0177; exec \"$0\" serve --format json --instance \"$1\""]);
     command.args([env!("CARGO_BIN_EXE_bench-dragon"), &name]);

@@ -1,4 +1,4 @@
-//! The doctor: what it finds on real remains and a running server, what it cleans up, and that it disturbs nobody.
+//! The doctor: its findings on real remains and on a running server, its clean-up, and that it disturbs no other process.
 
 use std::fs::{self, Permissions};
 use std::os::unix::fs::{PermissionsExt as _, lchown, symlink};
@@ -29,7 +29,7 @@ fn status<'a>(examination: &'a Value, name: &str) -> &'a str {
     finding(examination, name)["status"].as_str().expect("a word")
 }
 
-/// A service file as a server leaves it that is killed while it writes: not finished, so still writable.
+/// Leaves the service file of a server that was killed while it wrote: unfinished, so still writable.
 fn leave_half_made(stage: &Stage) {
     let services = stage.domain().root().join("services");
     fs::create_dir_all(&services).expect("a folder");
@@ -129,7 +129,7 @@ fn foreign_files_in_shared_memory_do_no_harm() {
     let examination = examine(&stage, &[]);
     server.stop();
     if are_foreign {
-        // Only root may give files away.
+        // Only root may give files away, so only root runs this part.
         let message = finding(&examination, "foreign files")["message"].as_str().expect("a line").to_owned();
         assert!(message.contains("3 files of other users") && message.contains("of user 12345"), "{message}");
         let fixed = examine(&stage, &["--fix"]);
@@ -139,7 +139,7 @@ fn foreign_files_in_shared_memory_do_no_harm() {
         fs::remove_dir_all(&folder).expect("root may");
         fs::remove_file(&link).expect("root may");
     }
-    // Our own of any kind are swept.
+    // Files of the user are removed, of any kind.
     fs::create_dir(&folder).expect("shared memory");
     symlink("/etc/hostname", &link).expect("shared memory");
     stage.serve(&["--rate", "200"]).stop();
@@ -149,11 +149,11 @@ fn foreign_files_in_shared_memory_do_no_harm() {
 #[test]
 fn a_running_show_is_reported_and_loses_no_frame() {
     let stage = Stage::new();
-    // Slow, so that what the reader's buffer holds is half a minute.
+    // Slow, so that the reader's buffer holds twenty seconds.
     let server = stage.serve(&["--rate", "10", "--readers", "1"]);
     let mut reader = Reader::join(&stage);
     let mut shots = vec![reader.next()];
-    // A client that is killed leaves an entry, beside the living.
+    // A killed client leaves an entry beside those of the running ones.
     let mut client = stage.start(&["echo"]);
     assert!(client.next_line().is_some(), "it reads");
     let pid = client.pid();

@@ -1,4 +1,4 @@
-//! `echo` and `hz`: what people and scripts see of the frames.
+//! `echo` and `hz`: the frames as text and JSON.
 
 use bench_dragon_ipc::HandleState;
 use serde_json::{Value, json};
@@ -63,7 +63,7 @@ fn hz_prints_the_requested_number_of_lines_and_ends() {
         fields.sort();
         assert_eq!(fields, ["frames", "latency_us", "lost", "rate_hz", "restarts"]);
         assert_eq!(line["restarts"], 0);
-        // A server that stands still for a second publishes nothing.
+        // A server without a processor for a second publishes no frame.
         let has_frames = line["frames"].as_u64() > Some(0);
         assert_eq!(line["rate_hz"].as_f64() > Some(0.0), has_frames, "{line}");
         let latency = &line["latency_us"];

@@ -1,4 +1,4 @@
-//! How a run ends in order, and what its record of commands says.
+//! Orderly ends of a run, and its record of commands.
 
 use bench_dragon_ipc::{
     CommandClient, CommandEvent, CommandEventReader, EventKind, GuardState, Refusal, Request, Sender, ShowState,
@@ -16,7 +16,7 @@ fn serve_braking(stage: &Stage, args: &[&str]) -> Server {
     stage.serve(&[&["--config", "braking.toml", "--rate", "20", "--readers", "1"], args].concat())
 }
 
-/// Asserts that the frames show a head that walks, brakes evenly to rest, and has ended with the first frame at rest.
+/// Fails unless the head walks, brakes evenly to rest, and is ended in the first frame at rest.
 fn assert_brakes_and_ends(shots: &[Shot]) {
     let states: Vec<ShowState> = shots.iter().map(Shot::state).collect();
     let (last, before) = states.split_last().expect("some frames");
@@ -81,7 +81,7 @@ fn a_run_with_an_end_is_ended_there() {
     server.summary();
 }
 
-/// All events up to the end of the run.
+/// Reads all events up to the end of the run.
 fn read_to_the_end(events: &CommandEventReader) -> Vec<CommandEvent> {
     let mut read = Vec::new();
     eventually("the event of the end", || {

@@ -1,4 +1,4 @@
-//! The files of `examples/`: every configuration plans and plays, and every program reads a show.
+//! The files of `examples/`: every configuration is planned and played, and every program reads a show.
 
 use std::env;
 use std::fs;
@@ -72,7 +72,7 @@ fn the_stage_configuration_has_every_key() {
     }
 }
 
-/// A program whose output comes line by line, though it does not print to a terminal.
+/// Starts a program with output line by line, although stdout is not a terminal.
 fn by_lines(program: &Path, stage: &Stage) -> Process {
     let mut unbuffered = Command::new("stdbuf");
     unbuffered.arg("--output=L").arg(program).arg(stage.domain().instance().as_str());

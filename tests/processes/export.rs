@@ -1,4 +1,4 @@
-//! A recording as tables, read back by Python: `tests/python/test_export.py`.
+//! A recording exported as tables. `tests/python/test_export.py` reads them.
 
 use std::fs;
 use std::io::Read as _;
@@ -19,7 +19,7 @@ fn export(stage: &Stage, args: &[&str]) -> Ended {
     test_support::process::Process::start(command).end()
 }
 
-/// A recording of a bench at these show times, in milliseconds.
+/// Writes a recording of one bench at these show times, in milliseconds.
 fn write_recording(path: &Path, times_ms: impl Iterator<Item = i64>) {
     let mut recorder = Recorder::start(RecorderSettings::new(path, 0)).expect("a recorder");
     recorder.describe(7, "[dragon]\nbenches = 1\n").expect("the configuration");

@@ -65,7 +65,7 @@ fn impossible_figures_are_refused_in_one_line() {
     ];
     for (args, code, told) in cases {
         let Ended { stdout, stderr, status } = solve(args, folder.path());
-        // The answer is printed in any case, but to a question that is refused.
+        // The answer is printed unless the question is refused.
         assert_eq!((status.code(), stdout.is_empty()), (Some(*code), *code == 2), "{args:?}: {stderr}");
         assert!(stderr.starts_with("error: ") && stderr.lines().count() == 1 && stderr.contains(told), "{stderr:?}");
     }
@@ -94,7 +94,7 @@ fn sensitivity_is_drawn_and_tabled_with_a_reason_for_each_missing_number() {
     assert!(begins(&folder.path().join("chart.xlsx"), b"PK"));
 }
 
-/// The words that a vector figure shows, or says to those who cannot see it.
+/// Returns the text of a vector figure, with its labels for screen readers.
 fn words(path: &Path) -> String {
     fs::read_to_string(path).expect("the figure is text")
 }
@@ -108,7 +108,7 @@ fn a_turn_is_drawn_with_its_nearest_pair_and_its_clearance() {
     let told =
         format!("Benches {} and {}: clearance {clearance_mm:.3} mm", nearest["benches"][0], nearest["benches"][1]);
     let figure = words(&folder.path().join("turn.svg"));
-    // The words over the pair, and the measure between its boards.
+    // The label of the pair, and the dimension between its boards.
     assert_eq!(figure.matches(&format!("aria-label=\"{told}\"")).count(), 2, "{told}");
     assert!(figure.contains("aria-label=\"nearest pair\""));
 }
@@ -124,7 +124,7 @@ fn the_smallest_pitch_is_drawn_with_the_pair_that_binds() {
         assert!(figure.contains(&format!("aria-label=\"{told}\"")), "{told}");
     }
     assert!(figure.contains("<title>The tightest spiral, pitch 0.450337 m, at "), "{}", &figure[..300]);
-    // Its head's link binds, and no pair: the nearest pair is shown.
+    // The head's link is the limit and not a pair of benches, so the nearest pair is shown.
     fs::write(folder.path().join("one.toml"), "[dragon]\nbenches = 3\n").expect("a file");
     let args = ["pitch", "--config", "one.toml", "--turn-diameter", "1", "--figure", "one.svg"];
     let ended = solve(&args, folder.path()).expect_clean();
@@ -151,7 +151,7 @@ fn a_figure_carries_a_title_and_the_dragons_data_and_fills_its_paper() {
     let args = ["contact", "--figure", "contact.png", "--paper", "letter"];
     solve(&args, folder.path()).expect_clean();
     let image = fs::read(folder.path().join("contact.png")).expect("a file");
-    // 300 dots to the inch, across.
+    // 300 dots per inch.
     assert_eq!(image[16..24], [[0, 0], 3300_u16.to_be_bytes(), [0, 0], 2550_u16.to_be_bytes()].concat()[..]);
 }
 

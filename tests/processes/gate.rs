@@ -1,5 +1,5 @@
-//! `tests/run` itself, in a copy of what it needs, with programs in the place of cargo, apt-get and python3: what it installs,
-//! which status it ends with, and how it reports the tests that were skipped.
+//! `tests/run` itself, in a copy, with scripts in place of cargo, apt-get and python3: the packages that it installs, its exit
+//! status, and its report of skipped tests.
 
 use std::env;
 use std::fs;
@@ -13,16 +13,16 @@ use test_support::eventually::within;
 use test_support::process::{Ended, Process};
 use test_support::pytest::pytest;
 
-/// What `tests/run` calls beyond the programs of the tests themselves.
+/// Programs that `tests/run` calls, except those of the tests themselves.
 const TOOLS: [&str; 12] = ["bash", "cat", "dirname", "id", "mkdir", "mktemp", "rm", "sed", "sort", "tail", "wc", "env"];
 
-/// A folder with a copy of `tests/run`, and programs that stand in for others.
+/// A folder with a copy of `tests/run`, and scripts in place of other programs.
 struct Gate {
     folder: TempDir,
 }
 
 impl Gate {
-    /// With a cargo that runs this line of a shell, whose arguments are cargo's.
+    /// Creates the folder. `cargo` runs this shell line with cargo's arguments.
     fn new(cargo: &str) -> Self {
         let gate = Self { folder: TempDir::new().expect("a folder") };
         fs::create_dir(gate.path("tests")).expect("the folder is ours");
@@ -38,7 +38,7 @@ impl Gate {
         gate
     }
 
-    /// With every program that `tests/run` would install.
+    /// Creates the folder with every program that `tests/run` would install.
     fn complete(cargo: &str) -> Self {
         let gate = Self::new(cargo);
         let run = fs::read_to_string(gate.path("tests/run")).expect("a text");
@@ -61,7 +61,7 @@ impl Gate {
         fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("it is ours");
     }
 
-    /// Runs it to its end.
+    /// Runs `tests/run` to its end.
     fn run(&self, args: &[&str], is_ci: bool) -> Ended {
         let mut command = Command::new(self.path("tests/run"));
         command.args(args).env("PATH", self.path("bin")).env("CARGO_TARGET_DIR", self.path("target"));
@@ -73,7 +73,7 @@ impl Gate {
     }
 }
 
-/// The last lines of what was printed.
+/// Returns the last lines of stdout.
 fn last_lines(ended: &Ended, count: usize) -> Vec<&str> {
     let lines: Vec<&str> = ended.stdout.lines().collect();
     lines[lines.len().saturating_sub(count)..].to_vec()
@@ -171,7 +171,7 @@ fn a_rust_test_that_is_skipped_is_noted_and_fails_where_ci_is_set() {
     let list = folder.path().join("skipped");
     let run = |is_ci: bool| {
         let mut command = Command::new(env::current_exe().expect("this program"));
-        // Without a PATH it finds no shell.
+        // Without a PATH, the test finds no shell.
         command.args(["shell::zsh_and_fish_accept_their_completions", "--exact"]).env("PATH", "");
         command.env("BENCH_DRAGON_SKIPPED", &list).env_remove("CI");
         if is_ci {

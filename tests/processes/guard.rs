@@ -1,4 +1,4 @@
-//! The guard as a process: the head walks only where it was granted, whatever happens to whoever grants it.
+//! The guard as a process: the head walks only within its grants, whatever happens to the guard.
 
 use std::fs;
 
@@ -13,7 +13,7 @@ use crate::releases::assert_released;
 use crate::seed::Seed;
 use crate::stage::Stage;
 
-/// Show time at which the paper's dragon comes to rest, and travel too, at 1 m/s.
+/// Show time in seconds, and travel in metres, at which the guarded paper's dragon rests, at 1 m/s.
 const REST_S: f64 = 412.454_970;
 const MARGIN_M: f64 = 0.0005;
 
@@ -29,7 +29,7 @@ pub(crate) fn start_guard(stage: &Stage) -> Process {
     stage.start(&["monitor", "--guard", "--format", "json"])
 }
 
-/// Waits until a guard says that the head rests for good.
+/// Waits until a guard reports the permanent rest of the head.
 fn await_rest(guard: &mut Process) -> Value {
     guard
         .json_until("the guard reports its hold", |line| line["type"] == "guard")
@@ -37,7 +37,7 @@ fn await_rest(guard: &mut Process) -> Value {
         .expect("the line that was waited for")
 }
 
-/// Fails unless every frame's head is where the one before it could walk to, and before the rest.
+/// Fails unless travel never decreases and never exceeds the rest.
 fn assert_never_past_rest(shots: &[Shot]) {
     for shot in shots {
         assert!(shot.header.head_travel_m <= REST_S + 5e-7, "tick {}: {}", shot.header.tick, shot.header.head_travel_m);
@@ -97,7 +97,7 @@ fn a_killed_guard_leaves_the_head_at_rest_within_its_grant_until_the_next_guard(
         let mut walking =
             reader.read_until("the head goes on by 0.1 m", |header| header.head_travel_m > travel_m + 0.1);
         guard.kill();
-        // What the guard saw last is no newer than the newest frame there is now.
+        // The last frame that the guard saw is no newer than the newest frame now.
         walking.extend(reader.read_unread());
         let seen_m = walking.last().expect("the frame that was waited for").header.head_travel_m;
         let braking = reader.read_until("the show is held", |header| header.show_state() == Some(ShowState::Held));
@@ -117,7 +117,7 @@ fn a_guard_killed_at_random_instants_allows_no_contact() {
     let mut shots = Vec::new();
     for _ in 0..20 {
         let guard = start_guard(&stage);
-        // Instants are counted in frames: from while it starts to well into its first grants.
+        // The instants are counted in frames, from the guard's start-up to its first grants.
         for _ in 0..random.u32(0..30) {
             shots.push(reader.next());
         }
@@ -225,7 +225,7 @@ fn a_frame_that_differs_from_the_description_is_a_fault_and_ends_the_grants() {
     }
     let lines = guard.json_until("an alert of kind fault", |line| line["kind"] == "fault");
     assert!(lines.iter().all(|line| line["kind"] != "contact"));
-    // Told once the hold has been answered, which may be long after the fault.
+    // The guard reports the fault after the reply to its hold, possibly long after the fault.
     let told = guard.complaint();
     assert!(told.contains("it grants no more, and it has held the show"), "{told}");
     assert_eq!(guard.terminate().last_json()["faults"], 1);

@@ -1,4 +1,4 @@
-//! A terminal that is closed, by a window or by an ssh that drops, ends a command as cleanly as Ctrl-C does.
+//! A closed terminal, such as a closed window or a lost ssh connection, ends a command as cleanly as Ctrl-C does.
 
 use std::fs;
 

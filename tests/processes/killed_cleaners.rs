@@ -1,5 +1,5 @@
-//! A process that is killed, or stopped, while it removes the node of a killed server: the next server starts at the first try,
-//! while clients live on. The test takes the process from one removed file to the next and ends it there.
+//! A process is killed or stopped while it removes the node of a killed server. The next server starts at the first try, while
+//! clients continue. The test lets the process run from one removal of a file to the next, and ends it there.
 #![cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 
 use std::fs::{self, File, OpenOptions};
@@ -17,11 +17,11 @@ use test_support::process::Process;
 use crate::reader::Reader;
 use crate::stage::Stage;
 
-/// Every stop is looked at; a stop is before or after the removal of a file.
+/// Each stop is tested. A stop is before or after the removal of a file.
 const KILLED_STRIDE: usize = 1;
-/// Of processes that are stopped, some are looked at.
+/// For stopped processes, only some stops are tested.
 const STOPPED_STRIDE: usize = 7;
-/// Far more stops than a process of the program makes.
+/// Upper bound of the stops of a process.
 const MOST_STOPS: usize = 1000;
 
 #[cfg(target_arch = "x86_64")]
@@ -29,7 +29,7 @@ const REMOVALS: [c_long; 3] = [libc::SYS_unlink, libc::SYS_unlinkat, libc::SYS_r
 #[cfg(target_arch = "aarch64")]
 const REMOVALS: [c_long; 1] = [libc::SYS_unlinkat];
 
-/// What becomes of the process that cleans up.
+/// The signal to the process that cleans up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fate {
     Killed,
@@ -48,7 +48,7 @@ fn a_server_starts_at_first_try_wherever_a_cleaner_is_stopped() {
     println!("{stops} cleaners were stopped");
 }
 
-/// A segment as a process leaves it that is killed between making it and giving it its size.
+/// Leaves the segment of a process that was killed after it created the segment and before it set the size.
 fn leave_empty_segment(stage: &Stage, of: &str) -> PathBuf {
     let shared_memory = Path::new("/dev/shm");
     let names = fs::read_dir(shared_memory).expect("shared memory").flatten().map(|entry| entry.file_name());
@@ -91,13 +91,13 @@ fn a_running_server_removes_a_segment_that_stays_without_a_size() {
     server.stop();
 }
 
-/// Kills a server, ends a cleaner of it at a later stop each time, and starts the next server, until a cleaner gets through.
+/// Kills a server, ends its cleaner one stop later each time, and starts the next server, until a cleaner completes.
 fn servers_after_cleaners(fate: Fate, stride: usize) -> usize {
     let stage = Stage::new();
     let mut server = stage.serve(&["--rate", "200"]);
     let mut reader = Reader::join(&stage);
     let keeper = Member::join(stage.domain(), "keeper", Role::Client).expect("a server is there");
-    // Where a stopped process is the last on a service, the next server names it and does not start.
+    // If a stopped process is the last member of a service, the next server names it and does not start.
     let kept = (fate == Fate::Stopped).then(|| services_of(&keeper));
     let monitor = stage.start(&["monitor", "--format", "json"]);
     let mut cleaners = 0;
@@ -113,12 +113,12 @@ fn servers_after_cleaners(fate: Fate, stride: usize) -> usize {
     drop((reader, kept, keeper));
     monitor.signal(rustix::process::Signal::INT);
     monitor.end();
-    // The last cleaner was not ended and no server runs: whoever is on the bus then removes all.
+    // The last cleaner has completed and no server runs: the next member of the bus removes everything.
     stage.serve(&["--rate", "200"]).stop();
     cleaners
 }
 
-/// All services of the bus, held so that no other client is the last to use one.
+/// Opens all services of the bus, so that no other client is the last member of one.
 fn services_of(member: &Member) -> impl Sized + use<> {
     let events = (member.frame_events().expect("a service"), member.alert_events().expect("a service"));
     let latest = (member.description().expect("a service"), member.status().expect("a service"));
@@ -126,18 +126,19 @@ fn services_of(member: &Member) -> impl Sized + use<> {
     (events, latest, others, member.frames().expect("a service"), member.commands().expect("a service"))
 }
 
-/// A process that was ended while it cleaned up.
+/// A process that was killed or stopped while it cleaned up.
 struct Cleaner(Process);
 
 impl Cleaner {
     fn end_now(self) {
-        // Without effect on one that is dead already.
+        // This has no effect on a dead process.
         self.0.signal(rustix::process::Signal::KILL);
         self.0.end();
     }
 }
 
-/// Starts a client, which removes the killed server's nodes, and ends it at a stop. `None` where it gets through before.
+/// Starts a client, which removes the killed server's nodes, and ends it at a stop. Returns `None` if the client completes
+/// before.
 fn cleaner_at(stage: &Stage, stop: usize, fate: Fate) -> Option<Cleaner> {
     let process = stage.start(&["ctl", "hold"]);
     let pid = Pid::from_raw(process.pid() as i32);

@@ -1,4 +1,5 @@
-//! Whoever joins in the middle of a show gets what the others get from then on, and is told what it is about.
+//! A reader that joins during a show gets the same frames as the others from then on, and the description and status of the
+//! run.
 
 use std::time::Duration;
 
@@ -61,7 +62,7 @@ fn a_late_subscriber_receives_the_status_of_the_run() {
     server.stop();
 }
 
-/// A reader that only polls keeps the frames' service alive, but not that of the wake-up.
+/// A polling reader keeps the service of the frames alive, but not the service of the wake-ups.
 #[test]
 fn a_reader_that_joins_after_the_server_waits_for_the_next_server() {
     let stage = Stage::new();

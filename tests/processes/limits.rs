@@ -1,4 +1,4 @@
-//! Small limits of threads, memory and stack, and names that would drive a terminal: one line each, and no panic.
+//! Small limits of threads, memory and stack, and names with control characters: one line each, and no panic.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -10,7 +10,7 @@ use test_support::skip::is_possible;
 
 use crate::stage::{Stage, program};
 
-/// The program under limits that a shell sets.
+/// Returns the program under limits that a shell sets.
 fn limited(limits: &str, args: &[&str]) -> Command {
     let inside = program(args);
     let mut limited = Command::new("bash");
@@ -18,7 +18,7 @@ fn limited(limits: &str, args: &[&str]) -> Command {
     limited
 }
 
-/// One line, or nothing but an answer; no panic and no signal.
+/// Fails unless the program answered or printed one line, without a panic or a signal.
 fn assert_told(ended: &Ended, what: &str) {
     let told = &ended.stderr;
     assert!(!told.contains("panicked"), "{what}: {told}");

@@ -1,4 +1,4 @@
-//! A source inside the test, whose frames need not be what it has published.
+//! A source inside the test, whose frames may contradict its description.
 
 use std::sync::Arc;
 
@@ -16,9 +16,9 @@ use iceoryx2::port::update_connections::UpdateConnections as _;
 const RUN_ID: u64 = 7;
 const BENCHES: usize = 223;
 
-/// Publishes the guarded paper's dragon at its start, held, in whatever size.
+/// Publishes the guarded paper's dragon at its start, held, in any size.
 pub(crate) struct LyingSource {
-    // Dropped in this order: ports, then services, then the node, then the lock.
+    // The fields are dropped in this order: ports, services, node, lock.
     frames: Publisher<Service, [HandleState], FrameHeader>,
     description: Publisher<Service, [u8], u64>,
     commands: Server<Service, Command, (), CommandReply, ()>,
@@ -65,7 +65,7 @@ impl LyingSource {
         Self { frames, description, commands, _services: services, _member: member, _lock: lock, handles, tick: 0 }
     }
 
-    /// Publishes a frame, everything in it this many times as large as it is. Takes and accepts what clients ask.
+    /// Publishes a frame with all positions multiplied by this size. Accepts and returns all requests of clients.
     pub(crate) fn publish(&mut self, size: f64) -> Vec<Request> {
         self.description.update_connections().expect("readers can be served");
         let now_ns = monotonic_ns();
