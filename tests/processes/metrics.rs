@@ -1,4 +1,4 @@
-//! What a scraper is told of a show. What a stock client makes of it is in `tests/python/test_metrics.py`.
+//! The metrics of a show as a scraper reads them. `tests/python/test_metrics.py` reads them with a stock client.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -15,8 +15,8 @@ use crate::http::{Reply, ask, get};
 use crate::reader::Reader;
 use crate::stage::Stage;
 
-/// Benches that come near, touch and part within three seconds, once the show is resumed; a reader that does not read loses frames
-/// of that.
+/// A show in which benches come near, touch and part within three seconds after it is resumed. A reader that does not read
+/// loses some of its frames.
 const SHOW: [&str; 9] = ["--rate", "200", "--start-at", "410", "--until", "413", "--readers", "4", "--paused"];
 
 /// A running exporter.
@@ -39,7 +39,7 @@ impl Exporter {
         get(self.address, "/metrics").body
     }
 
-    /// The first scrape that has samples of all these metrics.
+    /// Returns the first scrape with samples of all these metrics.
     fn scrape_with(&self, names: &[&str]) -> String {
         let has = |text: &str, name: &str| text.lines().any(|line| line.starts_with(&format!("bench_dragon_{name}")));
         eventually_from(&format!("there are samples of {names:?}"), || {
@@ -98,7 +98,7 @@ fn a_stock_client_reads_the_values_that_the_processes_of_a_finished_show_report(
     exporter.process.terminate().expect_clean();
 }
 
-/// Of a show that a guard watches over, with samples of a forecast. `turn.toml` is a show without contact.
+/// Returns a scrape of a guarded show, with samples of a forecast. `turn.toml` is a show without contact.
 fn scrape_of_guarded_show(args: &[&str], forecast: &str) -> String {
     let stage = Stage::new();
     fs::write(stage.path("turn.toml"), "[route]\nkind = \"turnaround\"\n").expect("a file");

@@ -1,4 +1,4 @@
-//! The monitor's process: what it says on stdout and on the bus, at any time scale, across seeks and restarts.
+//! The monitor as a process: its reports on stdout and on the bus, at any time scale, across seeks and restarts.
 
 use std::time::Duration;
 
@@ -14,18 +14,17 @@ use crate::stage::{Server, Stage};
 const CONTACT_S: f64 = 412.473_838;
 const CONTACT_BENCHES: [u32; 2] = [0, 8];
 
-/// A server with a monitor that reads it from tick 0 on, which is there on return; before both, somebody who hears its
-/// alerts.
+/// Starts a server, a subscriber of alerts, and a monitor that reads from tick 0 on. On return, the monitor has joined.
 fn watch(stage: &Stage, args: &[&str]) -> (Server, AlertSubscriber, Process) {
     let server = stage.serve(&[&["--readers", "2"], args].concat());
     let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has made the services");
     let monitor = stage.start(&["monitor", "--format", "json"]);
-    // The second reader: tick 0 comes to it when the monitor has joined too.
+    // This is the second reader: it gets tick 0 when the monitor has joined too.
     Reader::join(stage).read_to_tick(0);
     (server, alerts, monitor)
 }
 
-/// The alerts among a monitor's lines.
+/// Returns the alerts among a monitor's lines.
 fn alerts_in(lines: &[Value]) -> Vec<Value> {
     lines.iter().filter(|line| line["type"] == "alert").cloned().collect()
 }
@@ -34,7 +33,7 @@ fn of_kind(alerts: &[Value], kind: &str) -> Vec<Value> {
     alerts.iter().filter(|alert| alert["kind"] == kind).cloned().collect()
 }
 
-/// An alert of the bus as the line that a monitor prints.
+/// Returns an alert of the bus as the line that a monitor prints.
 fn line_of(alert: &Alert) -> Value {
     let pair = alert.pair();
     json!({
@@ -54,11 +53,11 @@ fn all_of(alerts: &AlertSubscriber) -> Vec<Value> {
     std::iter::from_fn(|| alerts.receive().expect("the bus is readable")).map(|alert| line_of(&alert)).collect()
 }
 
-/// Waits until a monitor has told of a kind of alert, then ends it. Returns its lines, and the alerts among them, which
-/// are those on the bus.
+/// Waits until a monitor has reported a kind of alert, then ends it. Returns its lines and the alerts among them, which equal
+/// those on the bus.
 fn hear(mut monitor: Process, alerts: &AlertSubscriber, kind: &str) -> (Vec<Value>, Vec<Value>) {
     let mut lines = monitor.json_until(&format!("an alert of kind {kind}"), |line| line["kind"] == kind);
-    // A subscriber finds a publisher when it reads, so it has to read once while the monitor is there.
+    // A subscriber finds a publisher when it reads, so it must read once while the monitor runs.
     let mut heard = all_of(alerts);
     lines.extend(monitor.terminate().expect_clean().json_lines());
     heard.extend(all_of(alerts));
@@ -140,7 +139,7 @@ fn nothing_is_swept_across_a_seek() {
     let mut reader = Reader::join(&stage);
     for time in ["415", "411", "410"] {
         let reply = stage.run(&["ctl", "seek", time, "--format", "json"]).expect_clean().last_json();
-        // Seen before the next: of two in one tick only the second shows.
+        // The frame is read before the next seek: of two seeks in one tick, only the second is visible.
         reader.read_to_tick(reply["tick"].as_u64().expect("a tick"));
     }
     drop(reader);

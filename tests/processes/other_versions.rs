@@ -1,4 +1,4 @@
-//! A bus that another version of the program has made, and recordings of one: every command says so, and what to do.
+//! A bus of another version of the program, and recordings of one: every command reports the mismatch and the remedy.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use iceoryx2::prelude::{Node, NodeBuilder, ServiceName, SignalHandlingMode, Zero
 
 use crate::stage::Stage;
 
-/// A handle of a version to come.
+/// A handle of a later version.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
 #[type_name("bench_dragon.HandleState.v2")]
@@ -18,7 +18,7 @@ struct OtherHandle {
     heading: [f64; 4],
 }
 
-/// A command of a version to come.
+/// A command of a later version.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
 #[type_name("bench_dragon.Command.v3")]
@@ -48,7 +48,7 @@ fn frames_of_another_layout_are_reported_by_every_reader_and_by_a_source() {
     let node = node(stage.domain());
     let frames = node.service_builder(&name(FRAMES)).publish_subscribe::<[OtherHandle]>();
     let frames = frames.user_header::<FrameHeader>().create().expect("the service can be made");
-    // All else is as in this version.
+    // All other services are those of this version.
     let description = member.description().expect("the service can be made");
     let alerts = (member.alerts().expect("the service"), member.alert_events().expect("the service"));
     for command in [&["monitor"][..], &["record", "a.mcap"], &["echo"], &["hz"], &["latency"], &["serve"]] {
@@ -72,7 +72,7 @@ fn commands_of_another_layout_are_reported_by_ctl() {
     drop((commands, node, member));
 }
 
-/// Records one frame of a bench, described by a text.
+/// Records one frame of a dragon with one bench, with this description.
 fn write_recording(path: &Path, toml: &str) {
     let mut recorder = Recorder::start(RecorderSettings::new(path, 0)).expect("a recorder");
     let header = FrameHeader { run_id: 7, bench_count: 1, ..Default::default() };

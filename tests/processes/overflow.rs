@@ -1,4 +1,4 @@
-//! A reader that does not keep up loses its own oldest frames, and knows exactly how many.
+//! A reader that does not keep up loses its own oldest frames, and counts them exactly.
 
 use bench_dragon_ipc::service::frame_buffer;
 use serde_json::json;

@@ -16,10 +16,10 @@ fn solve(args: &[&str]) -> Value {
     Process::start(program(&[&["solve"], args, &["--format", "json"]].concat())).end().expect_clean().last_json()
 }
 
-/// A number as the page has it: six decimals, and the sign of typography.
+/// Returns a number as the page has it: six decimals, and the typographic minus sign.
 fn written(value: &Value) -> String {
     let value = value.as_f64().expect("a number");
-    // No negative zero.
+    // A negative zero becomes 0.
     let value = if value.abs() < 5e-7 { 0.0 } else { value };
     format!("{value:.6}").replace('-', "−")
 }

@@ -1,5 +1,4 @@
-//! The planner's questions as people ask them: the known answers as JSON, answers that are played, and questions that
-//! have no answer.
+//! The planner's questions: the known answers as JSON, answers that are played, and questions without an answer.
 
 use std::fs;
 
@@ -19,13 +18,13 @@ fn answer(args: &[&str]) -> Value {
     solve(&[args, &["--format", "json"]].concat()).expect_clean().last_json()
 }
 
-/// Fails unless a number is as the table has it, to six decimals.
+/// Fails unless a number equals the published value to six decimals.
 fn assert_six(actual: &Value, expected: f64) {
     let number = actual.as_f64().unwrap_or_else(|| panic!("{actual} is no number"));
     assert!((number - expected).abs() <= 5.001e-7, "{number}, not {expected}");
 }
 
-/// The one line that a refused question gets.
+/// Returns the one line of a refused question.
 fn refusal(args: &[&str]) -> String {
     let ended = solve(args);
     assert_eq!((ended.code(), ended.stdout.as_str()), (Some(2), ""), "{args:?}: {}", ended.stderr);
@@ -58,7 +57,7 @@ fn a_contact_without_a_profile_has_three_keys() {
     assert_eq!(keys, ["benches", "point_m", "time_s"]);
 }
 
-/// The head starts from rest, so it is everywhere later by what its ramp takes: at 1 m/s and 0.25 m/s² that is 2 s.
+/// The head starts from rest, so its ramp delays it everywhere by the same time: 2 s at 1 m/s and 0.25 m/s².
 #[test]
 fn with_an_acceleration_the_planned_contact_is_the_danced_one() {
     let stage = Stage::new();
@@ -119,7 +118,7 @@ fn with_an_acceleration_the_fastest_moment_of_a_turn_follows_the_ramps() {
     assert!((time_s(&ramped) - time_s(&plain) - 1.0).abs() < 1e-6, "{plain} {ramped}");
 }
 
-/// The clearance of the nearest pair at a time, as the profile has it.
+/// Fails unless the profile ends at the contact with this clearance.
 fn assert_clearance_at_the_end(contact: &Value, clearance_m: f64) {
     let last = contact["profile"].as_array().expect("a profile").last().expect("a last point");
     assert_eq!((&last["time_s"], &last["benches"]), (&contact["time_s"], &contact["benches"]));
@@ -133,7 +132,7 @@ fn a_given_clearance_is_reached_before_the_contact() {
     assert_eq!(near["clearance_m"], 0.05);
     assert!(near["time_s"].as_f64().expect("a time") < 400.0, "{near}");
     assert_clearance_at_the_end(&near, 0.05);
-    // The near miss leaves 0.865 mm: half a millimetre is met at the contact alone, where the guard rests.
+    // The near miss leaves 0.865 mm: half a millimetre is reached only at the contact, where the guard stops the head.
     let margin = answer(&["contact", "--clearance", "0.0005"]);
     assert_six(&margin["time_s"], 412.454_970);
     assert_eq!(margin["benches"], json!([0, 8]));
@@ -155,7 +154,7 @@ fn a_pitch_that_keeps_a_clearance_keeps_it_to_the_circle() {
     assert!(x.hypot(y) < 4.5, "the benches first come nearer inside the circle, with the head at ({x}, {y})");
 }
 
-/// A dragon shorter than one turn has nothing beside it: what binds is a rule.
+/// A dragon shorter than one turn has no benches beside it: the rule on pitches is the limit.
 #[test]
 fn the_pitch_of_a_short_dragon_is_limited_by_the_rule_on_pitches() {
     let stage = Stage::new();
@@ -227,7 +226,7 @@ fn a_spiral_and_flags_for_a_turn_make_a_turnaround() {
     assert!(text.starts_with("infeasible on all of the spiral's run (--turn-diameter computes"), "{text}");
 }
 
-/// What cannot be drawn or written takes the answer away from nobody.
+/// The answer is printed even if its figure cannot be written.
 #[test]
 fn the_answer_is_printed_even_if_its_figure_fails() {
     for (question, begins) in [

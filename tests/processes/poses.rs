@@ -1,4 +1,4 @@
-//! What is live on the bus is what the planner computes.
+//! The published poses are the poses that the planner computes.
 
 use bench_dragon::config::Config;
 use bench_dragon_geometry::dragon::ChainSolver;
@@ -11,7 +11,7 @@ use crate::reader::{Reader, Shot, assert_whole};
 use crate::releases::{assert_released, release};
 use crate::stage::{Stage, program};
 
-/// All frames of a short show of so many releases.
+/// Plays a short show of this many releases, and returns all its frames.
 fn play(stage: &Stage, releases: u64, args: &[&str]) -> Vec<Shot> {
     let server = stage.serve(&[&["--readers", "1"], args].concat());
     let shots = Reader::join(stage).read_to_end();
@@ -22,7 +22,7 @@ fn play(stage: &Stage, releases: u64, args: &[&str]) -> Vec<Shot> {
     shots
 }
 
-/// Fails where the two differ by more than rounding.
+/// Fails if the two differ by more than rounding.
 pub(crate) fn assert_near(live: [f64; 3], solved: DVec2) {
     let off = (live[0] - solved.x).abs().max((live[1] - solved.y).abs());
     assert!(off < 1e-12 && live[2] == 0.0, "{live:?} is not {solved:?}");

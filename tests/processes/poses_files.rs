@@ -1,4 +1,4 @@
-//! The files that `solve poses` writes: a workbook that a stock reader opens, whole or not at all.
+//! The files that `solve poses` writes: a workbook that a stock reader opens, and that is either complete or absent.
 
 use std::ffi::OsStr;
 use std::fs;

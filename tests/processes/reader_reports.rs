@@ -1,4 +1,4 @@
-//! What readers report of themselves.
+//! The reports of readers.
 
 use bench_dragon_ipc::service::{Member, Role};
 use bench_dragon_ipc::{FrameSubscriber, ReaderReport, ReaderReports, StatusReader};
@@ -7,24 +7,24 @@ use test_support::eventually::eventually;
 use crate::reader::Reader;
 use crate::stage::Stage;
 
-/// Opens the reports of a stage on which a server is.
+/// Opens the reports of a stage with a server.
 fn open(stage: &Stage) -> ReaderReports {
     ReaderReports::open(stage.domain(), "test-reports").expect("a server has made the services")
 }
 
-/// The next report of a reader of this name.
+/// Waits for the next report of a reader of this name.
 fn next_of(reports: &ReaderReports, name: &str) -> ReaderReport {
     eventually(&format!("{name} reports"), || {
         reports.receive().expect("reports are readable").filter(|report| report.name() == name)
     })
 }
 
-/// Connects with the readers that are there: what one sends that is gone by then, nobody gets.
+/// Connects with the present readers. A report is lost if its reader ends before the connection.
 fn connect(reports: &ReaderReports) {
     while reports.receive().expect("reports are readable").is_some() {}
 }
 
-/// The last report of a reader of this name that has ended.
+/// Returns the last report of an ended reader of this name.
 fn last_of(reports: &ReaderReports, name: &str) -> ReaderReport {
     let received = std::iter::from_fn(|| reports.receive().expect("reports are readable"));
     received.filter(|report| report.name() == name).last().expect("a reader reports when it ends")
@@ -37,7 +37,7 @@ fn a_reader_reports_while_it_reads_and_once_more_at_its_end() {
     let reports = open(&stage);
     let mut reader = Reader::join(&stage);
     let first = reader.next();
-    // There is nothing more to read, which is when it reports.
+    // The reader reports when it has no more frames to read.
     let mut frames = 1 + reader.read_unread().len() as u64;
     let report = next_of(&reports, "test");
     assert!((1..=frames).contains(&report.frames), "{report:?}");
@@ -101,7 +101,7 @@ fn a_recorder_reports_its_written_bytes() {
     let server = stage.serve(&["--rate", "100", "--readers", "1"]);
     let reports = open(&stage);
     let recorder = stage.start(&["record", "a.mcap", "--format", "json"]);
-    // From here on it knows that its reports are read.
+    // From here on, the recorder is connected with the reader of its reports.
     let report = next_of(&reports, "record");
     assert_eq!(report.pid, recorder.pid());
     let summary = recorder.terminate().expect_clean().last_json();

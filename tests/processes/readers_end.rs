@@ -1,4 +1,4 @@
-//! Readers that end, however they end, are nobody else's affair.
+//! The end of a reader, in any way, does not affect the server and the other readers.
 
 use std::fs;
 

@@ -1,4 +1,4 @@
-//! What a server asks of the kernel: a processor, a priority, locked memory, spinning.
+//! The requests of a server to the kernel: a processor, a priority, locked memory, spinning.
 
 use std::fs;
 use std::path::Path;
@@ -18,16 +18,16 @@ use thread_priority::{
 use crate::reader::{Reader, assert_whole};
 use crate::stage::Stage;
 
-/// The kernel's numbers of its scheduling policies.
+/// Numbers of the kernel's scheduling policies.
 const SCHED_OTHER: u32 = 0;
 const SCHED_FIFO: u32 = 1;
 const SCHED_RR: u32 = 2;
 
-/// A server that asks for a priority.
+/// Arguments of a server that requests a priority.
 const SERVE_AT_80: [&str; 9] =
     ["serve", "--format", "json", "--rate", "100", "--readers", "1", "--priority", "fifo:80"];
 
-/// A thread as the kernel accounts for it.
+/// A thread's scheduling, as the kernel reports it.
 #[derive(Debug, PartialEq)]
 struct Thread {
     is_loop: bool,
@@ -128,7 +128,7 @@ fn a_show_passes_its_real_time_flags_to_its_server() {
     assert!(text.contains("priority = \"other\""), "{text}");
 }
 
-/// The command with no right to a priority or to locked memory, or `None` where that cannot be had.
+/// Returns the command without the right to a priority or to locked memory; `None` if the rights cannot be removed.
 fn unprivileged(command: &Command) -> Option<Command> {
     let mut with: Vec<&str> = vec!["prlimit", "--rtprio=0", "--memlock=65536"];
     if geteuid().is_root() {
@@ -142,7 +142,7 @@ fn unprivileged(command: &Command) -> Option<Command> {
     Some(without)
 }
 
-/// Whether a thread of this user may have a real-time priority.
+/// Whether a thread of this user may take a real-time priority.
 fn may_take_priority() -> bool {
     let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
     let take = move || set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Max, policy).is_ok();
@@ -153,7 +153,7 @@ fn processors() -> Processors {
     Processors::of_this_process().expect("the kernel tells")
 }
 
-/// The last processor that we may use.
+/// Returns the last processor that this process may use.
 fn last_cpu() -> String {
     let cpus = processors();
     (0..=1023).rev().find(|&cpu| cpus.contains(cpu)).expect("this runs on one").to_string()
@@ -166,10 +166,10 @@ fn threads(pid: u32) -> Vec<Thread> {
     threads
 }
 
-/// The loop runs in the thread that the process began with.
+/// Reads a thread's scheduling. The loop runs in the first thread of the process.
 fn thread(pid: u32, task: &Path) -> Thread {
     let stat = fs::read_to_string(task.join("stat")).expect("the thread is there");
-    // After the name, which is in brackets, fields count from 3.
+    // After the name in brackets, the fields are numbered from 3.
     let (_, fields) = stat.rsplit_once(") ").expect("the name is in brackets");
     let field =
         |number: usize| fields.split(' ').nth(number - 3).and_then(|field| field.parse().ok()).expect("a number");

@@ -1,4 +1,4 @@
-//! The recorder's process: every frame, bit for bit, whatever happens to it.
+//! The recorder as a process: every frame, bit for bit, whatever happens to the recorder.
 
 use std::fs::{self, File};
 use std::path::Path;
@@ -14,14 +14,14 @@ use crate::reader::{Reader, Shot, assert_whole};
 use crate::releases::assert_released;
 use crate::stage::Stage;
 
-/// The frames of a recording, and whether its end is missing.
+/// Returns the frames of a recording, and whether its end is missing.
 pub(crate) fn read(path: &Path) -> (Vec<FrameHeader>, bool) {
     let mut reader = FrameReader::open(path).expect("a recording");
     let headers = reader.by_ref().map(|frame| frame.expect("a readable frame").header).collect();
     (headers, reader.flaws().cut)
 }
 
-/// Waits until a recording that is being written has frames that would survive its recorder.
+/// Waits until the file of a running recorder has a frame that would survive a kill.
 pub(crate) fn await_frames(path: &Path) {
     eventually("the recording has a frame", || FrameReader::open(path).ok()?.next()?.ok().map(drop));
 }
@@ -34,14 +34,14 @@ fn stock_readers_find_every_frame_the_contact_and_the_configuration() {
     let mut record = stage.start(&["record", "show.mcap", "--format", "json"]);
     assert_eq!(record.json(), json!({ "type": "started", "file": "show.mcap" }));
     let descriptions = DescriptionReader::open(stage.domain(), "test").expect("a server has made the services");
-    // The recorder opens its alerts before its frames, so it hears the monitor from the first one on.
+    // The recorder opens the alerts before the frames, so it gets every alert of the monitor.
     let monitor = stage.start(&["monitor", "--format", "json"]);
     let mut reader = Reader::join(&stage);
     let description = eventually("the description is there", || descriptions.poll().expect("the bus is readable"));
 
     let run_id = server.run_id;
     server.summary();
-    // The recorder's loop has turned by then, so that it has the alerts of a monitor that was there before tick 0.
+    // By then the recorder's loop has run, so it is connected with the monitor.
     await_frames(&stage.path("show.mcap"));
     let lines = monitor.terminate().expect_clean().json_lines();
     let alerts = lines.iter().filter(|line| line["type"] == "alert").count();
@@ -100,7 +100,7 @@ fn the_next_recorder_in_a_folder_finishes_the_file_of_a_killed_one() {
     server.stop();
 }
 
-/// Longer than anything here by far: the zeros that a repair has to look through.
+/// Number of zeros after the recording. A repair reads them for much longer than this test runs.
 const ZERO_BYTES: u64 = 1 << 40;
 
 #[test]
@@ -199,7 +199,7 @@ fn the_file_of_a_running_recorder_is_left_alone() {
 #[test]
 fn a_recording_continues_across_a_restart_of_the_server() {
     let stage = Stage::new();
-    // Each long enough for a reader that stays to find it.
+    // Each run is long enough for a reader that stays to find it.
     let run = ["--rate", "25", "--until", "4", "--readers", "1"];
     let recorder = stage.start(&["record", "a.mcap", "--format", "json"]);
     let runs: [(u64, u64); 2] = [(); 2].map(|()| {

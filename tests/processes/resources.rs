@@ -1,4 +1,5 @@
-//! What runs out: shared memory, disks, files, rights. Each is one line that says what to do, and nothing is left behind.
+//! Exhausted resources: shared memory, disks, files, rights. Each is reported in one line with the remedy, and leaves no
+//! remains.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -13,7 +14,7 @@ use crate::stage::Stage;
 
 const NOBODY: &str = "65534";
 
-/// Fails unless it ended with status 1 and one line of error with this in it.
+/// Fails unless the process ended with status 1 and one line of error that contains this text.
 fn assert_told(ended: &Ended, what: &str) {
     assert_eq!(ended.code(), Some(1), "{what}: {}", ended.stderr);
     let lines: Vec<&str> = ended.stderr.lines().collect();
@@ -24,7 +25,7 @@ fn assert_told(ended: &Ended, what: &str) {
     );
 }
 
-/// A command on the stage, started by another program.
+/// Starts a command on the stage through another program.
 fn behind(launcher: &[&str], command: &Command) -> Process {
     let [program, args @ ..] = launcher else { panic!("a launcher has a name") };
     let mut launched = Command::new(program);
@@ -33,7 +34,7 @@ fn behind(launcher: &[&str], command: &Command) -> Process {
     Process::start(launched)
 }
 
-/// Gives a process a /dev/shm of its own.
+/// Returns a launcher that gives a process its own /dev/shm.
 fn with_shared_memory(options: &str) -> Vec<String> {
     let script = format!(r#"mount -t tmpfs -o {options} none /dev/shm && exec "$@""#);
     ["unshare", "--mount", "sh", "-c", &script, "sh"].map(str::to_owned).to_vec()
@@ -49,7 +50,7 @@ fn every_file_limit_that_is_too_small_is_reported_in_one_line() {
         return;
     }
     let stage = Stage::new();
-    // With fewer no program can be loaded: four, and what this process has inherited and passes on.
+    // With fewer files no program can be loaded: it needs four, and those that this process has inherited.
     let fewest = (4..64).find(|files| can_start(&["prlimit", &format!("--nofile={files}")])).expect("64 are enough");
     for files in fewest..=64 {
         let limit = format!("--nofile={files}");
@@ -143,7 +144,7 @@ fn two_users_have_two_buses_and_neither_may_use_the_others() {
         return;
     }
     let stage = Stage::new();
-    // The program where nobody can read it, and a folder of root's for the buses.
+    // The program in a place where the user `nobody` can read it, and a folder for the buses that belongs to root.
     let runtime_dir = tempfile::Builder::new().prefix("bd").tempdir_in("/tmp").expect("a folder");
     let others = runtime_dir.path().join("bench-dragon");
     fs::create_dir(&others).expect("a folder");
@@ -163,7 +164,7 @@ fn two_users_have_two_buses_and_neither_may_use_the_others() {
         };
         Process::start(command).end()
     };
-    // Of the same name, but its own.
+    // The instance has the same name, but is another user's.
     assert_told(&run(&["ctl", "pause"], None), "no server runs on instance");
     run(&["serve", "--until", "0.01", "--format", "json"], None).expect_clean();
     for args in [&["serve"][..], &["ctl", "pause"], &["echo"]] {
@@ -192,7 +193,7 @@ fn a_show_reports_a_full_disk_once_and_records_again_when_there_is_room() {
     }
     let stage = Stage::new();
     fs::create_dir(stage.path("disk")).expect("the folder is there");
-    // Six megabytes are left of it.
+    // The disk has six megabytes left.
     let script = r#"mount -t tmpfs -o size=300m none disk && fallocate --length 294MiB disk/filler && exec "$@""#;
     let launcher = ["unshare", "--mount", "sh", "-c", script, "sh"];
     let show = behind(&launcher, &stage.command(&["show", "--rate", "1000", "--out", "disk/show"]));

@@ -1,4 +1,4 @@
-//! A server that is started again, seen by a reader that stays.
+//! A restarted server, and a reader that stays.
 
 use bench_dragon_ipc::Continuity;
 
@@ -30,7 +30,7 @@ fn assert_short_run(server: Server, shots: &[Shot]) {
     assert_eq!(summary["frames"], shots.len());
 }
 
-/// A server and a reader that has seen its first frames.
+/// Starts a server, and a reader that reads its first frames.
 fn begin(stage: &Stage) -> (Server, Reader, Vec<Shot>) {
     let server = stage.serve(&["--rate", "100", "--readers", "1"]);
     let mut reader = Reader::join(stage);

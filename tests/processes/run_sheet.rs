@@ -1,4 +1,4 @@
-//! The README's run-sheet, line by line as it is written, but for the instance, the page's port and the folder of the examples.
+//! The README's run-sheet, run line by line. Only the instance, the page's port and the folder of the examples are replaced.
 
 use std::fs;
 
@@ -9,7 +9,7 @@ use test_support::process::{Ended, Process};
 use crate::reader::Reader;
 use crate::stage::{Stage, program};
 
-/// The lines of the run-sheet that begin with the program's name, in their order, without their comments.
+/// Returns the lines of the run-sheet that begin with the program's name, in their order, without comments.
 fn lines() -> Vec<Vec<String>> {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/README.md");
     let readme = fs::read_to_string(path).expect("there is a README");
@@ -23,7 +23,7 @@ fn lines() -> Vec<Vec<String>> {
     commands.map(words).collect()
 }
 
-/// A word of the run-sheet as a test uses it.
+/// Returns a word of the run-sheet with the test's replacements.
 fn word(word: &str) -> String {
     match word.strip_prefix("examples/") {
         Some(file) => format!("{}/examples/{file}", env!("CARGO_MANIFEST_DIR")),
@@ -32,14 +32,14 @@ fn word(word: &str) -> String {
     }
 }
 
-/// The run-sheet, of which a test takes line by line.
+/// The run-sheet, which the test takes line by line.
 struct RunSheet<'a> {
     stage: &'a Stage,
     lines: std::vec::IntoIter<Vec<String>>,
 }
 
 impl RunSheet<'_> {
-    /// The next line, which has to begin with these words.
+    /// Takes the next line, which must begin with these words.
     fn take(&mut self, begins: &[&str]) -> Vec<String> {
         let line = self.lines.next().unwrap_or_else(|| panic!("the run-sheet ends before {begins:?}"));
         assert!(line.iter().zip(begins).all(|(word, wanted)| word == wanted), "{line:?} is not {begins:?}");
@@ -52,7 +52,7 @@ impl RunSheet<'_> {
         self.stage.start(&line)
     }
 
-    /// Runs the next line, which needs no bus.
+    /// Runs the next line, a command that needs no bus.
     fn run_alone(&mut self, begins: &[&str]) -> Ended {
         let mut command = program(&self.take(begins));
         command.current_dir(self.stage.path("."));
@@ -88,7 +88,7 @@ fn the_run_sheet_of_the_readme_runs_line_by_line() {
     assert!(status.stdout.contains("recorder"), "{}{}", status.stdout, status.stderr);
     sheet.accepted("release");
     reader.read_until("the dragon walks", |header| header.head_travel_m > -59.9);
-    // What it does in a terminal is tested in `watch.rs`.
+    // `watch.rs` tests this command in a terminal.
     sheet.take(&["watch"]);
     sheet.accepted("hold");
     reader.read_until("the dragon is held", |header| header.show_state() == Some(ShowState::Held));

@@ -1,4 +1,4 @@
-//! One server an instance.
+//! An instance has one server.
 
 use crate::reader::{Reader, assert_accounted_for};
 use crate::stage::Stage;

@@ -1,4 +1,4 @@
-//! What shells, terminals and readers of manuals get: completions, pages, colours, bars.
+//! Output for shells, terminals and manuals: completions, pages, colours and progress bars.
 
 use std::fs;
 use std::path::Path;
@@ -13,7 +13,7 @@ use crate::terminal::in_terminal;
 
 const BINARY: &str = env!("CARGO_BIN_EXE_bench-dragon");
 
-/// A dragon so long that the question about its turn takes seconds.
+/// A dragon so long that the question about its turn takes some seconds.
 const LONG_DRAGON: &str =
     "[dragon]\nbenches = 1500\n[route]\nkind = \"turnaround\"\npitch_m = 1.7\nstart_s = -3000\nend_s = 3000\n";
 
@@ -35,7 +35,7 @@ fn bash_completes_commands_their_options_values_and_files() {
     let folder = TempDir::new().expect("a folder");
     let script = completions(folder.path(), "bash");
     fs::write(folder.path().join("stage.toml"), "").expect("the folder is ours");
-    // compopt has no effect but while keys are read.
+    // compopt only works while keys are read.
     let complete = "source \"$0\"; compopt() { :; }; COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1));
         called=$(complete -p bench-dragon); called=${called##*-F }; called=${called%% *}
         \"$called\" bench-dragon \"${COMP_WORDS[COMP_CWORD]}\" \"${COMP_WORDS[COMP_CWORD - 1]}\"; echo \"${COMPREPLY[*]}\"";

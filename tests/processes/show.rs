@@ -1,4 +1,4 @@
-//! A whole show: a server, a monitor and a recorder as children, looked after, and a report at the end.
+//! A whole show: a supervised server, monitor and recorder as children, and a report at the end.
 
 use std::fs;
 
@@ -14,12 +14,12 @@ use crate::record;
 use crate::releases::assert_released;
 use crate::stage::Stage;
 
-/// Slow enough for a reader's buffer to hold five seconds.
+/// A show so slow that a reader's buffer holds four seconds.
 pub(crate) const CALM: [&str; 6] = ["show", "--rate", "50", "--start-at", "100", "--format"];
-/// The folder of such a show.
+/// The folder of such a show, as arguments.
 const OUT: [&str; 2] = ["--out", "out"];
 
-/// A show that walks: all three children have seen a frame or will.
+/// A show whose server has published a frame.
 pub(crate) struct Playing {
     pub(crate) show: Process,
     pub(crate) stage: Stage,
@@ -34,25 +34,26 @@ impl Playing {
         playing
     }
 
-    /// Waits for a state of the server, first of all for the server.
+    /// Waits for a server, then for its status to be as wanted.
     pub(crate) fn await_status(&self, is_wanted: impl Fn(&Status) -> bool) -> Status {
         let status =
             eventually("a server has made the services", || StatusReader::open(self.stage.domain(), "test").ok());
         eventually("the status is as wanted", || status.poll().expect("the bus is readable").filter(&is_wanted))
     }
 
-    /// Interrupts the show, as Ctrl-C does, and returns its summary.
+    /// Interrupts the show as Ctrl-C does. Returns its summary.
     pub(crate) fn interrupt(self) -> (Value, Ended) {
         let (summary, ended, _) = self.interrupt_and_read();
         (summary, ended)
     }
 
-    /// Interrupts the show and returns what its first recording has, too.
+    /// Interrupts the show. Returns its summary and the frames of its first recording.
     pub(crate) fn interrupt_and_read(self) -> (Value, Ended, Vec<FrameHeader>) {
         self.end_by(Signal::INT)
     }
 
-    /// Ends the show and returns its summary, which is the one in the folder, too, and its first recording.
+    /// Ends the show by a signal. Returns its summary, which equals the one in the folder, and the frames of its first
+    /// recording.
     fn end_by(self, signal: Signal) -> (Value, Ended, Vec<FrameHeader>) {
         let Self { show, stage } = self;
         let pid = show.pid();
@@ -68,8 +69,8 @@ impl Playing {
     }
 }
 
-/// Fails unless what was published is what was read and what was missed, and every recording is whole and together they
-/// have as many frames as were recorded.
+/// Fails unless published frames are the sum of read and missed ones, every recording is whole, and the recordings together
+/// have all recorded frames.
 fn assert_books_balance(stage: &Stage, summary: &Value) {
     let count = |name: &str| summary["frames"][name].as_u64().unwrap_or_else(|| panic!("{name} in {summary}"));
     assert_eq!(count("published"), count("monitored") + count("missed_by_monitor"), "{summary}");
@@ -256,7 +257,7 @@ fn a_killed_server_is_restarted_and_the_dragon_is_held_where_it_was() {
     assert!(ended.stderr.contains("`bench-dragon ctl release` lets it walk"), "{}", ended.stderr);
 }
 
-/// Fails unless all frames stand, held, at one place.
+/// Fails unless all frames are held at the same pose.
 fn assert_stand_held(shots: &[Shot]) {
     let stood = &shots[0];
     for shot in shots {
@@ -291,11 +292,11 @@ fn the_children_of_a_killed_show_end_and_finish_the_recording() {
     let (frames, was_cut) = record::read(&stage.path("out/recording.mcap"));
     assert!(!was_cut, "the recorder was asked to end, and had the time to");
     assert!(frames.iter().enumerate().all(|(tick, header)| header.tick == tick as u64) && !frames.is_empty());
-    // What the killed show itself has left, the next server takes away.
+    // The next server removes the remains of the killed show.
     stage.serve(&["--until", "0"]).summary();
 }
 
-/// Nothing says when a child is between its start and its wish to end with its parent, so many shows are killed.
+/// No event marks the time between a child's start and its request to end with its parent, so many shows are killed.
 #[test]
 fn a_show_killed_in_its_start_up_leaves_no_child_and_the_next_one_starts_at_once() {
     let stage = Stage::new();
@@ -327,7 +328,7 @@ fn a_stopped_child_is_killed_and_restarted() {
         let playing = Playing::start(&["--auto-resume"]);
         let first = await_child(playing.show.pid(), command, None);
         if command != "serve" {
-            // Its first sign of life has come.
+            // By then its first sign of life has arrived.
             playing.await_status(|status| status.tick >= 150);
         }
         send(first, Signal::STOP).expect("it is running");

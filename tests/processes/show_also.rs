@@ -1,4 +1,4 @@
-//! The configured commands of a show: checked first, started with the first frame, supervised like the others.
+//! The configured commands of a show: checked first, started with the first frame, supervised like the other children.
 
 use std::fs;
 use std::net::UdpSocket;
@@ -26,7 +26,7 @@ fn configured_commands_run_beside_the_show_and_are_restarted() {
     receiver.recv(&mut [0; 2048]).expect("poses from the bridge");
     kill(bridge);
     await_child(pid, "bridge", Some(bridge));
-    // Before that, the bridge has said to whom it sends.
+    // Before that, the bridge has reported its receiver.
     while playing.show.complaint() != "bridge psn ended with signal: 9 (SIGKILL): starting it again" {}
 
     let log = playing.stage.path("out/hz.log");

@@ -1,4 +1,4 @@
-//! The children of a show that is killed: none of them lives on, stopped or not.
+//! The children of a killed show: none of them survives, stopped or not.
 
 use bench_dragon::recording::repair;
 use bench_dragon_ipc::{Status, StatusReader};
@@ -12,7 +12,7 @@ use crate::record;
 use crate::show::{CALM, Playing};
 use crate::stage::Stage;
 
-/// Starts a program, becomes the parent of all that it leaves behind, and ends when none of it is left.
+/// Starts a program, becomes the parent of its orphans, and ends when no process is left.
 const REAPER: &str = "
 import ctypes, os, subprocess, sys
 PR_SET_CHILD_SUBREAPER = 36
@@ -25,7 +25,7 @@ except ChildProcessError:
     pass
 ";
 
-/// Fails unless the recording is whole up to where it ends, and a new server finds the bus free.
+/// Fails unless the recording has no hole, and a new server can start on the bus.
 fn assert_recovers(stage: &Stage) {
     let recording = stage.path("out/recording.mcap");
     repair(&recording).expect("what a killed show leaves can be repaired");
@@ -55,7 +55,7 @@ fn no_child_outlives_its_killed_show_whichever_is_stopped() {
     }
 }
 
-/// Here the kernel does not continue stopped children by itself: whoever inherits them is of their session.
+/// Here the kernel does not continue stopped children by itself, since their new parent belongs to their session.
 #[test]
 fn children_that_are_all_stopped_do_not_outlive_a_killed_show_beside_their_reaper() {
     let stage = Stage::new();
@@ -84,7 +84,7 @@ fn record_some(stage: &Stage) {
     record::await_frames(&stage.path("out/recording.mcap"));
 }
 
-/// Nothing says how far a child is when it is stopped, so many shows are killed.
+/// No event marks the progress of a child's start, so many shows are killed.
 #[test]
 fn a_child_that_is_stopped_while_it_starts_does_not_outlive_its_killed_show() {
     let stage = Stage::new();

@@ -1,4 +1,4 @@
-//! A show with its page: opened before the first frame, looked after like the others, ended last.
+//! A show with its page: opened before the first frame, supervised like the other children, ended last.
 
 use std::net::TcpListener;
 
@@ -13,7 +13,7 @@ use crate::stage::Stage;
 
 const SHOW: [&str; 9] = ["show", "--out", "out", "--rate", "50", "--start-at", "100", "--view=127.0.0.1:0", "--format"];
 
-/// Starts a show with a page, and returns where the page is: its address, and the token behind it.
+/// Starts a show with a page. Returns the address and the token of the page.
 fn start(stage: &Stage, args: &[&str]) -> (Process, String, String) {
     let mut show = stage.start(&[&SHOW[..], &["json"], args].concat());
     let line = show.json();
@@ -24,7 +24,7 @@ fn start(stage: &Stage, args: &[&str]) -> (Process, String, String) {
     (show, address, token.to_owned())
 }
 
-/// Whether somebody listens at an address.
+/// Whether a process listens at an address.
 fn listens(address: &str) -> bool {
     std::net::TcpStream::connect(address).is_ok()
 }

@@ -1,4 +1,4 @@
-//! Readers that stop, hold what they read, or come and go: each loses its own frames alone, and knows how many.
+//! Readers that are stopped, hold their frames, or join and leave: each loses only its own frames, and counts them.
 
 use bench_dragon::recording::FrameReader;
 use bench_dragon::system::clock::monotonic_ns;
@@ -54,7 +54,7 @@ fn only_a_stopped_reader_loses_frames_and_it_counts_them() {
     let recorder = stage.start(&["record", "a.mcap", "--format", "json"]);
     let mut witness = Reader::join(&stage);
     let mut shots = vec![witness.next()];
-    // From here on both have read tick 0, which all have waited for.
+    // From here on, both have read tick 0.
     monitor.json_until("the monitor has read a frame", |line| line["frames"].as_u64() > Some(0));
     let path = stage.path("a.mcap");
     eventually("the recording has a frame", || {
@@ -124,11 +124,11 @@ fn sixteen_readers_join_and_leave_and_no_other_reader_loses_a_frame() {
             .collect();
         for (number, mut reader) in readers.into_iter().enumerate() {
             if (number + wave) % 4 == 0 {
-                // Once it has come.
+                // The reader is killed after it has joined.
                 reader.json();
                 reader.kill();
             } else {
-                // It may tell that it has cleared away what a killed one left.
+                // The reader may report that it has removed the remains of a killed one.
                 let ended = reader.end();
                 assert_eq!((ended.code(), ended.json_lines().len()), (Some(0), 10), "{}", ended.stderr);
             }

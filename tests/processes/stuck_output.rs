@@ -1,4 +1,4 @@
-//! Terminals, pipes and files that take no output: they stop nothing and delay no end.
+//! Terminals, pipes and files that accept no output: they stop no process and delay no end.
 
 use std::fs;
 use std::process::{Command, Stdio};
@@ -16,18 +16,18 @@ use crate::stage::{Stage, program};
 /// A show of five seconds with a contact, with more frames than a reader's buffer holds, which are those of four seconds.
 const TO_CONTACT: [&str; 8] = ["--start-at", "405", "--time-scale", "5", "--rate", "50", "--until", "430"];
 
-/// A dragon so long that the question about its turn takes longer than the bar waits.
+/// A dragon so long that the question about its turn takes longer than the delay of the progress bar.
 const LONG_DRAGON: &str =
     "[dragon]\nbenches = 1500\n[route]\nkind = \"turnaround\"\npitch_m = 1.7\nstart_s = -3000\nend_s = 3000\n";
 
-/// Waits until the server has published a frame, and so the reader that it waits for is there.
+/// Waits until the server has published a frame, and so its reader has joined.
 fn await_frame(stage: &Stage) {
     let status = eventually("there is a server", || StatusReader::open(stage.domain(), "test").ok());
     let poll = || status.poll().expect("the bus is readable");
     eventually("a frame is published", || poll().filter(|status| status.tick >= 1));
 }
 
-/// The lines of JSON in what came onto a terminal.
+/// Returns the lines of JSON in the output of a terminal.
 fn json_lines(text: &str) -> Vec<Value> {
     let lines = text.lines().filter(|line| line.starts_with('{'));
     lines.map(|line| serde_json::from_str(line).unwrap_or_else(|error| panic!("{error} in {line}"))).collect()
@@ -70,7 +70,7 @@ fn lines_that_a_terminal_does_not_accept_are_counted_and_later_lines_follow() {
     let monitor = terminal.start(stage.command(&["monitor", "--format", "json", "--progress", "0.01"]));
     let frames = server.summary()["frames"].clone();
     let output = terminal.read();
-    // It reports the lines that are missing before those that follow.
+    // The monitor reports the dropped lines before the next lines.
     monitor.signal(Signal::INT);
     assert_eq!(monitor.end().code(), Some(0));
     let output = output.join().expect("the terminal is read");
@@ -105,7 +105,7 @@ fn a_show_on_a_stuck_terminal_restarts_its_server_and_ends_at_a_signal() {
     let show = terminal.start(stage.command(&["show", "--out", "out", "--rate", "50", "--start-at", "100"]));
     let first = await_child(show.pid(), "serve", None);
     await_frame(&stage);
-    // For many more drawings of the live line than a terminal has room for.
+    // By then the live line was drawn more often than a terminal has room for.
     let status = StatusReader::open(stage.domain(), "test").expect("the server is there");
     eventually("tick 50", || status.poll().expect("the bus is readable").filter(|status| status.tick >= 50));
     drop(status);
@@ -179,17 +179,17 @@ fn a_signal_ends_an_echo_with_a_full_pipe() {
     echo.next_line().expect("a frame");
     let mut reader = crate::reader::Reader::join(&stage);
     let tick = reader.next().header.tick;
-    // For more frames than the pipe and the queue have room for.
+    // By then there were more frames than the pipe and the queue have room for.
     reader.read_to_tick(tick + 400);
     drop(reader);
     echo.signal(Signal::INT);
-    // Nothing is read until it has ended, but for what the end gives.
+    // The test reads no output until the echo has ended.
     eventually("the echo has ended", || has_ended(&echo).then_some(()));
     assert_eq!(echo.end().code(), Some(0));
     server.stop();
 }
 
-/// Whether a process that has not been waited for is no more than an entry.
+/// Whether a process that has not been waited for is a zombie.
 fn has_ended(process: &Process) -> bool {
     let stat = fs::read_to_string(format!("/proc/{}/stat", process.pid())).expect("it has not been waited for");
     stat.rsplit(')').next().is_some_and(|rest| rest.trim_start().starts_with('Z'))

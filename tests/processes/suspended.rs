@@ -1,4 +1,4 @@
-//! A server that was suspended keeps time with the clock: it jumps a short suspension and makes up for a long one.
+//! A suspended server keeps time with the clock: it jumps after a short suspension, and catches up after a long one.
 
 use bench_dragon::system::clock::monotonic_ns;
 use bench_dragon_ipc::{FrameHeader, StatusReader};
@@ -14,7 +14,7 @@ use crate::stage::Stage;
 const RATE_HZ: u64 = 100;
 const PERIOD_NS: u64 = 1_000_000_000 / RATE_HZ;
 
-/// Stops a process for a time, or longer.
+/// Stops a process for at least this time.
 pub(crate) fn suspend(process: &Process, suspended_ns: u64) {
     process.signal(Signal::STOP);
     let until_ns = monotonic_ns() + suspended_ns;
@@ -22,8 +22,8 @@ pub(crate) fn suspend(process: &Process, suspended_ns: u64) {
     process.signal(Signal::CONT);
 }
 
-/// Fails unless ticks have no hole, every frame is due at a release of its own, none is due before the last one was sent, and
-/// the releases between them are those that the server counts as missed.
+/// Fails unless every frame is due at its own release, no frame is due before the previous one was sent, and the server counts
+/// all releases in between as missed.
 fn assert_no_burst(shots: &[Shot], summary: &Value) {
     let epoch_ns = shots[0].header.scheduled_ns;
     for pair in shots.windows(2) {
@@ -36,7 +36,7 @@ fn assert_no_burst(shots: &[Shot], summary: &Value) {
     assert_eq!(summary["overruns"], release(&shots[0].header, last, RATE_HZ) - last.tick, "each is counted: {summary}");
 }
 
-/// How far a frame of a show that walks from 0 is behind the clock, in nanoseconds.
+/// Returns the delay of a frame behind the clock in nanoseconds, for a show that starts at 0.
 fn behind_ns(first: &FrameHeader, header: &FrameHeader) -> i64 {
     (header.scheduled_ns - first.scheduled_ns) as i64 - header.sim_time_ns
 }
@@ -45,7 +45,7 @@ fn behind_ns(first: &FrameHeader, header: &FrameHeader) -> i64 {
 fn after_short_suspensions_every_frame_shows_where_the_dragon_should_be() {
     const SUSPENDED_NS: u64 = 100_000_000;
     let stage = Stage::new();
-    // A machine that is busy with other things may keep the server waiting for longer than it is suspended.
+    // A busy machine may delay the server for longer than its suspension.
     let serve = ["--rate", &RATE_HZ.to_string(), "--catch-up", "10", "--until", "10", "--readers", "1"];
     let server = stage.serve(&serve);
     let run_id = server.run_id;

@@ -1,4 +1,4 @@
-//! Timecode from a desk that was written from the protocols: `tests/python/timecode.py`.
+//! Timecode from a source that implements the protocols independently: `tests/python/timecode.py`.
 
 use std::io::Write as _;
 use std::net::UdpSocket;
@@ -18,13 +18,13 @@ use crate::stage::{Server, Stage};
 const FRAME_S: f64 = 0.04;
 const RATE_HZ: f64 = 50.0;
 
-/// A desk that sends timecode; it ends with the test.
+/// A source of timecode, which ends with the test.
 pub(crate) struct Desk {
     process: Process,
     orders: ChildStdin,
 }
 
-/// Where the desk's clock was when.
+/// A position of the source's clock, and its instant.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Clock {
     position_s: f64,
@@ -39,7 +39,7 @@ impl Desk {
         Self { process, orders }
     }
 
-    /// Gives an order, and waits until it is carried out.
+    /// Sends an order, and waits until it is executed.
     pub(crate) fn order(&mut self, order: &str) -> Clock {
         writeln!(self.orders, "{order}").expect("the desk listens");
         let answer = self.process.json();
@@ -51,34 +51,34 @@ impl Desk {
 }
 
 impl Clock {
-    /// Whether a frame shows what the clock showed when it was due, to a frame of timecode.
+    /// Whether a frame's show time equals the clock's position when the frame was due, to within a timecode frame.
     fn agrees(self, header: &FrameHeader, offset_s: f64) -> bool {
         let elapsed_s = header.scheduled_ns.saturating_sub(self.epoch_ns) as f64 * 1e-9;
         (header.sim_time_s() - self.position_s - elapsed_s - offset_s).abs() < FRAME_S
     }
 }
 
-/// A server that follows timecode, and where it listens.
+/// Starts a server that follows timecode. Returns it with its address.
 pub(crate) fn serve(stage: &Stage, source: &str, args: &[&str]) -> (Server, String) {
     let mut server = stage.serve(&[&["--rate", "50", "--timecode", source], args].concat());
     let listen = listens(&mut server.process);
     (server, listen)
 }
 
-/// Where a server or a show reports that it listens for timecode.
+/// Returns the address at which a server or a show listens for timecode.
 fn listens(process: &mut Process) -> String {
     let listening = process.json();
     assert_eq!(listening["type"], "listening", "{listening}");
     listening["listen"].as_str().expect("an address").to_owned()
 }
 
-/// The next line of a kind.
+/// Returns the next line with this event.
 pub(crate) fn event(process: &mut Process, event: &str) -> Value {
     let is_wanted = |line: &Value| line["type"] == "timecode" && line["event"] == event;
     process.json_until(&format!("timecode event {event:?}"), is_wanted).pop().expect("the wanted line comes last")
 }
 
-/// Reads until so many frames have shown what the clock showed: far more than half of those after it has settled.
+/// Reads until 50 frames agree with the clock. After the show has settled, most frames agree.
 pub(crate) fn read_following(reader: &mut Reader, clock: Clock, offset_s: f64) -> Vec<Shot> {
     const WANTED: usize = 50;
     let (mut shots, mut agreed) = (Vec::new(), 0);
@@ -91,8 +91,7 @@ pub(crate) fn read_following(reader: &mut Reader, clock: Clock, offset_s: f64) -
     shots
 }
 
-/// Checks that running frames that follow on each other are their time scale ÷ the rate apart, and counts those that were put
-/// elsewhere.
+/// Checks that successive running frames differ by the time scale ÷ the rate, and counts the frames that jumped.
 fn count_seeks(shots: &[Shot]) -> usize {
     let runs = |shot: &Shot| shot.state() == ShowState::Running;
     let neighbours = shots.windows(2).filter(|pair| pair[1].header.tick == pair[0].header.tick + 1 && runs(&pair[1]));
@@ -100,13 +99,13 @@ fn count_seeks(shots: &[Shot]) -> usize {
         let step_ns = pair[1].header.sim_time_ns - pair[0].header.sim_time_ns;
         let time_scale = pair[1].header.time_scale;
         assert!((0.9..=1.1).contains(&time_scale), "{time_scale}");
-        // Through releases that it missed the show went on at the time scale of before.
+        // During missed releases, the show advanced at the previous time scale.
         let jumped = (periods(&pair[0].header, &pair[1].header, RATE_HZ as u64) - 1) as f64;
         let expected_ns = (jumped * pair[0].header.time_scale + time_scale) / RATE_HZ * 1e9;
         (step_ns as f64 - expected_ns).abs() > 2.0
     };
     let seeks = neighbours.filter(is_seek);
-    // A step that is neither that of its time scale nor a jump would be a broken contract.
+    // Each other step must be a rest or a jump.
     seeks
         .inspect(|pair| {
             let step_s = (pair[1].header.sim_time_ns - pair[0].header.sim_time_ns) as f64 * 1e-9;
@@ -119,7 +118,7 @@ fn count_seeks(shots: &[Shot]) -> usize {
 #[test]
 fn a_show_waits_for_art_net_timecode_and_follows_it() {
     let stage = Stage::new();
-    // A desk that a busy machine holds up for a second is not lost.
+    // A source that a busy machine delays for a second is not lost.
     let (mut server, listen) = serve(&stage, "artnet:127.0.0.1:0", &["--timecode-timeout", "5"]);
     let mut reader = Reader::join(&stage);
     let standing = reader.next();
@@ -149,15 +148,15 @@ fn a_show_waits_for_art_net_timecode_and_follows_it() {
     event(&mut server.process, "follows");
     shots.extend(read_following(&mut reader, clock, 0.0));
 
-    // A stall of this machine may be a seek more.
+    // A stall of this machine may cause another seek.
     assert!(count_seeks(&shots) >= 1, "to 120 s");
 
     for junk in ["00", "4172742d4e6574000097000e0000", "4172742d4e6574000097000e00001900000001", "ffffffffff"] {
         desk.order(&format!("send {junk}"));
     }
-    // ArtDmx is none of ours.
+    // ArtDmx packets are ignored, and not counted.
     desk.order("send 4172742d4e6574000050000e");
-    // What has come before this is counted by then.
+    // The packets before this order are counted by then.
     desk.order("stand");
     event(&mut server.process, "stands");
     reader.read_until("the show is paused", |header| header.show_state() == Some(ShowState::Paused));
@@ -170,7 +169,7 @@ fn a_show_waits_for_art_net_timecode_and_follows_it() {
 #[test]
 fn one_desk_is_followed_and_packets_of_another_are_counted() {
     let stage = Stage::new();
-    // No stall of the first one is that long.
+    // The timeout is longer than any stall of the first source.
     let (mut server, listen) = serve(&stage, "artnet:127.0.0.1:0", &["--timecode-timeout", "3600"]);
     let mut desk = Desk::start(&["artnet", &listen]);
     let mut other = Desk::start(&["artnet", &listen, "--from", "127.0.0.2"]);
@@ -200,7 +199,7 @@ fn a_show_ends_where_it_has_walked_and_not_where_its_timecode_jumps() {
     reader.read_to_tick(beyond.last().expect("frames").header.tick + 10);
     let clock = desk.order("play 60");
     read_following(&mut reader, clock, 0.0);
-    // Several seconds before the end: a desk that is held up may be followed late.
+    // The position is seconds before the end, since a delayed source is followed late.
     desk.order("play 95");
     reader.read_to_end();
     event(&mut server.process, "follows");
@@ -277,10 +276,10 @@ fn a_monitor_sweeps_the_travel_of_a_show_that_follows_timecode() {
     let (server, listen) = serve(&stage, "osc:0", &["--until", "414", "--readers", "2"]);
     let monitor = stage.start(&["monitor", "--format", "json"]);
     let mut reader = Reader::join(&stage);
-    // The first frame is for both.
+    // The first frame reaches both readers.
     reader.next();
     let mut desk = Desk::start(&["osc", &listen]);
-    // Several seconds before the contact: a desk that is held up may be followed late.
+    // The position is seconds before the contact, since a delayed source is followed late.
     desk.order("play 408");
     reader.read_to_end();
     server.process.end().expect_clean();

@@ -1,4 +1,4 @@
-//! A show on the turnaround, whose t = 0 is where the head enters the turning circle: its show times begin below 0.
+//! A show on the turnaround. The head enters the turning circle at t = 0, so the show times begin below 0.
 
 use std::fs;
 
@@ -18,7 +18,7 @@ use crate::stage::{Stage, program};
 const RATE_HZ: u64 = 50;
 const PACE: [&str; 6] = ["--rate", "50", "--time-scale", "50", "--catch-up", "10"];
 
-/// A stage with a turnaround's configuration, these lines added to its route.
+/// Returns a stage with a turnaround's configuration, with these additional lines in its route.
 fn stage_with(route: &str) -> Stage {
     let stage = Stage::new();
     fs::write(stage.path("turn.toml"), format!("[route]\nkind = \"turnaround\"\n{route}\n")).expect("a file");

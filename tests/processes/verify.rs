@@ -1,4 +1,4 @@
-//! `replay --verify` of recordings that were made of running servers: each is as simulated, to the last bit.
+//! `replay --verify` of recordings of running servers: each equals its simulation to the last bit.
 
 use std::fs;
 
@@ -21,7 +21,7 @@ fn verify(stage: &Stage, files: &[&str], more: &[&str]) -> Ended {
     Process::start(command).end()
 }
 
-/// The runs of a recording, all of which must be as simulated.
+/// Returns the runs of a recording. Fails unless all are as simulated.
 #[track_caller]
 fn verified(stage: &Stage, files: &[&str]) -> Vec<Value> {
     let ended = verify(stage, files, &["--format", "json"]);
@@ -42,7 +42,7 @@ fn end(recorder: Process) -> Value {
     summary
 }
 
-/// A server with a recorder that has its first frame.
+/// Starts a server, and a recorder that has recorded a frame.
 fn record(stage: &Stage, args: &[&str]) -> (Server, Process) {
     let server = stage.serve(&[&["--readers", "1"], args].concat());
     let recorder = stage.start(&["record", "a.mcap", "--format", "json"]);
@@ -50,7 +50,7 @@ fn record(stage: &Stage, args: &[&str]) -> (Server, Process) {
     (server, recorder)
 }
 
-/// Waits until a recording that is being written has so many events of commands.
+/// Waits until the file of a running recorder has this many command events.
 fn await_commands(stage: &Stage, count: usize) {
     eventually(&format!("the recording has {count} events of commands"), || {
         let mut reader = FrameReader::open(&stage.path("a.mcap")).ok()?;
@@ -89,7 +89,7 @@ fn a_show_that_was_commanded_is_as_simulated() {
     ctl(&stage, &["stop"]);
     let served = server.summary();
     let summary = end(recorder);
-    // Ten orders, the start and the end.
+    // The events are ten orders, the start and the end.
     assert_eq!((&summary["frames"], &summary["commands"]), (&served["frames"], &json!(12)));
     let runs = verified(&stage, &["a.mcap"]);
     assert_eq!((&runs[0]["frames"], &runs[0]["overruns"]), (&served["frames"], &served["overruns"]));

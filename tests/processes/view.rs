@@ -1,5 +1,5 @@
-//! The view's server, by clients that were not written here; what they expect is in `tests/python`. The page itself is another
-//! test's.
+//! The view's server, tested by clients of other authors. Their tests are in `tests/python`. `view_page.rs` tests the page
+//! itself.
 
 use std::ffi::OsStr;
 use std::process::Command;
@@ -13,7 +13,7 @@ use test_support::skip::{has_programs, is_possible};
 use crate::reader::{Reader, assert_accounted_for};
 use crate::stage::{Stage, program};
 
-/// What a Python program of a view has to know.
+/// Returns the environment of a Python program for a view.
 fn variables(stage: &Stage) -> [(&'static str, &OsStr); 2] {
     [
         ("BENCH_DRAGON", OsStr::new(env!("CARGO_BIN_EXE_bench-dragon"))),
@@ -32,7 +32,7 @@ fn pages_with_the_token_are_served_and_others_are_refused() {
 #[test]
 fn of_two_hundred_pages_the_allowed_number_is_served_and_no_reader_loses_a_frame() {
     let stage = Stage::new();
-    // At this rate a reader that is kept waiting for ten seconds still loses nothing.
+    // At this rate, a reader that waits for ten seconds loses nothing.
     let server = stage.serve(&["--rate", "20"]);
     let mut reader = Reader::join(&stage);
     let mut crowd = python();

@@ -1,4 +1,4 @@
-//! The view's page in Chromium, against the bus. The scenarios are in `tests/node`.
+//! The view's page in Chromium, compared with the bus. The scenarios are in `tests/node`.
 
 use std::fs;
 use std::path::Path;
@@ -17,7 +17,7 @@ use crate::browser::{Browser, View};
 use crate::reader::{Reader, Shot};
 use crate::stage::Stage;
 
-/// Before the middle of the show, so that the page has a forecast and nothing touches.
+/// The show starts before its middle, so that the page has a forecast and no benches touch.
 const SHOW: [&str; 4] = ["--rate", "100", "--start-at", "200"];
 
 #[test]
@@ -186,7 +186,7 @@ fn the_timeline_shows_the_planned_clearance_of_the_whole_show() {
         assert_eq!(shown["flags"][1], "contact 412.5", "{screen}: {shown}");
         // 600 points, three near misses and a contact.
         assert_eq!(shown["points"], 604, "{screen}");
-        // The contact is at 93 % of the show: nearly all of the second half has the line.
+        // The contact is at 93 % of the show: the line covers nearly all of the second half.
         assert!(shown["ahead"].as_f64().is_some_and(|share| share > 0.6), "{screen}: {shown}");
     }
     page.end().expect_clean();
@@ -215,14 +215,14 @@ fn the_types_of_the_pages_modules_are_correct() {
     assert_eq!(ended.code(), Some(0), "{}", ended.stdout);
 }
 
-/// A frame of a show that stands.
+/// Returns a frame of a paused show.
 fn paused_shot(stage: &Stage) -> Shot {
     let mut reader = Reader::join(stage);
     let mut shots = reader.read_until("the show is paused", |header| header.show_state() == Some(ShowState::Paused));
     shots.pop().expect("one at least")
 }
 
-/// The nearest pair of a frame of the paper's dragon.
+/// Returns the nearest pair of a frame of the paper's dragon.
 fn nearest_pair(shot: &Shot) -> PairClearance {
     let config = Config::from_toml("").expect("the paper's dragon");
     let mut boards = Vec::new();
@@ -231,7 +231,7 @@ fn nearest_pair(shot: &Shot) -> PairClearance {
     ClearanceSearch::default().nearest(&boards).expect("more than two benches")
 }
 
-/// Fails unless there is wood in the middle of the benches, the head is another colour, and the corners are empty.
+/// Fails unless the benches have the colour of wood, the head has its colour, and the edges of the plan are empty.
 fn assert_is_drawn(picture: &Value, pixels: &Path, shot: &Shot) {
     let bytes = fs::read(pixels).expect("the scenario has written them");
     let number = |key: &str| picture[key].as_u64().unwrap_or_else(|| panic!("{picture}")) as usize;
@@ -247,7 +247,7 @@ fn assert_is_drawn(picture: &Value, pixels: &Path, shot: &Shot) {
         let y = height as f64 / 2.0 - (place.y - y_m) * scale;
         at(x as usize, y as usize)
     };
-    // Some lie under the mark of the nearest pair and its label, and the head may in part.
+    // The mark of the nearest pair and its label cover some benches, and possibly a part of the head.
     let benches = shot.header.bench_count as usize;
     let wooden = (1..benches).filter(|&bench| colour_of(bench, 0.5) == picture["wood"]).count();
     assert!(wooden > benches - 20, "{wooden} of {benches} are where they should be");

@@ -1,4 +1,4 @@
-//! What the view's page tells of a show in each of its states, in Chromium. The scenarios are in `tests/node`.
+//! The view's page in each state of a show, in Chromium. The scenarios are in `tests/node`.
 
 use std::fs;
 
@@ -11,7 +11,7 @@ use crate::record::await_frames;
 use crate::replay::replay;
 use crate::stage::Stage;
 
-/// A head that brakes for twenty show seconds, long enough for the page to be seen meanwhile.
+/// A head that brakes for twenty show seconds, long enough for the test to see the page.
 const SLOW_TO_STOP: &str = "[head]\naccel_mps2 = 0.05\n";
 
 fn expect_next(page: &mut Process, wanted: &str) {
@@ -33,7 +33,7 @@ fn the_page_shows_the_rest_of_a_stopping_head_the_senders_of_commands_and_an_ord
     let forecast = page.json();
     let number = |key: &str| forecast[key].as_f64().unwrap_or_else(|| panic!("{forecast}"));
     let wall_s = (number("time_s") - number("now_s")) / 2.0;
-    // The forecast is up to a fifth of a second older than the clock beside it.
+    // The forecast is up to 0.2 s older than the clock beside it.
     assert!((number("left_s") - wall_s).abs() < 2.0, "{forecast}");
     expect_next(&mut page, "hold");
     assert_eq!(stage.run(&["ctl", "hold"]).code(), Some(0));
@@ -75,7 +75,7 @@ fn the_page_announces_the_guards_stop_and_distinguishes_its_situations() {
 fn a_contact_stays_on_the_page_until_it_is_acknowledged_and_alerts_are_filtered() {
     let Some(browser) = Browser::find() else { return };
     let stage = Stage::new();
-    // Held until monitor and page are there: nobody gets an alert from before.
+    // The show is held until monitor and page have joined, since a later subscriber gets no earlier alert.
     let server = stage.serve(&["--rate", "100", "--start-at", "411", "--held"]);
     let mut monitor = stage.start(&["monitor", "--format", "json"]);
     monitor.json_until("the monitor reports that the show is held", |line| line["kind"] == "held");

@@ -1,4 +1,4 @@
-//! `watch` in a terminal: what it shows is what is on the bus, its keys give commands, and the terminal is given back.
+//! `watch` in a terminal: it shows the values of the bus, its keys send commands, and it restores the terminal.
 
 use std::fs;
 use std::time::Duration;
@@ -15,7 +15,7 @@ use crate::reader::{Reader, Shot};
 use crate::stage::{Stage, program};
 use crate::tmux::{Settings, Stalled, Tmux};
 
-/// What a terminal is like while a shell has it.
+/// Settings of a terminal with a shell.
 const OF_A_SHELL: Settings = Settings { other_screen: false, cursor: true };
 const DRAWN_ON: Settings = Settings { other_screen: true, cursor: false };
 
@@ -25,12 +25,12 @@ const PROMPT_WAIT: Duration = Duration::from_secs(10);
 /// it, or before the key arrives.
 const MOST_TRIES: usize = 20;
 
-/// Whether the test can go on.
+/// Whether tmux is installed. Skips the test if it is not.
 fn has_terminal() -> bool {
     has_programs(&["tmux"])
 }
 
-/// Fails unless the shell has its terminal back as it was, after the watch ended with this status.
+/// Fails unless the watch has ended with this status and has restored the shell's terminal.
 fn assert_given_back(terminal: &Tmux<'_>, status: u8) {
     terminal.await_prompt();
     assert_eq!(terminal.settings(), OF_A_SHELL);
@@ -40,7 +40,7 @@ fn assert_given_back(terminal: &Tmux<'_>, status: u8) {
     }
 }
 
-/// Clearance and pair of a frame of the paper's dragon, as a screen has them.
+/// Returns clearance and pair of a frame of the paper's dragon, as the screen shows them.
 fn nearest_of(shot: &Shot) -> [String; 2] {
     let config = Config::load(None, |_| ()).expect("the paper's");
     let mut boards = Vec::new();
@@ -141,7 +141,7 @@ fn the_screen_shows_what_is_on_the_bus_and_its_keys_steer_the_show() {
     terminal.press("Enter");
     terminal.until_shown("speed 11 m/s: refused: the speed is 11 m/s, must be from 0 to 10 m/s");
 
-    // Somebody else's speed, which a paused head does not show, counts when the head keeps it.
+    // The next key starts from the speed of another client, which is visible only when the head walks.
     stage.run(&["ctl", "speed", "0.3"]).expect_clean();
     terminal.press("Space");
     for _ in 0..3 {
@@ -175,7 +175,7 @@ fn a_read_only_watch_sends_no_command() {
     terminal.type_text("?");
     let text = terminal.until_shown("all of the route");
     assert!(!text.contains("pause") && !text.contains("hold"), "{text}");
-    // Any key leaves the help; what was typed before it has been read by then.
+    // Any key closes the help. The keys before it have been read by then.
     terminal.type_text("?f");
     let text = terminal.until_shown("following the head");
     assert!(text.contains("RUNNING") && text.contains("read-only"), "{text}");
@@ -230,7 +230,7 @@ fn a_braking_head_and_an_orderly_end_are_shown() {
     terminal.run("", "watch");
     terminal.until_shown("RUNNING");
     terminal.until_shown("monitor missing");
-    // It brakes for eight seconds from then on, in which the screen has to be seen.
+    // From this speed it brakes for eight seconds. The test must see the screen in this time.
     reader.read_until("the head is fast", |header| header.head_speed_mps > 0.8);
     stage.run(&["ctl", "hold"]).expect_clean();
     let text = terminal.until("the braking head", |text| text.contains("STOPPING") && text.contains("stop "));
@@ -295,7 +295,7 @@ fn a_watch_whose_terminal_is_closed_ends_and_leaves_nothing() {
     server.stop();
 }
 
-/// A watch that draws much, on a terminal that takes nothing any more: its drawing waits.
+/// Starts a watch that draws much, and stalls its terminal, so that the drawing blocks.
 fn stall(stage: &Stage, terminal: &Tmux<'_>) -> (Pid, Stalled) {
     let mut reader = Reader::join(stage);
     terminal.run("", "watch");
@@ -304,7 +304,7 @@ fn stall(stage: &Stage, terminal: &Tmux<'_>) -> (Pid, Stalled) {
     terminal.until_shown("following the head");
     let watch = Pid::from_raw(terminal.running_pid() as i32).expect("a process id");
     let stalled = terminal.stall();
-    // For many more scenes than a terminal's buffer has room for.
+    // By then there were more frames than a terminal's buffer has room for.
     let tick = reader.next().header.tick;
     reader.read_to_tick(tick + 600);
     (watch, stalled)
@@ -397,7 +397,7 @@ fn no_color_is_respected_and_the_log_on_the_terminal_waits_for_the_end() {
     let text = terminal.await_prompt();
     assert!(text.contains("TRACE") || text.contains("DEBUG"), "what was logged meanwhile comes at the end:\n{text}");
 
-    // A log that does not lead to the terminal does not wait.
+    // A log that is redirected to a file does not wait.
     let log = stage.path("log");
     terminal.run("RUST_LOG=trace", &format!("watch 2> {}", log.display()));
     terminal.until("the dragon", |text| text.contains("RUNNING") && dots(text) > 280);
@@ -417,7 +417,7 @@ fn no_color_is_respected_and_the_log_on_the_terminal_waits_for_the_end() {
     server.stop();
 }
 
-/// Whether there is a sequence that sets a colour (ECMA-48, SGR).
+/// Whether the text has a sequence that sets a colour (ECMA-48, SGR).
 fn has_colours(styled: &str) -> bool {
     let sequences = styled.split("\u{1b}[").skip(1).filter_map(|rest| rest.split_once('m'));
     sequences.flat_map(|(sequence, _)| sequence.split([';', ':'])).any(|parameter| {

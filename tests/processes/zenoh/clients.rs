@@ -1,4 +1,4 @@
-//! The program's own clients on the other side, unchanged.
+//! The program's own clients on the far bus, unchanged.
 
 use bench_dragon::recording::FrameReader;
 use bench_dragon_ipc::{Alert, AlertKind, AlertSubscriber};
@@ -12,7 +12,7 @@ use crate::stage::Stage;
 #[test]
 fn echo_hz_and_record_work_on_the_far_bus() {
     let (near, far) = (Stage::new(), Stage::new());
-    // At this rate the bus keeps ten seconds for the reader here, which reads when the commands there have ended.
+    // At this rate the bus keeps ten seconds for the near reader, which reads after the end of the far commands.
     let server = near.serve(&["--rate", "20", "--readers", "3"]);
     let sender = Bridge::sending(&near, &[]);
     let recorder = near.start(&["record", "near.mcap"]);
@@ -54,7 +54,7 @@ fn echo_hz_and_record_work_on_the_far_bus() {
 #[test]
 fn monitors_on_both_sides_report_the_same_contact_and_the_far_bus_gets_both_alerts() {
     let (near, far) = (Stage::new(), Stage::new());
-    // Held at the start until everybody is there.
+    // The show is nearly stopped until all processes have joined.
     let server = near.serve(&["--rate", "100", "--time-scale", "0.001"]);
     let sender = Bridge::sending(&near, &[]);
     let mut receiver = Bridge::receiving(&far, &sender);
@@ -75,7 +75,7 @@ fn monitors_on_both_sides_report_the_same_contact_and_the_far_bus_gets_both_aler
     for value in ["time_s", "benches", "point_m", "clearance_m"] {
         assert_eq!(here[value], there[value], "{value}");
     }
-    // Two monitors tell it there: their own, and the one here through the bridge.
+    // The far bus gets two alerts: from the monitor there, and from the near monitor through the bridge.
     let contact = || alerts.receive().expect("the bus is readable").filter(|alert| kind(alert) == AlertKind::Contact);
     for _ in 0..2 {
         let alert = eventually("an alert of the contact", contact);

@@ -1,4 +1,4 @@
-//! Commands from the other side.
+//! Commands from the far side.
 
 use bench_dragon_ipc::{IntoBytes as _, Request, ShowState};
 use rustix::process::Signal;
@@ -47,7 +47,7 @@ fn a_bridge_takes_no_commands_without_the_flag() {
 fn a_bridge_with_the_flag_passes_commands_and_the_servers_replies() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "50"]);
-    // So that ticks are not the same here and there.
+    // The ticks of the two buses then differ.
     Reader::join(&near).read_to_tick(5);
     let sender = Bridge::sending(&near, &["--allow-commands"]);
     let mut receiver = Bridge::receiving(&far, &sender);
@@ -91,7 +91,7 @@ fn a_command_refused_for_lack_of_an_answer_is_not_executed_later() {
     receiver.until("silent");
     sender.process.signal(Signal::CONT);
     receiver.until("resumed");
-    // It stands behind the other one, and is taken: so that one has been looked at.
+    // This command follows the refused one, and is accepted: so the refused one has been handled.
     let mut reader = Reader::join(&near);
     let sought = ctl(&far, &["seek", "100"]);
     assert_eq!(sought["accepted"], true, "{sought}");
@@ -115,7 +115,7 @@ fn a_bridge_that_ends_passes_no_more_waiting_commands() {
     let replies: Vec<_> = (0..ASKED)
         .map(|_| session.get(format!("{KEY}/commands")).payload(command.as_bytes()).wait().expect("it is open"))
         .collect();
-    // It is answered, though the server answers none of those that came before it.
+    // This query is answered, although the server answers none of the commands before it.
     let described = session.get(format!("{KEY}/description")).wait().expect("it is open");
     let described = described.recv_timeout(DEADLINE).expect("the session is open");
     assert!(described.is_some_and(|reply| reply.result().is_ok()));

@@ -1,4 +1,4 @@
-//! The way between two machines, cut and joined again.
+//! The network between two machines, cut and connected again.
 
 use std::process::Command;
 
@@ -11,7 +11,7 @@ use super::cable::Cable;
 use crate::reader::Reader;
 use crate::stage::Stage;
 
-/// Starts a bridge of a stage within a namespace.
+/// Starts a bridge of a stage in a namespace.
 fn start_within(namespace: &str, stage: &Stage, args: &[&str]) -> Bridge {
     let command = stage.command(&arguments(args));
     let mut within = Command::new("ip");
@@ -30,7 +30,7 @@ fn a_run_continues_after_its_network_was_cut() {
     }
     let Some(cable) = Cable::lay() else { return skip("network namespaces are not possible here") };
     let (near, far) = (Stage::new(), Stage::new());
-    // So slow that the reader, which waits for what the bridges say, has room for the frames of twelve seconds.
+    // At this rate, the buffer of the reader, which waits for the reports of the bridges, holds ten seconds.
     let server = near.serve(&["--rate", "20"]);
     let mut sender = start_within(&cable.near, &near, &["--listen", Cable::ENDPOINT]);
     sender.until("sending");

@@ -1,4 +1,4 @@
-//! What others put under our keys.
+//! Foreign messages under the keys of a bridge.
 
 use std::collections::HashSet;
 use std::process::Command;
@@ -54,10 +54,10 @@ fn malformed_and_foreign_messages_are_counted_and_dropped() {
         put("alerts", payload.clone());
         put("description", payload);
     }
-    // Of a dragon as sound as ours, but no run that anybody has described.
+    // A valid frame of a run without a description.
     let foreign = frame_bytes(&FrameHeader { run_id: remote_run_id ^ 1, ..sound }, &handles);
     put("frames", foreign);
-    // As sound as can be, but of a tick that the run reaches in half a billion years.
+    // A valid frame with a tick that the run reaches in half a billion years.
     let ahead = FrameHeader { bench_count: 223, ..sound };
     put("frames", frame_bytes(&ahead, &[HandleState::default(); 224]));
     session.get(format!("{KEY}/commands")).wait().expect("it is open");
@@ -68,14 +68,14 @@ fn malformed_and_foreign_messages_are_counted_and_dropped() {
     server.stop();
     let received = receiver.stop();
     assert_eq!(received["malformed"], 3 * malformed.len(), "{received}");
-    // That one, and what may have come before the description of the run that is received.
+    // The foreign frame, and frames that came before the description of the received run.
     assert!(received["foreign"].as_u64() >= Some(1), "{received}");
     assert_eq!(received["too_fast"], 1, "{received}");
     assert_eq!((&received["lost"], &received["not_new"]), (&json!(0), &json!(0)), "{received}");
     sender.stop();
 }
 
-/// Describes a run of so many benches to whoever listens.
+/// Publishes the description of a run with this many benches.
 fn describe(session: &Session, run_id: u64, benches: u32) {
     let attached = encode_described(Described { run_id, every: 1, rate_hz: 50 });
     session
@@ -86,7 +86,7 @@ fn describe(session: &Session, run_id: u64, benches: u32) {
         .expect("it is open");
 }
 
-/// A frame of so many benches.
+/// Returns a frame with this many benches.
 fn frame_of(run_id: u64, bench_count: u32) -> Vec<u8> {
     let handles = vec![HandleState::default(); bench_count as usize + 1];
     frame_bytes(&FrameHeader { run_id, bench_count, ..FrameHeader::default() }, &handles)
@@ -105,7 +105,7 @@ fn a_frame_that_contradicts_the_description_of_its_run_is_dropped() {
     assert_eq!(receiver.until("found")["remote_run_id"], 5);
     let put = |frame| session.put(format!("{KEY}/frames"), frame).congestion_control(CongestionControl::Block).wait();
     put(frame_of(5, 100_000)).expect("it is open");
-    // Of the dragon that it is described with: so what came before it has been looked at.
+    // This frame matches the description. When it is received, the frame before it has been handled.
     put(frame_of(5, 223)).expect("it is open");
     assert_eq!(receiver.until("receiving")["remote_run_id"], 5);
     let before = reader.read_until("a frame of the next run", |header| run_id != header.run_id);
@@ -119,7 +119,7 @@ fn a_frame_that_contradicts_the_description_of_its_run_is_dropped() {
 
 #[test]
 fn a_run_too_large_for_the_bus_is_refused_and_the_show_continues() {
-    // Room for the paper's dragon, and not for one of a hundred thousand benches.
+    // Shared memory has room for the paper's dragon, and not for one of a hundred thousand benches.
     let script = r#"mount -t tmpfs -o size=128m none /dev/shm && exec "$@""#;
     let launcher = ["unshare", "--mount", "sh", "-c", script, "sh"];
     if !is_possible(&launcher) {
@@ -151,7 +151,7 @@ fn a_run_too_large_for_the_bus_is_refused_and_the_show_continues() {
     server.stop();
     let received = receiver.stop();
     assert_eq!(received["runs"], 1, "{received}");
-    // The two, and what may have come before the description of the run that is received.
+    // The two frames, and frames that came before the description of the received run.
     assert!(received["foreign"].as_u64() >= Some(2), "{received}");
     assert!(received["frames"].as_u64() >= Some(50), "{received}");
     sender.stop();

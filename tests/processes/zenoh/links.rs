@@ -1,4 +1,4 @@
-//! How bridges find each other, and who is let in.
+//! The connections between bridges, and their access control.
 
 use std::fs;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
@@ -15,7 +15,7 @@ use super::bridges::{ANY_PORT, Bridge};
 use crate::reader::Reader;
 use crate::stage::Stage;
 
-/// Makes an authority and certificates of both sides in a folder.
+/// Creates an authority, and certificates of both sides, in a folder.
 fn make_certificates(folder: &Path) {
     let openssl = |line: &str| {
         let mut command = Command::new("openssl");
@@ -34,8 +34,8 @@ fn make_certificates(folder: &Path) {
     }
 }
 
-/// An endpoint that a bridge can connect to before another one listens on it. The socket has the port meanwhile, and lets a
-/// listener have it beside itself, as both allow the address to be reused. Until then nobody listens there.
+/// Returns an endpoint to which a bridge can connect before another bridge listens there. The socket reserves the port. A
+/// listener can bind it too, since both allow the reuse of the address. No process listens there before.
 fn reserved_endpoint() -> (OwnedFd, String) {
     let socket = socket(AddressFamily::INET, SocketType::STREAM, None).expect("a socket");
     set_socket_reuseaddr(&socket, true).expect("an option");

@@ -1,4 +1,4 @@
-//! Frames, runs and the description on the other side.
+//! Frames, runs and the description on the far bus.
 
 use std::fs;
 
@@ -12,7 +12,7 @@ use crate::reader::{Reader, Shot};
 use crate::releases::assert_released;
 use crate::stage::Stage;
 
-/// Everything of a frame that a bridge keeps, as bytes: all but run, tick and stamps.
+/// Returns the bytes of a frame that a bridge keeps: all except run, tick and stamps.
 pub(crate) fn content(shot: &Shot) -> Vec<u8> {
     let header = FrameHeader { run_id: 0, tick: 0, scheduled_ns: 0, published_ns: 0, ..shot.header };
     Shot { header, ..shot.clone() }.wire_bytes()
@@ -21,7 +21,7 @@ pub(crate) fn content(shot: &Shot) -> Vec<u8> {
 #[test]
 fn the_far_bus_has_the_same_frames_bit_for_bit_except_run_and_stamps() {
     let (near, far) = (Stage::new(), Stage::new());
-    // The reader here has room for the whole show, and the reader there has four seconds to join.
+    // The near reader's buffer holds the whole show, and the far reader has four seconds to join.
     let server = near.serve(&["--rate", "50", "--until", "4", "--readers", "2"]);
     let sender = Bridge::sending(&near, &[]);
     let mut receiver = Bridge::receiving(&far, &sender);
@@ -64,7 +64,7 @@ fn one_frame_of_ten_leaves_no_hole_in_the_ticks_and_counts_as_no_loss() {
     let far_shots = Reader::join(&far).read_to_end();
     let near_shots = reader.read_to_end();
     for shot in &far_shots {
-        // The last frame comes between two that are due, because it says that the show is over.
+        // The last frame is sent between two due ones, since it ends the show.
         let tick = (shot.header.tick as usize * 10).min(near_shots.len() - 1);
         assert_eq!(content(shot), content(&near_shots[tick]), "tick {}", shot.header.tick);
     }
@@ -130,7 +130,7 @@ fn the_end_of_a_source_is_reported_and_the_far_services_stay() {
 
 #[test]
 fn a_recording_played_faster_passes_completely() {
-    // Few enough for a reader's buffer to hold them all.
+    // A reader's buffer holds all of them.
     const FRAMES: u64 = 250;
     let (near, far) = (Stage::new(), Stage::new());
     let mut recorder = Recorder::start(RecorderSettings::new(near.path("a.mcap"), 0)).expect("a recorder");
@@ -151,7 +151,7 @@ fn a_recording_played_faster_passes_completely() {
     let _third = Reader::join(&near);
     receiver.until("receiving");
     let statuses = StatusReader::open(far.domain(), "test").expect("the bridge has made the services");
-    // The status stays, while a reader that joins here could miss the last frame.
+    // A late subscriber gets the status, but could miss the last frame.
     let last = eventually("the status of the last frame", || {
         statuses.poll().expect("the bus is readable").filter(|status| status.sim_time_ns == FRAMES as i64 - 1)
     });
