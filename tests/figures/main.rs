@@ -1,6 +1,6 @@
-//! Every figure, from the paper's dragon on its routes. What a file must have in it is in `python/test_figures.py`.
+//! Every figure, of the paper's dragon on its routes. `python/test_figures.py` checks the content of the files.
 //!
-//! The figures stay in the folder that cargo gives to tests, so that somebody can look at them.
+//! The figures stay in cargo's folder for tests, so that people can look at them.
 
 mod paper;
 
@@ -29,7 +29,7 @@ fn equal_data_give_equal_bytes() {
     }
 }
 
-/// A sheet of A0 at 300 dots to the inch would be 140 million dots.
+/// A sheet of A0 at 300 dots per inch would have 140 million dots.
 #[test]
 fn a_figure_on_large_paper_has_a_bounded_number_of_dots() {
     let of_a_sheets = 2.0_f64.sqrt();

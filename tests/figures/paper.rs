@@ -1,4 +1,4 @@
-//! The paper's dragon on its routes, as the figures take it.
+//! The paper's dragon on its routes, as input of the figures.
 
 use std::sync::Arc;
 
@@ -182,7 +182,7 @@ pub(crate) fn speeds_over_time() -> SpeedsOverTime {
     }
 }
 
-/// Made up: lines that rise, fall, bend, jump and end.
+/// Invented data: lines that rise, fall, bend, jump and end.
 pub(crate) fn sensitivity() -> SensitivityChart {
     let parameters = ["pitch", "head length", "body length", "width", "hole offset", "speed"].map(str::to_owned);
     let curve = |parameter: usize, size: f64| {

@@ -1,8 +1,9 @@
-//! The text of a configuration, as a file or a description on the bus has it.
+//! The text of a configuration, from a file or from a description on the bus.
 
 use bench_dragon::config::Config;
 
-/// A text is refused in one line, or valid; then its dragon can walk, and what is written of it reads back the same.
+/// Fails unless a text is refused in one line or valid. The dragon of a valid text can walk, and the written text reads back
+/// unchanged.
 pub(crate) fn check(input: &[u8]) {
     let text = String::from_utf8_lossy(input);
     match Config::from_toml(&text) {

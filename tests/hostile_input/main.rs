@@ -1,7 +1,7 @@
-//! What comes from outside may be anything: a configuration, a command, a message of a recording, a recording, timecode.
+//! Input from outside may be arbitrary: a configuration, a command, a message of a recording, a recording, timecode.
 //!
-//! Each file here has what must hold for every input of a kind. The fuzz targets (`fuzz/run`) look for an input for which
-//! it does not; this test goes through a corpus that is small: what they begin with, and what they have found.
+//! Each file checks the properties of every input of a kind. The fuzz targets (`fuzz/run`) search for an input that violates
+//! them. This test checks a small corpus: the seeds and the findings of the fuzz targets.
 
 mod command;
 mod config;

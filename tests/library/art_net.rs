@@ -1,4 +1,4 @@
-//! Timecode as Art-Net sends it.
+//! Art-Net timecode.
 
 use bench_dragon::source::timecode::Malformed;
 use bench_dragon::source::timecode::art_net::position;
@@ -27,7 +27,7 @@ fn each_of_the_four_rates_has_its_position() {
 
 #[test]
 fn a_packet_cut_short_is_malformed_and_a_longer_one_is_not() {
-    // One that ends before its opcode tells what it is, and all others before the rate.
+    // The first packet ends before its opcode, the others before their rate.
     assert!((0..19).all(|length| position_s(&PACKET[..length]) == Err(Malformed)));
     assert_eq!(position_s(&[&PACKET[..], b"more"].concat()), Ok(Some(62.2)));
 }

@@ -1,4 +1,4 @@
-//! What a search of a recording reports where it finds nothing.
+//! The report of a search that finds no frame in a recording.
 
 use std::path::Path;
 

@@ -1,8 +1,8 @@
-//! When an outage of a receiver is reported.
+//! The reports of a receiver's outage.
 
 use bench_dragon::bridge::{Outage, OutageChange};
 
-/// How long nothing may fail before the trouble counts as over.
+/// Time without an error after which the outage counts as over.
 const CALM_NS: u64 = 3_000_000_000;
 
 #[test]

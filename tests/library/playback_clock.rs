@@ -1,4 +1,4 @@
-//! When the frames of a recording are due again.
+//! Due times of a recording's frames in a replay.
 
 use bench_dragon::source::replay::PlaybackClock;
 use bench_dragon::source::server::motion::FASTEST;

@@ -8,7 +8,7 @@ use bench_dragon_ipc::{BenchState, FrameHeader, HandleState};
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
 
-/// Ids of the two kinds of packet, by the protocol.
+/// The protocol's ids of the two kinds of packets.
 const DATA_PACKET: u16 = 0x6755;
 const INFO_PACKET: u16 = 0x6756;
 
@@ -24,10 +24,10 @@ fn encoder() -> PsnEncoder {
     PsnEncoder::new("Dragon".parse().expect("a name"), EPOCH_NS)
 }
 
-/// A chunk: id, whether it has chunks, and its data.
+/// Returns a chunk: its id, whether it has chunks, and its data.
 type Chunk<'a> = (u16, bool, &'a [u8]);
 
-/// Chunks one behind the other.
+/// Returns successive chunks as bytes.
 fn chunks(mut bytes: &[u8]) -> Vec<Chunk<'_>> {
     let mut found = Vec::new();
     while let Some((header, rest)) = bytes.split_first_chunk() {
@@ -40,7 +40,7 @@ fn chunks(mut bytes: &[u8]) -> Vec<Chunk<'_>> {
     found
 }
 
-/// The chunks of the trackers of a packet, and the packet's count of packets and frame id.
+/// Returns the chunks of a packet's trackers, with the packet's number of packets and frame id.
 fn trackers(packet: &[u8], id: u16) -> (Vec<Chunk<'_>>, u8, u8) {
     let [(packet_id, true, content)] = chunks(packet)[..] else { panic!("a packet is one chunk") };
     assert_eq!(packet_id, id);
@@ -144,7 +144,7 @@ fn bench(front: [f64; 3], rear: [f64; 3], velocity_mps: [f64; 3]) -> BenchState 
     BenchState::between(&handle(front), &handle(rear))
 }
 
-/// A bench as it is sent: its position, its speed and its orientation.
+/// Returns a bench as sent: its position, its speed and its orientation.
 fn tracker(bench: &BenchState, time_scale: f64) -> [[f32; 3]; 3] {
     let header = FrameHeader { time_scale, ..FrameHeader::default() };
     let latest = LatestFrame { header, benches: vec![*bench], freshness: Freshness::Fresh };

@@ -1,4 +1,4 @@
-//! Clocks of timecode, where it comes from, and which sender is followed.
+//! Clocks and sources of timecode, and the choice of the sender.
 
 use std::net::IpAddr;
 

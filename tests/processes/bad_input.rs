@@ -7,7 +7,7 @@ use test_support::process::{Ended, Process};
 use crate::stage::{Stage, program};
 
 /// Fails unless there is exactly one line of error that contains each of these texts once.
-fn assert_told(ended: &Ended, code: i32, named: &[&str]) {
+fn assert_one_error(ended: &Ended, code: i32, named: &[&str]) {
     let Ended { stdout, stderr, .. } = ended;
     assert_eq!((ended.code(), stdout.as_str()), (Some(code), ""), "{named:?}: {stderr}");
     assert!(stderr.starts_with("error: ") && stderr.ends_with('\n') && stderr.lines().count() == 1, "{stderr:?}");
@@ -65,7 +65,7 @@ fn bad_arguments_are_named_with_what_is_allowed() {
         (&["latency", "--hgrm"], &["--hgrm <FILE>"]),
     ];
     for (args, named) in cases {
-        assert_told(&stage.run(args), 2, named);
+        assert_one_error(&stage.run(args), 2, named);
     }
 }
 
@@ -92,7 +92,7 @@ fn bad_questions_to_the_planner_are_named_with_what_is_allowed() {
         (&["solve", "why"], &["unrecognized subcommand 'why'"]),
     ];
     for (args, named) in cases {
-        assert_told(&Process::start(program(args)).end(), 2, named);
+        assert_one_error(&Process::start(program(args)).end(), 2, named);
     }
 }
 
@@ -101,7 +101,7 @@ fn bad_names_of_instances_are_named_with_what_is_allowed() {
     for name in ["", "Dragon", "a_b", "a/b", "..", "aaaaaaaaaaaaaaaaaaaaaaaaa"] {
         let command = program(&["ctl", "pause", "--instance", name]);
         let ended = Process::start(command).end();
-        assert_told(&ended, 2, &["--instance", &format!("'{name}'"), "1 to 24 of a-z, 0-9 and -"]);
+        assert_one_error(&ended, 2, &["--instance", &format!("'{name}'"), "1 to 24 of a-z, 0-9 and -"]);
     }
 }
 
@@ -135,7 +135,7 @@ fn bad_configurations_are_named_by_key_value_and_what_is_allowed() {
     ];
     for (text, named) in cases {
         fs::write(stage.path("stage.toml"), text).expect("a file");
-        assert_told(&stage.run(&["serve", "--config", "stage.toml"]), 2, named);
+        assert_one_error(&stage.run(&["serve", "--config", "stage.toml"]), 2, named);
     }
 }
 
@@ -152,7 +152,7 @@ fn files_that_are_missing_or_of_another_kind_are_named() {
         (&["record", "letter"], 2, &["letter already exists and is not overwritten"]),
     ];
     for (args, code, named) in cases {
-        assert_told(&stage.run(args), *code, named);
+        assert_one_error(&stage.run(args), *code, named);
     }
     assert_eq!(fs::read(stage.path("letter")).expect("it is still there"), b"not a recording");
 }
@@ -163,7 +163,7 @@ fn a_command_without_a_server_reports_how_to_start_one() {
     let expected =
         format!("no server runs on instance \"{}\": start one with `bench-dragon serve`", stage.domain().instance());
     for order in [&["pause"][..], &["resume"], &["speed", "1"], &["seek", "0"], &["hold"], &["release"], &["stop"]] {
-        assert_told(&stage.run(&[&["ctl"], order].concat()), 1, &[&expected]);
+        assert_one_error(&stage.run(&[&["ctl"], order].concat()), 1, &[&expected]);
     }
 }
 

@@ -31,20 +31,20 @@ const REMOVALS: [c_long; 1] = [libc::SYS_unlinkat];
 
 /// The signal to the process that cleans up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Fate {
+enum Interruption {
     Killed,
     Stopped,
 }
 
 #[test]
 fn a_server_starts_at_first_try_wherever_a_cleaner_was_killed() {
-    let stops = servers_after_cleaners(Fate::Killed, KILLED_STRIDE);
+    let stops = servers_after_cleaners(Interruption::Killed, KILLED_STRIDE);
     println!("{stops} cleaners were killed");
 }
 
 #[test]
 fn a_server_starts_at_first_try_wherever_a_cleaner_is_stopped() {
-    let stops = servers_after_cleaners(Fate::Stopped, STOPPED_STRIDE);
+    let stops = servers_after_cleaners(Interruption::Stopped, STOPPED_STRIDE);
     println!("{stops} cleaners were stopped");
 }
 
@@ -92,18 +92,18 @@ fn a_running_server_removes_a_segment_that_stays_without_a_size() {
 }
 
 /// Kills a server, ends its cleaner one stop later each time, and starts the next server, until a cleaner completes.
-fn servers_after_cleaners(fate: Fate, stride: usize) -> usize {
+fn servers_after_cleaners(interruption: Interruption, stride: usize) -> usize {
     let stage = Stage::new();
     let mut server = stage.serve(&["--rate", "200"]);
     let mut reader = Reader::join(&stage);
     let keeper = Member::join(stage.domain(), "keeper", Role::Client).expect("a server is there");
     // If a stopped process is the last member of a service, the next server names it and does not start.
-    let kept = (fate == Fate::Stopped).then(|| services_of(&keeper));
+    let kept = (interruption == Interruption::Stopped).then(|| services_of(&keeper));
     let monitor = stage.start(&["monitor", "--format", "json"]);
     let mut cleaners = 0;
     for stop in (0..MOST_STOPS).step_by(stride) {
         server.process.kill();
-        let Some(cleaner) = cleaner_at(&stage, stop, fate) else { break };
+        let Some(cleaner) = cleaner_at(&stage, stop, interruption) else { break };
         cleaners += 1;
         server = stage.serve(&["--rate", "200"]);
         reader.read_until("a frame of the next server", |header| header.run_id == server.run_id);
@@ -139,7 +139,7 @@ impl Cleaner {
 
 /// Starts a client, which removes the killed server's nodes, and ends it at a stop. Returns `None` if the client completes
 /// before.
-fn cleaner_at(stage: &Stage, stop: usize, fate: Fate) -> Option<Cleaner> {
+fn cleaner_at(stage: &Stage, stop: usize, interruption: Interruption) -> Option<Cleaner> {
     let process = stage.start(&["ctl", "hold"]);
     let pid = Pid::from_raw(process.pid() as i32);
     ptrace::seize(pid, Options::PTRACE_O_TRACESYSGOOD).expect("a test may trace its children");
@@ -156,7 +156,7 @@ fn cleaner_at(stage: &Stage, stop: usize, fate: Fate) -> Option<Cleaner> {
             _ => {}
         }
         if stops > stop {
-            let signal = if fate == Fate::Killed { Signal::SIGKILL } else { Signal::SIGSTOP };
+            let signal = if interruption == Interruption::Killed { Signal::SIGKILL } else { Signal::SIGSTOP };
             ptrace::detach(pid, signal).expect("it is stopped");
             return Some(Cleaner(process));
         }

@@ -19,7 +19,7 @@ fn limited(limits: &str, args: &[&str]) -> Command {
 }
 
 /// Fails unless the program answered or printed one line, without a panic or a signal.
-fn assert_told(ended: &Ended, what: &str) {
+fn assert_answered(ended: &Ended, what: &str) {
     let told = &ended.stderr;
     assert!(!told.contains("panicked"), "{what}: {told}");
     match ended.code() {
@@ -81,7 +81,7 @@ fn a_small_address_space_ends_in_an_answer_or_one_line() {
     for megabytes in [64, 128, 256, 512] {
         let limit = format!("ulimit -v {}", megabytes << 10);
         for args in [&["solve", "contact"][..], &["solve", "sensitivity", "--steps", "1"]] {
-            assert_told(&Process::start(limited(&limit, args)).end(), &format!("{args:?} in {megabytes} MB"));
+            assert_answered(&Process::start(limited(&limit, args)).end(), &format!("{args:?} in {megabytes} MB"));
         }
     }
 }

@@ -15,7 +15,7 @@ use crate::stage::Stage;
 const NOBODY: &str = "65534";
 
 /// Fails unless the process ended with status 1 and one line of error that contains this text.
-fn assert_told(ended: &Ended, what: &str) {
+fn assert_error(ended: &Ended, what: &str) {
     assert_eq!(ended.code(), Some(1), "{what}: {}", ended.stderr);
     let lines: Vec<&str> = ended.stderr.lines().collect();
     assert!(
@@ -60,7 +60,7 @@ fn every_file_limit_that_is_too_small_is_reported_in_one_line() {
                 continue;
             }
             let ended = behind(&["prlimit", &limit], &stage.command(args)).end();
-            assert_told(&ended, "ulimit -n 1024");
+            assert_error(&ended, "ulimit -n 1024");
         }
         assert!(stage.remains().is_empty(), "{files}: {:#?}", stage.remains());
     }
@@ -89,7 +89,7 @@ fn too_little_shared_memory_is_reported_before_anything_is_created() {
             return;
         }
         let stage = Stage::new();
-        assert_told(&behind(&words(&launcher), &stage.command(&["serve", "--until", "0.01"])).end(), what);
+        assert_error(&behind(&words(&launcher), &stage.command(&["serve", "--until", "0.01"])).end(), what);
         let doctor = behind(&words(&launcher), &stage.command(&["doctor", "--format", "json"])).end();
         let told = doctor.last_json()["checks"].to_string();
         assert!(options == "ro" || told.contains("mount -o remount,size="), "{told}");
@@ -105,7 +105,7 @@ fn a_server_without_shared_memory_at_all_ends_with_an_error() {
     }
     let stage = Stage::new();
     let ended = behind(&launcher, &stage.command(&["serve", "--until", "0.01"])).end();
-    assert_told(&ended, "/dev/shm: No such file or directory (os error 2): mount it");
+    assert_error(&ended, "/dev/shm: No such file or directory (os error 2): mount it");
 }
 
 #[test]
@@ -120,11 +120,11 @@ fn a_file_size_limit_is_an_error_and_not_a_signal() {
         solve.args(["solve", "poses", "--at", "0", "--xlsx", "poses.xlsx"]).current_dir(stage.path("."));
         solve
     };
-    assert_told(&behind(&["prlimit", "--fsize=100"], &command).end(), "ulimit -f unlimited");
+    assert_error(&behind(&["prlimit", "--fsize=100"], &command).end(), "ulimit -f unlimited");
     let left: Vec<_> =
         fs::read_dir(stage.path(".")).expect("a folder").flatten().map(|entry| entry.file_name()).collect();
     assert!(left.is_empty(), "no half-written file is passed off as whole: {left:?}");
-    assert_told(
+    assert_error(
         &behind(&["prlimit", "--fsize=100"], &stage.command(&["serve", "--until", "0.01"])).end(),
         "ulimit -f unlimited",
     );
@@ -134,7 +134,7 @@ fn a_file_size_limit_is_an_error_and_not_a_signal() {
 fn a_full_stdout_is_named() {
     let stage = Stage::new();
     let ended = behind(&["sh", "-c", r#"exec "$@" > /dev/full"#, "sh"], &stage.command(&["iox2-config"])).end();
-    assert_told(&ended, "cannot write to stdout: No space left on device");
+    assert_error(&ended, "cannot write to stdout: No space left on device");
 }
 
 #[test]
@@ -165,10 +165,10 @@ fn two_users_have_two_buses_and_neither_may_use_the_others() {
         Process::start(command).end()
     };
     // The instance has the same name, but is another user's.
-    assert_told(&run(&["ctl", "pause"], None), "no server runs on instance");
+    assert_error(&run(&["ctl", "pause"], None), "no server runs on instance");
     run(&["serve", "--until", "0.01", "--format", "json"], None).expect_clean();
     for args in [&["serve"][..], &["ctl", "pause"], &["echo"]] {
-        assert_told(&run(args, Some(runtime_dir.path())), "belongs to user 0, must belong to user 65534");
+        assert_error(&run(args, Some(runtime_dir.path())), "belongs to user 0, must belong to user 65534");
     }
     server.stop();
     let _ = fs::remove_dir(Path::new("/tmp/bench-dragon-65534"));
@@ -179,7 +179,7 @@ fn a_missing_runtime_directory_is_reported_by_readers_too() {
     for args in [&["serve"][..], &["ctl", "pause"], &["echo"], &["monitor"]] {
         let mut command = crate::stage::program(args);
         command.env("XDG_RUNTIME_DIR", OsStr::new("/tmp/bench-dragon-is-not-there"));
-        assert_told(
+        assert_error(
             &Process::start(command).end(),
             "XDG_RUNTIME_DIR is /tmp/bench-dragon-is-not-there, must be a directory",
         );

@@ -14,11 +14,11 @@ from websockets.exceptions import InvalidStatus, WebSocketException
 
 PAGES = 200
 FRAMES = 20
-PATIENCE_S = 100
+TIMEOUT_S = 100
 
 
 def knock(view, pages):
-    """A stream, or the status with which the view refused it."""
+    """Returns a stream, or the status with which the view refused it."""
     try:
         return pages.enter_context(view.stream())
     except InvalidStatus as refused:
@@ -36,7 +36,7 @@ class Crowd:
         self.has_knocked = threading.Event()
 
     def visit(self, view, pages):
-        """A stream and the ticks of frames after all pages have knocked, or the status of a refusal."""
+        """Returns a stream and the ticks of frames after all pages have knocked, or the status of a refusal."""
         try:
             page = knock(view, pages)
         finally:
@@ -66,9 +66,9 @@ def main():
         idle = [socket.create_connection((address, int(port))) for _ in range(PAGES)]
         for connection in idle:
             connection.close()
-        given_up = time.monotonic() + PATIENCE_S
+        deadline = time.monotonic() + TIMEOUT_S
         while isinstance(again := knock(view, pages), int):
-            assert time.monotonic() < given_up, f"no place is free again after {PATIENCE_S} s: {again}"
+            assert time.monotonic() < deadline, f"no place is free again after {TIMEOUT_S} s: {again}"
         next_frame(again)
     refused = {status: knocked.count(status) for status in {page for page in knocked if isinstance(page, int)}}
     print(json.dumps({"let_in": len(streams), "refused": refused, "in_order": all(rising(ticks) for ticks in ticks)}))

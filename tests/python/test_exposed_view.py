@@ -1,4 +1,4 @@
-"""A view that others can reach. Run in a network of its own that has the address 10.77.0.1."""
+"""A view that other machines can reach. The test runs in its own network namespace with the address 10.77.0.1."""
 
 import json
 import os

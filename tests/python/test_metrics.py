@@ -1,7 +1,7 @@
-"""What the stock Prometheus client makes of the metrics, held against what the show's processes said themselves.
+"""The metrics as the stock Prometheus client reads them, compared with the reports of the show's processes.
 
-Run by the Rust test `metrics::a_stock_client_reads_the_values_that_the_processes_of_a_finished_show_report`, which says in the environment
-where to ask, and in which folder it has left what to expect, and scrapes of other shows.
+Run by the Rust test `metrics::a_stock_client_reads_the_values_that_the_processes_of_a_finished_show_report`, which passes
+in the environment the address of the exporter, and the folder with the expected values and scrapes of other shows.
 """
 
 import json
@@ -18,11 +18,11 @@ URL = os.environ["BENCH_DRAGON_METRICS"]
 FOLDER = Path(os.environ["BENCH_DRAGON_METRICS_FOLDER"])
 EXPECTED = json.loads((FOLDER / "expected.json").read_text())
 PROJECT = Path(__file__).parents[2]
-PATIENCE_S = 100
+TIMEOUT_S = 100
 
 
 def scrape():
-    with urllib.request.urlopen(URL, timeout=PATIENCE_S) as reply:
+    with urllib.request.urlopen(URL, timeout=TIMEOUT_S) as reply:
         assert reply.headers["Content-Type"] == "text/plain; version=0.0.4"
         return reply.read().decode()
 
@@ -41,21 +41,21 @@ def samples(text):
 
 @pytest.fixture(scope="module")
 def finished():
-    """The scrape in which everybody's last report has arrived."""
+    """Waits for the scrape with the last reports of all readers."""
     wanted = {("reader_lost_frames_total", name): lost for name, lost in EXPECTED["lost"].items()}
     wanted |= {("reader_frames_total", name): read for name, read in EXPECTED["read"].items()}
     wanted |= {("recorder_written_bytes_total", name): written for name, written in EXPECTED["bytes"].items()}
     wanted |= {("alerts_total", kind): count for kind, count in EXPECTED["alerts"].items()}
     wanted |= {("tick_lateness_seconds_count",): EXPECTED["ticks"], ("ticks_total",): EXPECTED["ticks"]}
-    given_up = time.monotonic() + PATIENCE_S
+    deadline = time.monotonic() + TIMEOUT_S
     while True:
         text = scrape()
         told = samples(text)
         differences = {key: (told.get(key), value) for key, value in wanted.items() if told.get(key) != value}
-        # A second behind the frames.
+        # The latency is counted up to a second after the frames.
         if not differences and told["frame_latency_seconds_count",] == told["observed_frames_total",]:
             return text
-        assert time.monotonic() < given_up, differences
+        assert time.monotonic() < deadline, differences
         time.sleep(0.05)
 
 
@@ -114,12 +114,12 @@ def sample_names(*texts):
 
 @pytest.fixture
 def known(finished):
-    """The names of all samples that some show has."""
+    """The names of all samples of any of these shows."""
     return sample_names(finished, *(path.read_text() for path in FOLDER.glob("*.prom")))
 
 
 def expressions(node):
-    """All PromQL in a document."""
+    """Yields all PromQL in a document."""
     if isinstance(node, dict):
         for key, value in node.items():
             if key in ("expr", "query", "definition") and isinstance(value, str):

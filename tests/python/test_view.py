@@ -1,6 +1,6 @@
-"""What a view promises those who look, those who steer, and those who should do neither.
+"""The view's server: its answers to viewers, to operators, and to requests without rights.
 
-Run by the Rust tests of `view`, which run a server and say in the environment on which instance.
+Run by the Rust tests of `view`, which run a server and pass its instance in the environment.
 """
 
 import contextlib
@@ -12,7 +12,7 @@ import socket
 import numpy
 import pytest
 from bench_dragon import Dragon, ShowState
-from view import PATIENCE_S, next_frame, viewing
+from view import TIMEOUT_S, next_frame, viewing
 from websockets.exceptions import ConnectionClosed
 
 PROGRAM = os.environ["BENCH_DRAGON"]
@@ -27,7 +27,7 @@ def view():
 
 
 def newest(is_wanted=lambda header: True):
-    """The header and the handles' positions of the first frame on the bus that is wanted, copied."""
+    """Returns copies of the header and the handles' positions of the first wanted frame on the bus."""
     with Dragon(INSTANCE) as dragon:
         for frame in dragon:
             if is_wanted(frame.header):
@@ -94,10 +94,10 @@ def test_a_page_that_acknowledges_nothing_gets_two_frames_and_then_the_newest(vi
         second, _ = next_frame(stream, acknowledge=False)
         assert second.tick > first.tick
         for _ in range(5):
-            assert isinstance(stream.recv(timeout=PATIENCE_S), str), "a third frame came, though none had been acknowledged"
+            assert isinstance(stream.recv(timeout=TIMEOUT_S), str), "a third frame came, although none was acknowledged"
         stream.send(json.dumps({"ack": second.sequence}))
         third, _ = next_frame(stream)
-        assert third.sequence > second.sequence + 1, "those in between were not kept"
+        assert third.sequence > second.sequence + 1, "the frames in between were kept"
 
 
 @pytest.mark.parametrize(
@@ -109,9 +109,9 @@ def test_a_page_that_sends_anything_else_is_disconnected(view, message):
         stream.send(message)
         with pytest.raises(ConnectionClosed) as closed:
             while True:
-                stream.recv(timeout=PATIENCE_S)
+                stream.recv(timeout=TIMEOUT_S)
         assert closed.value.rcvd.code == 1008
-    assert view.stream_status() == 101, "and the next one is let in"
+    assert view.stream_status() == 101, "the next page is refused"
 
 
 def test_a_command_needs_the_token(view):
@@ -171,7 +171,7 @@ def test_a_command_that_a_form_could_send_is_refused(view):
 
 
 def begun_command(view, *headers):
-    """A connection with a command whose body does not come."""
+    """Opens a connection and sends a command without its body."""
     address, _, port = view.address.rpartition(":")
     connection = socket.create_connection((address, int(port)))
     lines = ["POST /command HTTP/1.1", f"Host: {view.address}", "Content-Type: application/json", "Content-Length: 900", *headers]
@@ -187,7 +187,7 @@ def status_line(connection):
 def test_incomplete_requests_block_no_other_client(view):
     strangers = [begun_command(view) for _ in range(140)]
     answered = [status_line(connection) for connection in strangers[:100]]
-    assert answered == [b"401"] * 100, "without the token nobody is listened to"
+    assert answered == [b"401"] * 100, "a request without the token is read"
     for connection in strangers:
         connection.close()
     assert command(view, {"command": "speed", "value": 1.0})["accepted"]
@@ -211,7 +211,7 @@ def test_a_hold_stands_until_it_is_released(view):
 
 def test_a_read_only_view_takes_no_command():
     with viewing(PROGRAM, INSTANCE, "--read-only") as view:
-        assert view.token == "", "there is nothing to know"
+        assert view.token == "", "a read-only view has no token"
         assert view.command(PAUSE)[0] == 403
         assert json.loads(view.request("/access")[1])["read_only"]
         assert view.stream_status() == 101
@@ -232,7 +232,7 @@ def test_a_view_closes_its_streams_at_its_end():
             next_frame(stream)
         with pytest.raises(ConnectionClosed) as closed:
             while True:
-                stream.recv(timeout=PATIENCE_S)
+                stream.recv(timeout=TIMEOUT_S)
     assert (closed.value.rcvd.code, closed.value.rcvd.reason) == (1001, "the view has ended")
 
 

@@ -5,7 +5,7 @@ import os
 import signal
 import subprocess
 
-from view import PATIENCE_S, next_frame, viewing
+from view import TIMEOUT_S, next_frame, viewing
 
 PROGRAM = os.environ["BENCH_DRAGON"]
 INSTANCE = os.environ["BENCH_DRAGON_INSTANCE"]
@@ -17,7 +17,7 @@ def serve():
 
 
 def until(stream, is_wanted):
-    """Told messages up to the first one that is wanted; frames are acknowledged."""
+    """Reads messages up to the first wanted one, and acknowledges frames."""
     while True:
         _, told = next_message(stream)
         if told is not None and is_wanted(told):
@@ -25,7 +25,7 @@ def until(stream, is_wanted):
 
 
 def next_message(stream):
-    message = stream.recv(timeout=PATIENCE_S)
+    message = stream.recv(timeout=TIMEOUT_S)
     if isinstance(message, bytes):
         sequence = int.from_bytes(message[4:8], "little")
         stream.send(json.dumps({"ack": sequence}))
@@ -53,7 +53,7 @@ def test_a_page_gets_the_start_the_silence_the_death_and_the_restart_of_the_serv
         until(stream, link("live"))
 
         server.kill()
-        server.wait(PATIENCE_S)
+        server.wait(TIMEOUT_S)
         assert until(stream, link("gone"))["link"]["age_s"] > 0
 
         server, run_id = serve()
@@ -63,5 +63,5 @@ def test_a_page_gets_the_start_the_silence_the_death_and_the_restart_of_the_serv
         frame, _ = next_frame(stream)
         assert frame.benches == 223
         server.terminate()
-        assert server.wait(PATIENCE_S) == 0
+        assert server.wait(TIMEOUT_S) == 0
         until(stream, link("ended"))

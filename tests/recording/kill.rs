@@ -1,4 +1,4 @@
-//! A recorder that is killed. The recorder runs in a process of its own: this test program, started again.
+//! A killed recorder. It runs in its own process: this test program, started again.
 
 use std::{
     env,
@@ -18,12 +18,12 @@ use test_support::skip::is_possible;
 
 use crate::dance::{self, BENCHES};
 
-/// Tells a test that plays a recording process where to record.
+/// Environment variable with the folder for a recording process.
 pub(crate) const FOLDER: &str = "BENCH_DRAGON_TEST_FOLDER";
 const FLUSHED: &str = "every frame is with the operating system";
 const FRAMES: u64 = 150;
 
-/// The arguments that make this program run one ignored test and nothing else.
+/// Returns the arguments that make this program run one ignored test only.
 pub(crate) fn arguments(test: &str) -> [&str; 4] {
     [test, "--exact", "--ignored", "--nocapture"]
 }
@@ -85,8 +85,8 @@ fn a_repair_that_is_killed_at_some_byte_loses_nothing_and_is_repeated() {
     let mut killed = 0;
     for kill in 0..KILLS {
         fs::write(&path, &finished[..data_end as usize]).expect("an unfinished recording");
-        // Spread over all that is written, and one over the last byte. What goes beyond a file's largest size ends a process
-        // that has not asked for an error instead.
+        // The limits are spread over all written bytes, and one is after the last byte. A write beyond the limit kills a
+        // process that does not ignore the signal.
         let at = data_end + (finished.len() as u64 - data_end) * kill / (KILLS - 1);
         let status = Command::new("prlimit")
             .args([format!("--fsize={at}"), "--core=0".to_owned()])

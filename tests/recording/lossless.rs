@@ -1,4 +1,4 @@
-//! A recording holds what was sent.
+//! A recording has exactly the frames that were sent.
 
 use bench_dragon::recording::{FrameReader, RecordError, Recorder, RecorderProgress, Topic};
 use bench_dragon_ipc::{FrameHeader, HandleState};

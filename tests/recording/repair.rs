@@ -1,4 +1,4 @@
-//! A recording cut off anywhere: what is readable, and what repair makes of it.
+//! A recording cut at any byte: its readable part, and its repair.
 
 use std::{
     fs,
@@ -17,7 +17,7 @@ use test_support::eventually::eventually;
 
 use crate::dance::{self, Frame, TOML};
 
-/// Bytes of a record before its body: its kind and its length.
+/// Bytes of a record's head: its kind and its length.
 const RECORD_HEAD_BYTES: u64 = 9;
 
 /// A finished recording of many small chunks.
@@ -38,7 +38,7 @@ static ORIGINAL: LazyLock<Original> = LazyLock::new(|| {
 });
 
 impl Original {
-    /// The first `length` bytes as a file.
+    /// Writes the first `length` bytes as a file.
     fn cut_at(&self, length: usize) -> (TempDir, PathBuf) {
         let folder = tempdir().expect("a folder");
         let path = folder.path().join("show.mcap");
@@ -46,7 +46,7 @@ impl Original {
         (folder, path)
     }
 
-    /// The frames of the chunks that lie whole within the first `length` bytes.
+    /// Returns the frames of the chunks that lie completely within the first `length` bytes.
     fn frames_within(&self, length: usize) -> &[Frame] {
         let is_within =
             |chunk: &&mcap::records::ChunkIndex| chunk.chunk_start_offset + chunk.chunk_length <= length as u64;
@@ -55,7 +55,7 @@ impl Original {
         &self.frames[..self.frames.partition_point(|frame| log_time_ns(frame) <= last_ns)]
     }
 
-    /// Bytes up to the end of the header, without which nothing tells that the file is ours.
+    /// Returns the bytes up to the end of the header. Without the header, the file counts as foreign.
     fn header_length(&self) -> usize {
         self.chunks[0].chunk_start_offset as usize
     }
@@ -96,7 +96,7 @@ fn assert_repairing_again_changes_nothing(path: &Path) {
     assert!(fs::read(path).expect("the recording") == before, "the bytes are the same");
 }
 
-/// The frames of a recording that ends with the sixth chunk, but for those of a damaged one.
+/// Returns the frames of the first six chunks except those of a damaged chunk.
 fn frames_but_those_of(chunk: &mcap::records::ChunkIndex) -> Vec<Frame> {
     let (begin, end) = (chunk.chunk_start_offset as usize, (chunk.chunk_start_offset + chunk.chunk_length) as usize);
     let all = ORIGINAL.frames_within(ORIGINAL.chunks[6].chunk_start_offset as usize);
@@ -202,7 +202,7 @@ fn a_recording_that_is_being_made_is_not_repaired() {
     assert!(repair_folder(folder.path()).expect("a folder").is_empty());
     recorder.finish().expect("a finished recording");
     let repaired = eventually("nobody has the recording open", || match repair(&path) {
-        // A process that another test is just starting has our files until it becomes another program.
+        // A process that another test starts has this test's files open until its exec.
         Err(RepairError::InUse { .. }) => None,
         done => Some(done.expect("a finished recording")),
     });
@@ -264,7 +264,7 @@ fn a_damaged_recording_that_cannot_be_copied_stays_as_it_is() {
 #[test]
 fn damage_in_the_first_chunk_costs_its_one_frame() {
     let first = &ORIGINAL.chunks[0];
-    // Finished, its summary declares the channels; unfinished, this version knows which they are.
+    // The summary of a finished file declares the channels. For an unfinished file, the reader uses those of this version.
     for length in [ORIGINAL.bytes.len(), ORIGINAL.chunks[6].chunk_start_offset as usize] {
         let (_folder, path) = ORIGINAL.cut_at(length);
         let mut bytes = fs::read(&path).expect("the recording");

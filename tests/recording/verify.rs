@@ -1,4 +1,4 @@
-//! Verification: a recording that is as simulated is found to be, and one changed bit is found, wherever it is.
+//! Verification: a recording that equals its simulation is verified, and one changed bit is found anywhere.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -19,7 +19,7 @@ const RATE_HZ: u32 = 300;
 const EPOCH_NS: u64 = 1_000_000_007;
 const TOML: &str = "[dragon]\nbenches = 20\n[head]\naccel_mps2 = 0.5\n[serve]\nrate_hz = 300\n";
 
-/// What a recorder had to record of a run, to be changed.
+/// The frames and events of a recorded run. A test can change them.
 #[derive(Clone)]
 struct Tape {
     frames: Vec<(FrameHeader, Vec<HandleState>)>,
@@ -27,7 +27,7 @@ struct Tape {
 }
 
 impl Tape {
-    /// A run of so many ticks, with requests at ticks and releases missed before ticks, as a server makes it.
+    /// Simulates a run of this many ticks, with requests at ticks and missed releases before ticks, as a server does.
     fn of(ticks: u64, requests: &[(u64, Request)], missed: &[(u64, u64)]) -> Self {
         let config = Config::from_toml(TOML).expect("a valid text");
         let start = start();
@@ -39,7 +39,7 @@ impl Tape {
         for tick in 0..ticks {
             let missed = missed.iter().find(|(at, _)| *at == tick).map_or(0, |(_, missed)| *missed);
             if tick > 0 {
-                // Just behind the last missed release, whatever the rounding.
+                // Shortly after the last missed release, despite the rounding.
                 let ended_ns = schedule.due_ns() + Schedule::from_epoch_ns(missed, RATE_HZ).expect("a short time") + 2;
                 assert_eq!(schedule.advance(ended_ns), missed, "the test misses as many as it wants");
             }
@@ -67,7 +67,7 @@ impl Tape {
         self.events.push(CommandEvent { run_id: RUN_ID, number, overruns, ..event });
     }
 
-    /// Writes a recording, whose events come behind its frames.
+    /// Writes a recording with the events after the frames.
     fn write(&self, path: &Path) {
         let mut recorder = Recorder::start(RecorderSettings::new(path, 0)).expect("a recorder");
         recorder.describe(RUN_ID, TOML).expect("the configuration");
@@ -108,7 +108,7 @@ fn verified(files: &[PathBuf]) -> Verification {
     verify(files, &AtomicBool::new(false), |_| ()).expect("a recording")
 }
 
-/// A run with all that a person can ask for, and with short and long standstills.
+/// Returns a run with all commands of an operator, and with short and long standstills.
 fn eventful() -> Tape {
     let requests = [
         (10, Request::Speed { speed_mps: 2.0 }),
@@ -136,7 +136,7 @@ fn a_run_with_commands_and_missed_releases_is_as_simulated() {
     assert_eq!((run.first_tick, run.last_tick, run.commands, run.grants, run.timecode), (0, 1199, 6, 0, 0));
 }
 
-/// A field of a frame, the handle that it is of, and its change.
+/// A field of a frame, its handle, and its change.
 type Change<'a> = (&'a str, Option<u64>, Box<dyn Fn(&mut FrameHeader, &mut [HandleState]) + 'a>);
 
 #[test]
