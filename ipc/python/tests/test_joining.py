@@ -97,7 +97,7 @@ def test_the_directory_must_be_the_users_own(stage):
 
 def test_the_runtime_directory_must_be_there_and_short(stage, monkeypatch):
     monkeypatch.setenv("XDG_RUNTIME_DIR", "/nowhere")
-    with pytest.raises(DomainError, match="XDG_RUNTIME_DIR is /nowhere, must be a directory that is there"):
+    with pytest.raises(DomainError, match="XDG_RUNTIME_DIR is /nowhere, must be an existing directory"):
         Dragon(stage.instance, timeout_s=0)
     monkeypatch.setenv("XDG_RUNTIME_DIR", "/" + "a" * 60)
     with pytest.raises(DomainError, match="under 60 bytes"):

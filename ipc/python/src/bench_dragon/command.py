@@ -125,19 +125,19 @@ class Refusal(WireCode):
 
 
 REASONS = {
-    Refusal.UNKNOWN: "the server does not know this command",
+    Refusal.UNKNOWN: "the server does not support this command",
     Refusal.HELD: "the show is held: release it first",
     Refusal.NOT_HELD: "the show is not held",
     Refusal.FINISHED: "the show is finished: seek to start it again",
     Refusal.NOT_GUARDED: "the server is not guarded: start it with --guarded",
     Refusal.NOT_PROVED: "no guard has proved that the benches are apart there",
     Refusal.OTHER_RUN: "the grant is for another run",
-    Refusal.HELD_BY_GUARD: "the guard holds the dragon: it walks on when the guard has proved the way ahead",
-    Refusal.REPLAYED: "a recording is replayed: all that it can be told is to stop",
+    Refusal.HELD_BY_GUARD: "the guard holds the dragon: it walks on when the guard has proved the travel ahead",
+    Refusal.REPLAYED: "the source replays a recording: it accepts only stop",
     Refusal.UNREACHABLE: "the server is on another host, which does not answer",
-    Refusal.NOT_TAKEN: "the server is on another host, whose bridge takes no commands without --allow-commands",
-    Refusal.TOO_MANY: "more commands at a time than are passed on to another host: try again",
-    Refusal.FOLLOWED: "the show follows timecode: seek on what sends it",
+    Refusal.NOT_TAKEN: "the server is on another host: start its bridge with --allow-commands to send commands",
+    Refusal.TOO_MANY: "more commands at a time than the bridge forwards to another host: try again",
+    Refusal.FOLLOWED: "the show follows timecode: seek on the device that sends it",
 }
 
 

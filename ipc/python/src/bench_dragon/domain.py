@@ -97,7 +97,7 @@ def _check_runtime_directory(path: Path) -> None:
     try:
         mode = path.stat().st_mode
     except OSError as error:
-        raise DomainError(f"XDG_RUNTIME_DIR is {path}, must be a directory that is there: {error.strerror}") from error
+        raise DomainError(f"XDG_RUNTIME_DIR is {path}, must be an existing directory: {error.strerror}") from error
     if not stat.S_ISDIR(mode):
         raise DomainError(f"{path} is not a directory: remove it")
     if mode & 0o022 and not mode & stat.S_ISVTX:
@@ -108,7 +108,7 @@ def _check_own(path: Path) -> None:
     try:
         metadata = path.lstat()
     except FileNotFoundError as error:
-        raise MissingDirectory(f"the bus directory {path} is not there") from error
+        raise MissingDirectory(f"the bus directory {path} does not exist") from error
     except PermissionError as error:
         raise DomainError(
             f"permission denied on the bus directory {path}: run as the user who runs the server"

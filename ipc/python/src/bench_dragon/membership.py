@@ -53,7 +53,7 @@ class Membership:
         try:
             self._file = self._join()
         except FileNotFoundError as error:
-            raise MissingDirectory(f"the bus directory {domain.root} is not there") from error
+            raise MissingDirectory(f"the bus directory {domain.root} does not exist") from error
         except OSError as error:
             raise DomainError(f"{error.filename or _lock_path(domain)}: {error.strerror}") from error
 
@@ -116,7 +116,7 @@ def _share(file: int, path: Path) -> None:
         except BlockingIOError as error:
             if time.monotonic() - begun_s > _PATIENCE_S:
                 raise DomainError(
-                    f"{path} is held by a process that clears the bus and does not go on: continue or kill it"
+                    f"{path} is held by a process that is clearing the bus and makes no progress: resume or kill it"
                 ) from error
         time.sleep(_TRY_PERIOD_S)
 

@@ -22,7 +22,7 @@ def require_shared_memory() -> None:
     except OSError as error:
         if error.errno in (errno.ENOSPC, errno.EDQUOT):
             needed_mb = _SHARED_MEMORY_BYTES * 1e-6
-            text = f"has less than the {needed_mb:.1f} MB free that this needs: free some or mount it larger"
+            text = f"has less than the {needed_mb:.1f} MB free that this process needs: free some or mount it larger"
         else:
             text = f"cannot be written ({error.strerror}): mount it, `mount -t tmpfs -o mode=1777 tmpfs /dev/shm`"
         raise OutOfResources(f"{SHARED_MEMORY} {text}") from error
