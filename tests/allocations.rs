@@ -86,7 +86,7 @@ fn a_reader_allocates_once_a_second_for_its_report_and_for_nothing_else() {
 
 /// Reads frames up to the end of the show. Returns the allocations after the second frame, and the time that this took.
 fn read_to_end(domain: &Domain) -> (AllocationInfo, Duration) {
-    let mut reader = FrameSubscriber::open(domain, "test").expect("the server has made the services");
+    let mut reader = FrameSubscriber::open(domain, "test").expect("the server has created the services");
     let mut next =
         || eventually("the next frame", || reader.receive().expect("the bus is readable").map(|frame| *frame.header()));
     let (_, mut last) = (next(), next());
@@ -158,7 +158,7 @@ fn create(ticks: u64, spin_us: u32) -> (Domain, Server) {
 
 /// Returns the allocations of the loop's thread, and the number of frames.
 fn measure(domain: &Domain, server: Server) -> (AllocationInfo, u64) {
-    let reader = FrameSubscriber::open(domain, "test").expect("the server has made the services");
+    let reader = FrameSubscriber::open(domain, "test").expect("the server has created the services");
     await_status(domain);
     let mut summary = None;
     let allocations = allocation_counter::measure(|| {
@@ -170,6 +170,6 @@ fn measure(domain: &Domain, server: Server) -> (AllocationInfo, u64) {
 
 /// Waits until the reporting thread has waited once. The loop's thread frees the memory of that wait at the end of every run.
 fn await_status(domain: &Domain) {
-    let status = StatusReader::open(domain, "test").expect("the server has made the services");
+    let status = StatusReader::open(domain, "test").expect("the server has created the services");
     eventually("the first status", || status.poll().expect("the bus is readable"));
 }

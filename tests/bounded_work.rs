@@ -199,8 +199,8 @@ fn frame(solver: &mut ChainSolver, dragon: &Dragon, travel_m: f64) -> Vec<Handle
 /// Keeps this thread on one processor. The planner then works only on this thread, whose memory is counted.
 fn work_alone() {
     let mine = Processors::of_this_process().expect("a thread has processors");
-    let first = (0..1024).find(|&cpu| mine.contains(cpu)).expect("one of them");
-    bench_dragon::system::processors::keep_on(first).expect("its own processor");
+    let first = (0..1024).find(|&cpu| mine.contains(cpu)).expect("the list has a processor");
+    bench_dragon::system::processors::keep_on(first).expect("the processor belongs to this process");
 }
 
 #[test]

@@ -127,7 +127,7 @@ fn the_index_lists_every_page() {
     let listed: BTreeSet<PathBuf> = Page::read(&index)
         .targets
         .iter()
-        .map(|target| plain(&index.parent().expect("it is in a folder").join(target)))
+        .map(|target| plain(&index.parent().expect("the file is in a folder").join(target)))
         .collect();
     let missing: Vec<PathBuf> = files(&root().join("docs"), &[".md"])
         .into_iter()

@@ -84,7 +84,7 @@ impl<'a> Rehearsal<'a> {
         self.leg_m[1] = head.travel_m;
         self.late.push_back((header, self.motion.limits().asked_m));
         if self.late.len() > self.lag_ticks {
-            let (header, asked_m) = self.late.pop_front().expect("it is not empty");
+            let (header, asked_m) = self.late.pop_front().expect("the queue is not empty");
             self.guard_sees(&header, asked_m);
         }
         head
@@ -94,7 +94,7 @@ impl<'a> Rehearsal<'a> {
         for _ in 0..3 {
             let Some(grant) = self.guard.follow(header, asked_m) else { return };
             let Request::Grant { from_m, to_m, is_final, .. } = grant else { panic!("not a grant: {grant:?}") };
-            self.motion.request(grant).expect("a grant of this run, within it");
+            self.motion.request(grant).expect("the grant is for this run and within it");
             self.guard.note_granted(from_m, to_m, is_final);
         }
     }
@@ -130,7 +130,7 @@ impl<'a> Rehearsal<'a> {
     fn assert_apart_on_leg(&self) {
         let [from_m, to_m] = self.leg_m;
         if from_m < to_m
-            && let Some(nearest) = least_clearance(self.dragon, from_m, to_m, |_| ()).expect("no limit")
+            && let Some(nearest) = least_clearance(self.dragon, from_m, to_m, |_| ()).expect("the search has no limit")
         {
             assert!(nearest.pair.clearance_m >= self.margin_m - ROUNDING_M, "{from_m} to {to_m} m: {nearest:?}");
         }
@@ -229,7 +229,7 @@ proptest! {
             match event {
                 Event::Seek(share) => rehearsal.seek(at(share) / config.tables().head.speed_mps),
                 Event::GuardRestart => rehearsal.restart_guard(),
-                Event::Speed(speed_mps) => rehearsal.motion.request(Request::Speed { speed_mps }).expect("it is in range"),
+                Event::Speed(speed_mps) => rehearsal.motion.request(Request::Speed { speed_mps }).expect("the value is in range"),
                 Event::Hold => rehearsal.motion.request(Request::Hold).expect("hold is always accepted"),
                 Event::Release => rehearsal.release(),
                 Event::Miss(missed) => {
@@ -238,12 +238,12 @@ proptest! {
             }
         }
         rehearsal.release();
-        rehearsal.motion.request(Request::Speed { speed_mps: 3.0 }).expect("it is in range");
+        rehearsal.motion.request(Request::Speed { speed_mps: 3.0 }).expect("the value is in range");
         let head = rehearsal.play_to_rest();
         rehearsal.assert_apart_on_leg();
         if head.state == ShowState::Held {
             let ahead_m = (head.travel_m + 1e-6).min(dragon.end_travel_m());
-            let ahead = least_clearance(&dragon, head.travel_m, ahead_m, |_| ()).expect("no limit").expect("something is in the way");
+            let ahead = least_clearance(&dragon, head.travel_m, ahead_m, |_| ()).expect("the search has no limit").expect("something is in the way");
             prop_assert!(ahead.pair.clearance_m < rehearsal.margin_m + SPARE_M, "it rests too early: {ahead:?}");
         } else {
             prop_assert_eq!((head.state, head.travel_m), (ShowState::Finished, dragon.end_travel_m()));

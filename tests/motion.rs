@@ -39,7 +39,7 @@ fn a_paused_show_stands_and_resumes_where_it_stood() {
     motion.request(Request::Pause).expect("pause is always accepted");
     let paused = after(motion, 100).head();
     assert_eq!((paused.state, paused.speed_mps, paused.sim_time_ns), (ShowState::Paused, 0.0, 5_000_000));
-    motion.request(Request::Resume).expect("a paused show resumes");
+    motion.request(Request::Resume).expect("the resume is accepted");
     assert_eq!(after(motion, 1).head().sim_time_ns, 6_000_000);
 }
 
@@ -49,7 +49,7 @@ fn only_release_lifts_a_hold() {
     motion.request(Request::Hold).expect("hold is always accepted");
     assert_eq!(motion.request(Request::Resume), Err(Refusal::Held));
     assert_eq!(after(motion, 9).head().state, ShowState::Held);
-    motion.request(Request::Release).expect("a held show is released");
+    motion.request(Request::Release).expect("the release is accepted");
     assert_eq!(motion.head().state, ShowState::Running);
     assert_eq!(motion.request(Request::Release), Err(Refusal::NotHeld));
 }
@@ -58,7 +58,7 @@ fn only_release_lifts_a_hold() {
 fn a_pause_outlasts_a_hold() {
     let mut motion = start(plan());
     for request in [Request::Pause, Request::Hold, Request::Release] {
-        motion.request(request).expect("the three are accepted");
+        motion.request(request).expect("the three commands are accepted");
     }
     assert_eq!(motion.head().state, ShowState::Paused);
 }
@@ -179,12 +179,12 @@ fn grant(motion: &mut Motion, from_m: f64, to_m: f64) -> Result<(), Refusal> {
 fn a_guarded_head_starts_held_and_walks_exactly_as_far_as_it_was_granted() {
     let mut motion = after(start(guarded()), 10);
     assert_eq!((motion.head().state, motion.head().sim_time_ns), (ShowState::Held, 0));
-    grant(&mut motion, 0.0, 0.012_345_6).expect("the head is there");
+    grant(&mut motion, 0.0, 0.012_345_6).expect("the grant covers the head");
     assert_eq!(after(motion, 12).head().state, ShowState::Running);
     let head = after(motion, 20).head();
     assert_eq!((head.state, head.travel_m, head.sim_time_ns), (ShowState::Held, 0.012_345_6, 12_345_600));
     let mut motion = after(motion, 50);
-    grant(&mut motion, 0.01, 1.0).expect("the head is there");
+    grant(&mut motion, 0.01, 1.0).expect("the grant covers the head");
     assert_eq!(after(motion, 1).head().sim_time_ns, 13_345_600, "a whole step from where it stood");
 }
 
@@ -194,16 +194,16 @@ fn neither_release_nor_resume_lifts_a_guards_stop() {
     assert_eq!(motion.request(Request::Release), Err(Refusal::HeldByGuard));
     assert_eq!(motion.request(Request::Resume), Err(Refusal::HeldByGuard));
     motion.request(Request::Hold).expect("hold is always accepted");
-    motion.request(Request::Release).expect("the hold is lifted");
+    motion.request(Request::Release).expect("the release is accepted");
     assert_eq!(after(motion, 5).head().state, ShowState::Held);
 }
 
 #[test]
 fn a_grant_does_not_lift_a_hold() {
     let mut motion = start(MotionSettings { held: true, ..guarded() });
-    grant(&mut motion, 0.0, 10.0).expect("the head is there");
+    grant(&mut motion, 0.0, 10.0).expect("the grant covers the head");
     assert_eq!(after(motion, 5).head().state, ShowState::Held);
-    motion.request(Request::Release).expect("a held show is released");
+    motion.request(Request::Release).expect("the release is accepted");
     assert_eq!(after(motion, 5).head().travel_m, 0.005);
 }
 
@@ -212,9 +212,9 @@ fn a_guarded_head_is_repositioned_only_where_its_guard_has_proved_it() {
     let mut motion = start(guarded());
     let seek = Request::Seek { sim_time_s: 300.0 };
     assert_eq!((motion.request(seek), motion.limits().asked_m), (Err(Refusal::NotProved), Some(300.0)));
-    grant(&mut motion, 300.0, 300.5).expect("it is where the seek asked to go");
+    grant(&mut motion, 300.0, 300.5).expect("the grant begins at the target of the seek");
     assert_eq!(motion.head().travel_m, 0.0);
-    motion.request(seek).expect("it is proved now");
+    motion.request(seek).expect("the target is proved");
     assert_eq!(after(motion, 2000).head().travel_m, 300.5);
 }
 
@@ -249,7 +249,7 @@ fn with_an_acceleration_the_head_ramps_up_and_is_paused_once_it_rests() {
 fn with_an_acceleration_the_head_rests_exactly_at_the_end_of_its_grant() {
     for tick_s in [0.000_1, 0.02, 0.4] {
         let mut motion = start(MotionSettings { accel_mps2: Some(0.5), tick_s, ..guarded() });
-        grant(&mut motion, 0.0, 7.5).expect("the head is there");
+        grant(&mut motion, 0.0, 7.5).expect("the grant covers the head");
         let head = after(motion, (20.0 / tick_s) as u64).head();
         assert_eq!((head.state, head.travel_m), (ShowState::Held, 7.5));
         // 2 s and 1 m each to speed up and to brake, and 5.5 s between.
@@ -263,7 +263,7 @@ fn with_timecode_a_run_ends_where_the_head_has_walked_and_not_where_a_seek_has_r
     motion.follow();
     motion.set_stands(false);
     for (sim_time_s, state) in [(300.0, ShowState::Finished), (299.0, ShowState::Ended)] {
-        motion.request(Request::Seek { sim_time_s }).expect("it is within the run");
+        motion.request(Request::Seek { sim_time_s }).expect("the time is within the run");
         motion = after(motion, 2_000);
         assert_eq!(motion.head().state, state, "from {sim_time_s} s");
     }
@@ -280,7 +280,7 @@ fn a_head_is_stopping_while_it_brakes() {
         [(Request::Pause, ShowState::Paused), (Request::Hold, ShowState::Held), (Request::Stop, ShowState::Ended)]
     {
         let mut motion = after(start(braking()), 20);
-        motion.request(request).expect("it is never refused");
+        motion.request(request).expect("the command is never refused");
         let states: Vec<ShowState> = (0..6)
             .map(|_| {
                 motion.advance();
@@ -297,7 +297,7 @@ fn a_stopping_head_that_is_released_or_resumed_runs_again() {
     for (stop, go) in [(Request::Pause, Request::Resume), (Request::Hold, Request::Release)] {
         let mut motion = after(start(braking()), 20);
         for request in [stop, go] {
-            motion.request(request).expect("it may be taken back at once");
+            motion.request(request).expect("the command can be revoked at once");
             motion.advance();
         }
         assert_eq!(motion.head().state, ShowState::Running);
@@ -307,9 +307,9 @@ fn a_stopping_head_that_is_released_or_resumed_runs_again() {
 #[test]
 fn a_head_that_stands_ends_with_the_next_tick() {
     let mut motion = after(start(braking()), 20);
-    motion.request(Request::Hold).expect("never refused");
+    motion.request(Request::Hold).expect("the command is never refused");
     let mut motion = after(motion, 50);
-    motion.request(Request::Stop).expect("never refused");
+    motion.request(Request::Stop).expect("the command is never refused");
     assert_eq!(after(motion, 1).head(), HeadState { state: ShowState::Ended, ..motion.head() });
 }
 
@@ -324,10 +324,10 @@ fn a_run_with_an_end_has_ended_there_and_one_without_is_finished() {
 #[test]
 fn a_head_reports_every_cause_of_its_stop() {
     let mut motion = start(MotionSettings { held: true, ..guarded() });
-    motion.request(Request::Pause).expect("never refused");
+    motion.request(Request::Pause).expect("the command is never refused");
     assert_eq!(motion.stops(), Stops { paused: true, held: true, guard_limit: true, ..Stops::default() });
     motion.follow();
-    motion.request(Request::Stop).expect("never refused");
+    motion.request(Request::Stop).expect("the command is never refused");
     assert!(motion.stops().timecode && motion.stops().ending && !motion.stops().run_end);
 }
 
@@ -345,7 +345,7 @@ fn without_a_grant_the_head_stays_where_it_is() {
 fn grants_are_joined_and_never_shrink() {
     let mut motion = guarded_at(1.5);
     for (from_m, to_m, limit_m) in [(0.0, 2.0, 2.0), (0.0, 5.0, 5.0), (1.0, 3.0, 5.0)] {
-        grant(&mut motion, from_m, to_m).expect("the run is the right one");
+        grant(&mut motion, from_m, to_m).expect("the grant is for this run");
         assert_eq!(motion.limits().granted_to_m, Some(limit_m));
     }
 }
@@ -354,7 +354,7 @@ fn grants_are_joined_and_never_shrink() {
 fn the_permanent_end_is_known_with_its_grant_and_then_stays() {
     let mut motion = guarded_at(1.5);
     for (to_m, is_final, end_m) in [(2.0, false, None), (5.0, true, Some(5.0)), (3.0, false, Some(5.0))] {
-        motion.request(Request::Grant { run_id: 7, from_m: 0.0, to_m, is_final }).expect("the run is the right one");
+        motion.request(Request::Grant { run_id: 7, from_m: 0.0, to_m, is_final }).expect("the grant is for this run");
         assert_eq!(motion.limits().end_m, end_m);
     }
 }
@@ -373,7 +373,7 @@ fn a_grant_elsewhere_moves_nothing_and_allows_a_seek_to_it() {
     let seek =
         |motion: &mut Motion, sim_time_s| (motion.request(Request::Seek { sim_time_s }), motion.limits().asked_m);
     assert_eq!(seek(&mut motion, 100.0), (Err(Refusal::NotProved), Some(100.0)));
-    grant(&mut motion, 100.0, 101.0).expect("the run is the right one");
+    grant(&mut motion, 100.0, 101.0).expect("the grant is for this run");
     assert_eq!(motion.limits().granted_to_m, Some(0.0));
     assert_eq!(seek(&mut motion, 100.5), (Ok(()), None));
     assert_eq!(motion.limits().granted_to_m, Some(101.0));
@@ -443,7 +443,7 @@ fn a_show_that_stands_falls_no_further_behind_and_a_seek_puts_it_on_time() {
     let stood = after(motion, 3);
     assert_eq!((stood.head().sim_time_ns, stood.catch_up().behind_ns(1000)), (10_000_000, 5_000_000));
     let mut motion = stood;
-    motion.request(Request::Release).expect("a held show is released");
+    motion.request(Request::Release).expect("the release is accepted");
     assert_eq!(after(motion, 1).head().sim_time_ns, 11_100_000, "what it was behind by is made up");
     motion.request(Request::Seek { sim_time_s: 3.0 }).expect("3 s is inside the run");
     assert_eq!((after(motion, 2).head().sim_time_ns, motion.catch_up().behind_ns(1000)), (3_001_000_000, 0));
@@ -457,7 +457,7 @@ fn commands_apply_from_their_release_whatever_was_missed_before() {
     assert_eq!(after(motion, 1).head().sim_time_ns, 15_000_000, "it walked through the releases missed");
     motion.advance();
     motion.miss(5);
-    motion.request(Request::Resume).expect("a paused show resumes");
+    motion.request(Request::Resume).expect("the resume is accepted");
     assert_eq!(after(motion, 1).head().sim_time_ns, 16_000_000, "it stood through the releases missed");
 }
 
@@ -465,7 +465,7 @@ fn commands_apply_from_their_release_whatever_was_missed_before() {
 fn a_guarded_head_that_misses_releases_rests_at_the_end_of_its_grant() {
     for missed in [5, 300] {
         let mut motion = start(MotionSettings { most_jumped: 250, ..guarded() });
-        grant(&mut motion, 0.0, 0.003_5).expect("the head is there");
+        grant(&mut motion, 0.0, 0.003_5).expect("the grant covers the head");
         motion.miss(missed);
         let head = after(motion, 10).head();
         assert_eq!((head.state, head.travel_m, head.sim_time_ns), (ShowState::Held, 0.003_5, 3_500_000));
@@ -539,7 +539,7 @@ proptest! {
                 continue;
             }
             missing.miss(missed);
-            (left, missed) = (*gaps.next().expect("they go round"), 0);
+            (left, missed) = (*gaps.next().expect("the cycle has no end"), 0);
             prop_assert_eq!(now.iter().map(|order| missing.request(*order)).collect::<Vec<_>>(), outcomes);
             missing.advance();
             prop_assert_eq!(missing.head(), whole.head(), "release {}", release);

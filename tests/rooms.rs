@@ -21,7 +21,7 @@ fn no_room_uses_a_room_above_it() {
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut faults = Vec::new();
     for path in sources(&src) {
-        let inner = path.strip_prefix(&src).expect("it was found there").with_extension("");
+        let inner = path.strip_prefix(&src).expect("the path is in this folder").with_extension("");
         let room = inner.iter().next().and_then(|name| name.to_str()).expect("its name is UTF-8").to_owned();
         if ["lib", "main"].contains(&&*room) {
             continue;
@@ -74,7 +74,7 @@ fn first_segments(text: &str) -> Vec<String> {
             '{' => depth += 1,
             '}' => depth -= 1,
             ',' if depth == 0 => segments.push(String::new()),
-            other => segments.last_mut().expect("it begins with one").push(other),
+            other => segments.last_mut().expect("the list begins with an element").push(other),
         }
     }
     segments.iter().filter_map(|path| segment(path)).collect()

@@ -80,7 +80,7 @@ impl Moment {
 
     /// Delay of the show behind the source, in seconds.
     fn difference_s(&self) -> f64 {
-        self.clock_s.expect("the desk's clock is known") - self.sim_s()
+        self.clock_s.expect("the clock's position is known") - self.sim_s()
     }
 }
 
@@ -298,10 +298,10 @@ fn an_operators_stop_overrides_the_timecode_and_the_missed_time_is_one_seek() {
     for (stop, go) in [(Request::Pause, Request::Resume), (Request::Hold, Request::Release)] {
         let mut rehearsal = Rehearsal::new(plan());
         rehearsal.play(2_000, |elapsed_s| Some(20.0 + elapsed_s));
-        rehearsal.motion.request(stop).expect("it is accepted");
+        rehearsal.motion.request(stop).expect("the command is accepted");
         let stopped = rehearsal.play(2_000, |elapsed_s| Some(22.0 + elapsed_s));
         assert!(stopped.iter().all(|moment| moment.head.sim_time_ns == stopped[0].head.sim_time_ns));
-        rehearsal.motion.request(go).expect("it is accepted");
+        rehearsal.motion.request(go).expect("the command is accepted");
         let moments = rehearsal.play(2_000, |elapsed_s| Some(24.0 + elapsed_s));
         assert_eq!(seeks(&moments).len(), 0, "the first tick is there already");
         assert_near(&moments[1..], FRAME_S / 2.0);
@@ -313,10 +313,10 @@ fn a_guarded_show_seeks_to_the_timecode_where_its_travel_is_proved() {
     let mut rehearsal = Rehearsal::new(MotionSettings { guarded_run: Some(7), ..plan() });
     let moments = rehearsal.play(1_000, |elapsed_s| Some(100.0 + elapsed_s));
     assert!(moments.iter().all(|moment| moment.head.sim_time_ns == 0));
-    let asked_m = rehearsal.motion.limits().asked_m.expect("it was asked where to prove the way");
+    let asked_m = rehearsal.motion.limits().asked_m.expect("the motion asks for a proof");
     assert!((100.0..101.0).contains(&asked_m), "{asked_m}");
     let grant = Request::Grant { run_id: 7, from_m: asked_m, to_m: asked_m + 5.0, is_final: false };
-    rehearsal.motion.request(grant).expect("it is of this run");
+    rehearsal.motion.request(grant).expect("the grant is for this run");
     let moments = rehearsal.play(2_000, |elapsed_s| Some(101.0 + elapsed_s));
     assert_near(&moments[200..], FRAME_S);
 }

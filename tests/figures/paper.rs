@@ -110,7 +110,7 @@ pub(crate) fn turning_plan_view() -> PlanView {
 pub(crate) fn contact_view() -> ContactView {
     let dragon = inward();
     let contact = first_contact(&dragon, 0.0, dragon.end_travel_m())
-        .expect("no limit")
+        .expect("the search has no limit")
         .expect("the paper's dragon touches itself");
     let handles = handles(&dragon, contact.travel_m);
     ContactView {
@@ -129,7 +129,7 @@ pub(crate) fn contact_view() -> ContactView {
 pub(crate) fn clearance_over_time() -> ClearanceOverTime {
     let dragon = inward();
     let contact = first_contact(&dragon, 0.0, dragon.end_travel_m())
-        .expect("no limit")
+        .expect("the search has no limit")
         .expect("the paper's dragon touches itself");
     let mut search = ClearanceSearch::default();
     let mut nearest = |time_s: f64| {

@@ -12,7 +12,7 @@ pub(crate) fn check(input: &[u8]) {
             assert!(dragon.start_travel_m().is_finite() && dragon.end_travel_m().is_finite());
             assert!(config.start_s() <= config.end_s());
             let written = config.to_toml();
-            let again = Config::from_toml(&written).expect("its own text is valid");
+            let again = Config::from_toml(&written).expect("the written text is valid");
             assert_eq!(again.to_toml(), written);
         }
         Err(error) => {

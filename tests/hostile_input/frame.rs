@@ -8,7 +8,7 @@ pub(crate) fn check(input: &[u8]) {
     assert!(size_of_val(handles.as_slice()) <= input.len(), "every handle was in the message");
     let mut message = Vec::new();
     encode_frame(&mut message, &header, &handles);
-    let (header_again, handles_again) = decode_frame(&message).expect("our own message is a frame");
+    let (header_again, handles_again) = decode_frame(&message).expect("the written message is a frame");
     let mut again = Vec::new();
     encode_frame(&mut again, &header_again, &handles_again);
     assert_eq!(again, message);

@@ -40,7 +40,7 @@ fn tick(follower: &mut Follower, motion: &mut Motion, now_ns: u64) {
     let show = ShowPosition { sim_time_s: motion.next_sim_s(), is_stopped: motion.is_stopped() };
     let (order, _) = follower.steer(now_ns, show);
     if let Some(sim_time_s) = order.seek_s {
-        motion.request(Request::Seek { sim_time_s }).expect("it is within the run");
+        motion.request(Request::Seek { sim_time_s }).expect("the time is within the run");
         follower.note_seek(true);
     }
     assert!((Follower::LEAST_TIME_SCALE..=Follower::GREATEST_TIME_SCALE).contains(&order.time_scale));

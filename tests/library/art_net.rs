@@ -20,7 +20,7 @@ fn each_of_the_four_rates_has_its_position() {
     let positions = [0, 1, 2, 3].map(|kind| position_s(&with(18, kind)));
     let expected = [62.0 + 5.0 / 24.0, 62.2, (62.0 * 30.0 + 5.0 - 2.0) * 1001.0 / 30_000.0, 62.0 + 5.0 / 30.0];
     for (position, expected) in positions.into_iter().zip(expected) {
-        let position_s = position.expect("it is sound").expect("it is a timecode");
+        let position_s = position.expect("the settings are sound").expect("the message is a timecode");
         assert!((position_s - expected).abs() < 1e-12, "{position_s} {expected}");
     }
 }

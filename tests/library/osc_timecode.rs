@@ -14,7 +14,7 @@ fn position_s(args: Vec<OscType>) -> Result<Option<f64>, Malformed> {
 }
 
 fn position_of_packet(packet: &OscPacket) -> Result<Option<f64>, Malformed> {
-    let packet = rosc::encoder::encode(packet).expect("it can be written");
+    let packet = rosc::encoder::encode(packet).expect("the file can be written");
     Ok(position(&packet, "/timecode", FrameRate::Ebu)?.map(|position| position.since_midnight_s))
 }
 
@@ -38,7 +38,7 @@ fn a_position_is_read_from_text_from_four_numbers_or_from_seconds() {
         (vec![Double(3723.16)], 3723.16),
         (vec![Int(60)], 60.0),
     ] {
-        let position_s = position_s(args.clone()).expect("it is sound").expect("it is a timecode");
+        let position_s = position_s(args.clone()).expect("the settings are sound").expect("the message is a timecode");
         assert!((position_s - expected_s).abs() < 1e-9, "{args:?} is {position_s}");
     }
 }
@@ -76,7 +76,7 @@ proptest! {
     #[test]
     fn any_bytes_are_decoded_or_rejected(bytes in prop::collection::vec(any::<u8>(), 0..200), flips in prop::collection::vec((0..40_usize, any::<u8>()), 0..4)) {
         let _ = position(&bytes, "/timecode", FrameRate::Ebu);
-        let mut packet = rosc::encoder::encode(&message(vec![text("01:02:03:05"), OscType::Int(25)])).expect("it can be written");
+        let mut packet = rosc::encoder::encode(&message(vec![text("01:02:03:05"), OscType::Int(25)])).expect("the file can be written");
         for (index, byte) in flips {
             let index = index % packet.len();
             packet[index] = byte;

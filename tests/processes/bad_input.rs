@@ -154,7 +154,7 @@ fn files_that_are_missing_or_of_another_kind_are_named() {
     for (args, code, named) in cases {
         assert_one_error(&stage.run(args), *code, named);
     }
-    assert_eq!(fs::read(stage.path("letter")).expect("it is still there"), b"not a recording");
+    assert_eq!(fs::read(stage.path("letter")).expect("the file still exists"), b"not a recording");
 }
 
 #[test]

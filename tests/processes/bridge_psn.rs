@@ -67,7 +67,7 @@ fn two_receivers_get_every_tracker_of_every_frame_for_ten_seconds() {
         receivers.end().expect_clean();
         let summary = bridge.terminate().expect_clean().last_json();
         drop(over);
-        let shots = reader.join().expect("a reader that does not fail");
+        let shots = reader.join().expect("the reader does not panic");
         (shots, summary, started["epoch_ns"].as_u64().expect("the bridge's clock has a beginning"))
     });
     server.stop();

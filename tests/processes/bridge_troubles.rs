@@ -70,11 +70,11 @@ impl FirstTracker {
 fn wait_for(socket: &UdpSocket, is_wanted: impl Fn(&FirstTracker) -> bool) -> FirstTracker {
     let mut packet = [0; 1_500];
     let mut next = || {
-        let len = socket.recv(&mut packet).expect("the bridge goes on sending");
+        let len = socket.recv(&mut packet).expect("the bridge continues to send");
         FirstTracker::of(&packet[..len])
     };
     let found = (0..MAX_PACKETS).find_map(|_| next().filter(&is_wanted));
-    found.expect("one of so many is as wanted")
+    found.expect("one of the packets is as wanted")
 }
 
 /// Reads packets until a first tracker has this status. Returns its speed.
@@ -142,7 +142,7 @@ fn a_missing_receiver_is_reported_and_a_later_one_gets_the_poses() {
     let mut bridge = stage.start(&["bridge", "psn", "--to", &address.to_string(), "--format", "json"]);
     let told = notice(&mut bridge);
     assert!(told.starts_with(&format!("cannot send to {address}, still trying: Connection refused")), "{told}");
-    let socket = UdpSocket::bind(address).expect("nobody else binds here");
+    let socket = UdpSocket::bind(address).expect("no other program binds this address");
     socket.set_read_timeout(Some(DEADLINE)).expect("a timeout");
     wait_for_status(&socket, 1.0);
     let told = notice(&mut bridge);
@@ -212,7 +212,7 @@ fn a_tcp_receiver_that_starts_late_or_again_is_found() {
     let mut bridge = stage.start(&["bridge", "osc", "--tcp", "--to", &address.to_string(), "--format", "json"]);
     let told = notice(&mut bridge);
     assert!(told.starts_with(&format!("cannot send to {address}, still trying: Connection refused")), "{told}");
-    let listener = TcpListener::bind(address).expect("nobody else binds here");
+    let listener = TcpListener::bind(address).expect("no other program binds this address");
     for _ in 0..2 {
         let mut stream = accept(&listener);
         let mut beginning = [0; 13];
@@ -304,7 +304,7 @@ fn more_benches_than_a_frame_can_hold_are_refused_with_the_limit() {
     let stage = Stage::new();
     let config = stage.path("long.toml");
     std::fs::write(&config, "[dragon]\nbenches = 5101\n[route]\npitch_m = 1.7\nstart_turns = 60\n").expect("a file");
-    let config = config.to_str().expect("a path of text");
+    let config = config.to_str().expect("the path is UTF-8");
     let server = stage.serve(&["--config", config, "--rate", "5", "--held"]);
     let (_socket, target) = receiver();
     let ended = stage.run(&["bridge", "psn", "--to", &target]);

@@ -70,7 +70,7 @@ fn c_and_cpp_read_the_same_values_as_rust() {
 
     let mut reader = Reader::join(&stage);
     let mut shots = vec![reader.next()];
-    let commands = CommandClient::open(stage.domain(), "test").expect("a server has made the services");
+    let commands = CommandClient::open(stage.domain(), "test").expect("a server has created the services");
     commands.call(Request::Release, DEADLINE).expect("the server answers").outcome().expect("the show is held");
     shots.extend(reader.read_to_end());
     assert_eq!(reader.lost(), 0);
@@ -117,7 +117,7 @@ fn a_frame_that_a_c_client_holds_outlives_the_server_and_the_dragon() {
     }
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "20"]);
-    let reader = DescriptionReader::open(stage.domain(), "test").expect("a server has made the services");
+    let reader = DescriptionReader::open(stage.domain(), "test").expect("a server has created the services");
     let description = eventually("the description is there", || reader.poll().expect("the bus is readable"));
     let expected = format!("{}\n20\n{}", server.process.pid(), description.toml);
     assert_eq!(run(&stage, "lifetimes.c", &[]), expected);
@@ -161,7 +161,7 @@ fn a_c_client_gets_the_same_alerts_as_rust() {
     }
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100", "--held", "--time-scale", "5"]);
-    let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has made the services");
+    let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has created the services");
     let mut monitor = stage.start(&["monitor", "--format", "json"]);
     // The monitor reads frames once it reports the hold.
     monitor.json_until("the monitor reports that the show is held", |line| line["kind"] == "held");
@@ -171,8 +171,10 @@ fn a_c_client_gets_the_same_alerts_as_rust() {
     let heard: Vec<String> = std::iter::from_fn(|| alerts.receive().expect("the bus is readable"))
         .map(|alert| line_of_alert(&alert))
         .collect();
-    let until =
-        heard.iter().position(|line| Some(line.as_str()) == printed.last().copied()).expect("the contact is heard");
+    let until = heard
+        .iter()
+        .position(|line| Some(line.as_str()) == printed.last().copied())
+        .expect("the contact is among the alerts");
     let heard: Vec<&str> = heard[..=until].iter().map(String::as_str).collect();
     assert!(printed.len() > 1, "near before they touch");
     assert!(heard.ends_with(&printed), "{printed:#?}\n{heard:#?}");

@@ -15,7 +15,7 @@ pub(crate) fn await_child(show: u32, command: &str, before: Option<u32>) -> u32 
 
 /// Returns the show's running children with their commands.
 pub(crate) fn children(show: u32) -> Vec<(u32, String)> {
-    let processes = fs::read_dir("/proc").expect("Linux has it").flatten();
+    let processes = fs::read_dir("/proc").expect("Linux has this file").flatten();
     processes
         .filter_map(|process| {
             let pid = process.file_name().to_str()?.parse().ok()?;
@@ -31,7 +31,7 @@ pub(crate) fn children(show: u32) -> Vec<(u32, String)> {
 
 /// Kills a child of a show.
 pub(crate) fn kill(child: u32) {
-    send(child, Signal::KILL).expect("it is running");
+    send(child, Signal::KILL).expect("the process runs");
 }
 
 /// Sends a signal to a child of a show. Fails if the child has ended and its show has waited for it.

@@ -92,7 +92,7 @@ fn the_zenoh_program_prints_where_the_head_is() {
     let server = stage.serve(&["--rate", "20"]);
     let mut bridge = stage.start(&["bridge", "zenoh", "--listen", "tcp/127.0.0.1:0", "--format", "json"]);
     let started = bridge.json();
-    let endpoint = started["listens"][0].as_str().expect("it says where it listens").to_owned();
+    let endpoint = started["listens"][0].as_str().expect("the line has the endpoint").to_owned();
     let key = format!("bench-dragon/{}/frames", stage.domain().instance());
     let others = [("tcp/10.0.0.5:7447", endpoint.as_str()), ("bench-dragon/dragon/frames", key.as_str())];
     assert_goes_on(start_python("Another machine: zenoh", &others));

@@ -61,7 +61,7 @@ impl Rehearsal {
 
     /// Sends a request without the command line, which would reject it. Returns the refusal.
     fn refuse_request(&mut self, request: Request) -> Refusal {
-        let client = CommandClient::open(self.stage.domain(), "test").expect("the server is there");
+        let client = CommandClient::open(self.stage.domain(), "test").expect("a server runs");
         let reply = client.call(request, Duration::from_mins(1)).expect("the server answers");
         let [before, after] = self.around(reply.tick);
         assert_eq!(before.state(), after.state(), "a refused command changes nothing");
@@ -273,8 +273,9 @@ fn a_stop_ends_the_server_after_the_tick_of_its_reply() {
 fn commands_of_several_clients_are_each_answered_once() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "1000"]);
-    let clients: Vec<_> =
-        (0..8).map(|_| CommandClient::open(stage.domain(), "test").expect("a server has made the services")).collect();
+    let clients: Vec<_> = (0..8)
+        .map(|_| CommandClient::open(stage.domain(), "test").expect("a server has created the services"))
+        .collect();
     let mut last_tick = 0;
     for client in clients.iter().cycle().take(80) {
         let request = Request::Speed { speed_mps: 1.5 };

@@ -40,7 +40,7 @@ fn a_directory_that_others_may_write_is_refused() {
     let runtime_dir = runtime_dir();
     let bus = runtime_dir.path().join("bench-dragon");
     for mode in [0o777, 0o770, 0o702] {
-        fs::set_permissions(&bus, Permissions::from_mode(mode)).expect("it is ours");
+        fs::set_permissions(&bus, Permissions::from_mode(mode)).expect("this user owns it");
         let why = format!("{} has mode {mode:04o}, must not be writable by others: chmod 0700 it", bus.display());
         assert_refused(runtime_dir.path(), &why);
     }
@@ -56,7 +56,7 @@ fn a_directory_of_another_user_is_refused() {
         // Only root may give a directory away. Other users test a directory that belongs to the system.
         return assert_not_usable_for_us();
     }
-    fs::set_permissions(&bus, Permissions::from_mode(0o700)).expect("root may");
+    fs::set_permissions(&bus, Permissions::from_mode(0o700)).expect("root may do this");
     assert_refused(
         runtime_dir.path(),
         &format!("{} belongs to user {ANOTHER_USER}, must belong to user 0", bus.display()),
@@ -112,7 +112,7 @@ fn the_directory_is_private_and_is_removed_at_the_end() {
     let segments: Vec<_> = shared.filter(|entry| is_of_frames(&entry.file_name().to_string_lossy())).collect();
     assert!(!segments.is_empty(), "the frames lie in shared memory");
     for segment in segments {
-        let mode = segment.metadata().expect("the server is there").mode();
+        let mode = segment.metadata().expect("a server runs").mode();
         assert_eq!(mode & 0o077, 0, "{:?} is open to others", segment.path());
     }
     server.terminate().expect_clean();

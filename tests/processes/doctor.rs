@@ -36,7 +36,7 @@ fn leave_half_made(stage: &Stage) {
     let path = services.join(format!("{}7525bfbf02c438827b2391c92c36b47534b62591.service", stage.domain().prefix()));
     let _ = fs::remove_file(&path);
     fs::write(&path, "").expect("a file");
-    fs::set_permissions(&path, Permissions::from_mode(0o600)).expect("it is ours");
+    fs::set_permissions(&path, Permissions::from_mode(0o600)).expect("this user owns it");
 }
 
 #[test]
@@ -135,9 +135,9 @@ fn foreign_files_in_shared_memory_do_no_harm() {
         let fixed = examine(&stage, &["--fix"]);
         assert_eq!((status(&fixed, "leftovers"), &fixed["fixed"]), ("ok", &Value::Array(Vec::new())), "{fixed}");
         assert!(file.exists() && folder.join("inner").exists(), "they are not ours to remove");
-        fs::remove_file(&file).expect("root may");
-        fs::remove_dir_all(&folder).expect("root may");
-        fs::remove_file(&link).expect("root may");
+        fs::remove_file(&file).expect("root may do this");
+        fs::remove_dir_all(&folder).expect("root may do this");
+        fs::remove_file(&link).expect("root may do this");
     }
     // Files of the user are removed, of any kind.
     fs::create_dir(&folder).expect("shared memory");
@@ -177,7 +177,7 @@ fn a_directory_that_others_may_write_is_a_problem_and_is_left_alone() {
     let runtime_dir = tempfile::Builder::new().prefix("bd").tempdir_in("/tmp").expect("a folder");
     let bus = runtime_dir.path().join("bench-dragon");
     fs::create_dir(&bus).expect("a folder");
-    fs::set_permissions(&bus, Permissions::from_mode(0o777)).expect("it is ours");
+    fs::set_permissions(&bus, Permissions::from_mode(0o777)).expect("this user owns it");
     for args in [&["doctor", "--format", "json"][..], &["doctor", "--format", "json", "--fix"]] {
         let mut command = program(args);
         command.env("XDG_RUNTIME_DIR", runtime_dir.path());

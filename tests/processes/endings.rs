@@ -38,7 +38,7 @@ fn a_stopped_server_brakes_first_and_its_last_frame_and_status_are_ended() {
     let stage = Stage::new();
     let server = serve_braking(&stage, &[]);
     let run_id = server.run_id;
-    let status = StatusReader::open(stage.domain(), "test").expect("a server has made the services");
+    let status = StatusReader::open(stage.domain(), "test").expect("a server has created the services");
     let mut reader = Reader::join(&stage);
     let mut shots = read_until_it_walks(&mut reader);
     stage.run(&["ctl", "stop"]).expect_clean();
@@ -99,10 +99,10 @@ fn every_command_is_an_event_with_its_sender_also_for_a_late_reader() {
     let run_id = server.run_id;
     stage.run(&["ctl", "hold"]).expect_clean();
     assert_eq!(stage.run(&["ctl", "resume"]).code(), Some(1));
-    let client = CommandClient::open(stage.domain(), "test").expect("the server is there");
+    let client = CommandClient::open(stage.domain(), "test").expect("a server runs");
     let refused = client.call(Request::Speed { speed_mps: 11.0 }, std::time::Duration::from_mins(1));
     let tick = refused.expect("the server answers").tick;
-    let late = CommandEventReader::open(stage.domain(), "test").expect("a server has made the services");
+    let late = CommandEventReader::open(stage.domain(), "test").expect("a server has created the services");
     server.stop();
     let events = read_to_the_end(&late);
     let told: Vec<_> = events.iter().map(|event| (event.event_kind(), event.sent_by(), event.outcome())).collect();
@@ -126,8 +126,8 @@ fn every_command_is_an_event_with_its_sender_also_for_a_late_reader() {
 fn a_guards_grants_are_events_and_the_status_has_the_guards_state_and_end() {
     let stage = Stage::new();
     let server = stage.serve(&["--guarded", "--rate", "100", "--start-at", "412"]);
-    let events = CommandEventReader::open(stage.domain(), "test").expect("a server has made the services");
-    let status = StatusReader::open(stage.domain(), "test").expect("a server has made the services");
+    let events = CommandEventReader::open(stage.domain(), "test").expect("a server has created the services");
+    let status = StatusReader::open(stage.domain(), "test").expect("a server has created the services");
     let guard_is = |wanted: GuardState| {
         eventually("the state of the guard", || {
             status.poll().expect("the bus is readable").filter(|status| status.guard_state() == Some(wanted))

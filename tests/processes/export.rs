@@ -136,8 +136,8 @@ fn a_reader_may_close_the_pipe_before_the_last_row() {
     write_recording(&stage.path("a.mcap"), 0..17_000);
     let mut command = program(&["export", "a.mcap", "-", "--every", "0"]);
     let mut child =
-        command.current_dir(stage.path("")).stdout(std::process::Stdio::piped()).spawn().expect("it starts");
+        command.current_dir(stage.path("")).stdout(std::process::Stdio::piped()).spawn().expect("the program starts");
     let mut first = [0; 20];
     child.stdout.take().expect("a pipe").read_exact(&mut first).expect("rows");
-    assert_eq!(child.wait().expect("it ends").code(), Some(0));
+    assert_eq!(child.wait().expect("the program ends").code(), Some(0));
 }

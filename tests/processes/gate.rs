@@ -25,14 +25,15 @@ impl Gate {
     /// Creates the folder. `cargo` runs this shell line with cargo's arguments.
     fn new(cargo: &str) -> Self {
         let gate = Self { folder: TempDir::new().expect("a folder") };
-        fs::create_dir(gate.path("tests")).expect("the folder is ours");
-        fs::create_dir(gate.path("bin")).expect("the folder is ours");
+        fs::create_dir(gate.path("tests")).expect("the folder is writable");
+        fs::create_dir(gate.path("bin")).expect("the folder is writable");
         let original = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/run");
-        fs::copy(original, gate.path("tests/run")).expect("the folder is ours");
+        fs::copy(original, gate.path("tests/run")).expect("the folder is writable");
         for tool in TOOLS {
             let found =
                 ["/usr/bin", "/bin"].iter().map(|folder| Path::new(folder).join(tool)).find(|path| path.exists());
-            symlink(found.expect("it is on every Linux"), gate.path("bin").join(tool)).expect("the folder is ours");
+            symlink(found.expect("every Linux has this program"), gate.path("bin").join(tool))
+                .expect("the folder is writable");
         }
         gate.add("cargo", cargo);
         gate
@@ -57,8 +58,8 @@ impl Gate {
     /// Adds a program, or replaces it.
     fn add(&self, name: &str, script: &str) {
         let path = self.path("bin").join(name);
-        fs::write(&path, format!("#!/bin/sh\n{script}\n")).expect("the folder is ours");
-        fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("it is ours");
+        fs::write(&path, format!("#!/bin/sh\n{script}\n")).expect("the folder is writable");
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("this user owns it");
     }
 
     /// Runs `tests/run` to its end.
@@ -110,7 +111,7 @@ fn cargos_arguments_and_its_status_are_passed_on() {
     let ended = gate.run(&["--test", "two words"], false);
     assert_eq!(ended.code(), Some(42));
     assert_eq!(last_lines(&ended, 3), ["<--test>", "<two words>", "skipped: none"]);
-    let left: Vec<_> = fs::read_dir(gate.path("target")).expect("it was made").flatten().collect();
+    let left: Vec<_> = fs::read_dir(gate.path("target")).expect("the path exists").flatten().collect();
     assert!(left.is_empty(), "{left:?}");
 }
 
@@ -118,7 +119,7 @@ fn cargos_arguments_and_its_status_are_passed_on() {
 fn packages_that_cannot_be_installed_are_named_and_fail_the_run_where_ci_is_set() {
     for is_ci in [false, true] {
         let gate = Gate::complete("echo tested");
-        fs::remove_file(gate.path("bin/zsh")).expect("it was there");
+        fs::remove_file(gate.path("bin/zsh")).expect("the file existed");
         gate.add("id", "echo 0");
         gate.add("apt-get", "echo \"apt-get $@\"; exit 100");
         let ended = gate.run(&[], is_ci);
@@ -132,12 +133,12 @@ fn packages_that_cannot_be_installed_are_named_and_fail_the_run_where_ci_is_set(
 #[test]
 fn missing_packages_are_installed() {
     let gate = Gate::complete("echo tested");
-    fs::remove_file(gate.path("bin/zsh")).expect("it was there");
+    fs::remove_file(gate.path("bin/zsh")).expect("the file existed");
     gate.add("id", "echo 0");
     let zsh = gate.path("bin/zsh");
     let install = format!("case $1 in install) echo '#!/bin/sh' > {0}; chmod +x {0};; esac", zsh.display());
     gate.add("apt-get", &install);
-    symlink("/bin/chmod", gate.path("bin/chmod")).expect("the folder is ours");
+    symlink("/bin/chmod", gate.path("bin/chmod")).expect("the folder is writable");
     let ended = gate.run(&[], true);
     assert_eq!((ended.code(), ended.stderr.as_str()), (Some(0), ""), "{}", ended.stdout);
     assert!(zsh.exists());
@@ -149,9 +150,9 @@ fn a_python_test_that_is_skipped_is_noted_and_fails_where_ci_is_set() {
     let (file, list) = (folder.path().join("test_lacking.py"), folder.path().join("skipped"));
     let tests = "import pytest\n\n@pytest.mark.skip(reason='no desk')\ndef test_marked():\n    pass\n
 def test_called():\n    pytest.skip('no lamp')\n\n@pytest.mark.xfail\ndef test_expected():\n    assert False\n";
-    fs::write(&file, tests).expect("the folder is ours");
+    fs::write(&file, tests).expect("the folder is writable");
     let run = |is_ci: bool| {
-        let mut command = pytest(file.to_str().expect("a path of text"));
+        let mut command = pytest(file.to_str().expect("the path is UTF-8"));
         command.env("BENCH_DRAGON_SKIPPED", &list).env_remove("CI");
         if is_ci {
             command.env("CI", "true");
@@ -159,7 +160,7 @@ def test_called():\n    pytest.skip('no lamp')\n\n@pytest.mark.xfail\ndef test_e
         Process::start(command).end().code()
     };
     assert_eq!(run(false), Some(0));
-    let noted = fs::read_to_string(&list).expect("it was made");
+    let noted = fs::read_to_string(&list).expect("the path exists");
     let noted: Vec<&str> = noted.lines().filter_map(|line| Some(line.split_once("::")?.1)).collect();
     assert_eq!(noted, ["test_marked: no desk", "test_called: no lamp"]);
     assert_eq!(run(true), Some(1));
@@ -170,7 +171,7 @@ fn a_rust_test_that_is_skipped_is_noted_and_fails_where_ci_is_set() {
     let folder = TempDir::new().expect("a folder");
     let list = folder.path().join("skipped");
     let run = |is_ci: bool| {
-        let mut command = Command::new(env::current_exe().expect("this program"));
+        let mut command = Command::new(env::current_exe().expect("the path of this program"));
         // Without a PATH, the test finds no shell.
         command.args(["shell::zsh_and_fish_accept_their_completions", "--exact"]).env("PATH", "");
         command.env("BENCH_DRAGON_SKIPPED", &list).env_remove("CI");
@@ -182,7 +183,7 @@ fn a_rust_test_that_is_skipped_is_noted_and_fails_where_ci_is_set() {
     assert_eq!(run(false).code(), Some(0));
     let name = "processes::shell::zsh_and_fish_accept_their_completions";
     let lacking = |shell: &str| format!("{name}: {shell} is not installed (tests/run installs it on Debian as root)\n");
-    assert_eq!(fs::read_to_string(&list).expect("it was made"), [lacking("zsh"), lacking("fish")].concat());
+    assert_eq!(fs::read_to_string(&list).expect("the path exists"), [lacking("zsh"), lacking("fish")].concat());
     let failed = run(true);
     assert!(failed.code() == Some(101) && failed.stdout.contains("skipped, and CI is set: zsh"), "{failed:?}");
 }

@@ -77,7 +77,7 @@ fn a_guarded_server_stands_held_until_there_is_a_guard_and_walks_with_it() {
     assert!(standing.iter().all(|shot| shot.state() == ShowState::Held && shot.header.sim_time_ns == 0));
     for order in ["release", "resume"] {
         let refused = stage.run(&["ctl", order]);
-        let reason = "refused: the guard holds the dragon: it walks on when the guard has proved the way ahead\n";
+        let reason = "refused: the guard holds the dragon: it walks on when the guard has proved the travel ahead\n";
         assert_eq!((refused.code(), refused.stderr.as_str()), (Some(1), reason));
     }
     let guard = start_guard(&stage);
@@ -185,7 +185,7 @@ fn there_is_one_guard_at_a_time() {
     reader.read_until("the head walks", |header| header.head_travel_m > 0.0);
     let second = start_guard(&stage).end();
     let expected = format!(
-        "error: a guard already runs on instance \"{}\", pid {}: there can be only one\n",
+        "error: a guard already runs on instance \"{}\", pid {}: stop it first\n",
         stage.domain().instance(),
         first.pid()
     );

@@ -56,7 +56,7 @@ fn leave_empty_segment(stage: &Stage, of: &str) -> PathBuf {
     let prefix = stage.domain().prefix();
     let name = names.find(|name| name.starts_with(&prefix) && name.ends_with(of)).expect("a segment of this kind");
     let path = shared_memory.join(name);
-    fs::remove_file(&path).expect("it is ours");
+    fs::remove_file(&path).expect("this user owns it");
     let empty = OpenOptions::new().write(true).create_new(true).mode(0o200).open(&path).expect("shared memory");
     drop(empty);
     path
@@ -96,7 +96,7 @@ fn servers_after_cleaners(interruption: Interruption, stride: usize) -> usize {
     let stage = Stage::new();
     let mut server = stage.serve(&["--rate", "200"]);
     let mut reader = Reader::join(&stage);
-    let keeper = Member::join(stage.domain(), "keeper", Role::Client).expect("a server is there");
+    let keeper = Member::join(stage.domain(), "keeper", Role::Client).expect("a server runs");
     // If a stopped process is the last member of a service, the next server names it and does not start.
     let kept = (interruption == Interruption::Stopped).then(|| services_of(&keeper));
     let monitor = stage.start(&["monitor", "--format", "json"]);
@@ -143,33 +143,33 @@ fn cleaner_at(stage: &Stage, stop: usize, interruption: Interruption) -> Option<
     let process = stage.start(&["ctl", "hold"]);
     let pid = Pid::from_raw(process.pid() as i32);
     ptrace::seize(pid, Options::PTRACE_O_TRACESYSGOOD).expect("a test may trace its children");
-    ptrace::interrupt(pid).expect("it was seized");
+    ptrace::interrupt(pid).expect("the process is traced");
     let mut stops = 0;
     loop {
-        match waitpid(pid, Some(WaitPidFlag::__WALL)).expect("it is our child") {
+        match waitpid(pid, Some(WaitPidFlag::__WALL)).expect("the process is a child of the test") {
             WaitStatus::Exited(..) | WaitStatus::Signaled(..) => return None,
             WaitStatus::PtraceSyscall(_) if REMOVALS.contains(&number(pid)) => stops += 1,
             WaitStatus::Stopped(_, signal) if signal != Signal::SIGTRAP => {
-                ptrace::syscall(pid, signal).expect("it is stopped");
+                ptrace::syscall(pid, signal).expect("the process is stopped");
                 continue;
             }
             _ => {}
         }
         if stops > stop {
             let signal = if interruption == Interruption::Killed { Signal::SIGKILL } else { Signal::SIGSTOP };
-            ptrace::detach(pid, signal).expect("it is stopped");
+            ptrace::detach(pid, signal).expect("the process is stopped");
             return Some(Cleaner(process));
         }
-        ptrace::syscall(pid, None).expect("it is stopped");
+        ptrace::syscall(pid, None).expect("the process is stopped");
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 fn number(pid: Pid) -> c_long {
-    ptrace::getregs(pid).expect("it is stopped").orig_rax.cast_signed()
+    ptrace::getregs(pid).expect("the process is stopped").orig_rax.cast_signed()
 }
 
 #[cfg(target_arch = "aarch64")]
 fn number(pid: Pid) -> c_long {
-    ptrace::getregs(pid).expect("it is stopped").regs[8].cast_signed()
+    ptrace::getregs(pid).expect("the process is stopped").regs[8].cast_signed()
 }

@@ -72,7 +72,7 @@ fn a_recorder_killed_at_any_time_loses_at_most_a_second_and_every_reader_opens_i
         let ended: Vec<_> = workers.into_iter().map(thread::ScopedJoinHandle::join).collect();
         is_over.store(true, Ordering::Relaxed);
         for worker in ended {
-            worker.expect("what every worker found was in order");
+            worker.expect("no worker has failed");
         }
     });
     server.stop();
@@ -125,7 +125,7 @@ fn read(path: &Path) -> Vec<RecordedFrame> {
     if !path.exists() {
         return Vec::new();
     }
-    let reader = FrameReader::open(path).expect("a file that is there is a recording");
+    let reader = FrameReader::open(path).expect("the file is a recording");
     reader.collect::<Result<_, _>>().expect("readable frames")
 }
 

@@ -34,7 +34,7 @@ fn a_late_subscriber_receives_the_description_of_the_run() {
     let server = stage.serve(&["--rate", "250", "--time-scale", "0.5"]);
     Reader::join(&stage).read_to_tick(5);
 
-    let reader = DescriptionReader::open(stage.domain(), "test").expect("a server has made the services");
+    let reader = DescriptionReader::open(stage.domain(), "test").expect("a server has created the services");
     let description = eventually("the description is there", || reader.poll().expect("the bus is readable"));
     assert_eq!(description.run_id, server.run_id);
     let config = Config::from_toml(&description.toml).expect("the description is a whole configuration");
@@ -50,7 +50,7 @@ fn a_late_subscriber_receives_the_status_of_the_run() {
     let server = stage.serve(&["--rate", "250", "--held"]);
     Reader::join(&stage).read_to_tick(5);
 
-    let reader = StatusReader::open(stage.domain(), "test").expect("a server has made the services");
+    let reader = StatusReader::open(stage.domain(), "test").expect("a server has created the services");
     let status = eventually("the status is there", || reader.poll().expect("the bus is readable"));
     assert_eq!((status.run_id, status.rate_hz, status.pid), (server.run_id, 250, server.process.pid()));
     let later = eventually("a later status is there", || {
@@ -67,7 +67,7 @@ fn a_late_subscriber_receives_the_status_of_the_run() {
 fn a_reader_that_joins_after_the_server_waits_for_the_next_server() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100"]);
-    let polling = FrameSubscriber::open(stage.domain(), "polling").expect("a server has made the services");
+    let polling = FrameSubscriber::open(stage.domain(), "polling").expect("a server has created the services");
     server.stop();
     let mut woken = FrameSubscriber::open(stage.domain(), "woken").expect("the other reader keeps the frames");
     assert!(woken.wait(Duration::from_millis(1)).expect("the bus is readable").is_none());

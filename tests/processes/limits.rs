@@ -55,7 +55,7 @@ fn threads_that_cannot_be_started_are_reported_in_one_line_with_the_limit() {
             &["bridge", "zenoh"],
         ] {
             let runtime = tempfile::tempdir().expect("a folder");
-            std::os::unix::fs::chown(runtime.path(), Some(47113), Some(47113)).expect("root gives folders away");
+            std::os::unix::fs::chown(runtime.path(), Some(47113), Some(47113)).expect("root may change the owner");
             let as_other = format!("ulimit -u {threads}");
             let inside = program(args);
             let mut command = Command::new("timeout");

@@ -17,7 +17,7 @@ const CONTACT_BENCHES: [u32; 2] = [0, 8];
 /// Starts a server, a subscriber of alerts, and a monitor that reads from tick 0 on. On return, the monitor has joined.
 fn watch(stage: &Stage, args: &[&str]) -> (Server, AlertSubscriber, Process) {
     let server = stage.serve(&[&["--readers", "2"], args].concat());
-    let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has made the services");
+    let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has created the services");
     let monitor = stage.start(&["monitor", "--format", "json"]);
     // This is the second reader: it gets tick 0 when the monitor has joined too.
     Reader::join(stage).read_to_tick(0);

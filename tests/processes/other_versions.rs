@@ -28,7 +28,7 @@ struct OtherCommand {
 
 fn node(domain: &Domain) -> Node<ipc::Service> {
     let builder = NodeBuilder::new().config(&domain.iceoryx2_config());
-    builder.signal_handling_mode(SignalHandlingMode::Disabled).create().expect("a node can be made")
+    builder.signal_handling_mode(SignalHandlingMode::Disabled).create().expect("the node can be created")
 }
 
 fn name(service: &str) -> ServiceName {
@@ -47,9 +47,9 @@ fn frames_of_another_layout_are_reported_by_every_reader_and_by_a_source() {
     let member = Member::join(stage.domain(), "other", Role::Source { bench_count: 1 }).expect("a member");
     let node = node(stage.domain());
     let frames = node.service_builder(&name(FRAMES)).publish_subscribe::<[OtherHandle]>();
-    let frames = frames.user_header::<FrameHeader>().create().expect("the service can be made");
+    let frames = frames.user_header::<FrameHeader>().create().expect("the service can be created");
     // All other services are those of this version.
-    let description = member.description().expect("the service can be made");
+    let description = member.description().expect("the service can be created");
     let alerts = (member.alerts().expect("the service"), member.alert_events().expect("the service"));
     for command in [&["monitor"][..], &["record", "a.mcap"], &["echo"], &["hz"], &["latency"], &["serve"]] {
         let ended = stage.run(command);
@@ -64,7 +64,7 @@ fn commands_of_another_layout_are_reported_by_ctl() {
     let member = Member::join(stage.domain(), "other", Role::Source { bench_count: 1 }).expect("a member");
     let node = node(stage.domain());
     let commands = node.service_builder(&name(COMMANDS)).request_response::<OtherCommand, u64>();
-    let commands = commands.create().expect("the service can be made");
+    let commands = commands.create().expect("the service can be created");
     for order in [&["ctl", "hold"][..], &["ctl", "stop"]] {
         let ended = stage.run(order);
         assert_eq!((ended.code(), ended.stderr), (Some(1), mismatch(COMMANDS)), "{order:?}");

@@ -9,7 +9,7 @@ use crate::stage::{Stage, program};
 
 fn page() -> String {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/paper.md");
-    fs::read_to_string(path).expect("there is a page about the paper")
+    fs::read_to_string(path).expect("the page about the paper exists")
 }
 
 fn solve(args: &[&str]) -> Value {
@@ -49,7 +49,7 @@ fn the_page_has_the_contacts_of_the_program() {
     let narrow = narrow.split("```").next().expect("a block has an end");
     let stage = Stage::new();
     let path = stage.path("narrow.toml");
-    fs::write(&path, narrow).expect("the folder is ours");
+    fs::write(&path, narrow).expect("the folder is writable");
     let path = path.to_str().expect("the path is UTF-8");
     for args in [&["contact"][..], &["contact", "--config", path]] {
         let answer = solve(args);

@@ -28,8 +28,8 @@ impl Pty {
     pub(crate) fn open() -> Self {
         let master =
             posix_openpt(OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_CLOEXEC).expect("the system has terminals");
-        grantpt(&master).and_then(|()| unlockpt(&master)).expect("it is ours");
-        let path = ptsname_r(&master).expect("it has a name");
+        grantpt(&master).and_then(|()| unlockpt(&master)).expect("this user owns it");
+        let path = ptsname_r(&master).expect("the terminal has a name");
         let slave = open_slave(&path, OFlag::empty());
         Self { master, slave, path }
     }
@@ -50,7 +50,7 @@ impl Pty {
     /// Starts a program whose stdout and stderr are this terminal.
     pub(crate) fn start(&self, mut command: Command) -> OnPty {
         command.stdin(Stdio::null()).stdout(self.slave()).stderr(self.slave()).env("TERM", "xterm");
-        OnPty(command.spawn().expect("the program is there"))
+        OnPty(command.spawn().expect("the program exists"))
     }
 
     /// Starts a program with this controlling terminal: it gets a SIGHUP when the terminal is closed, also if the tests run
@@ -65,7 +65,7 @@ impl Pty {
         session.env_remove("RUST_LOG").env("TERM", "xterm");
         session.current_dir(command.get_current_dir().expect("the stage has a folder"));
         session.stdin(self.slave()).stdout(self.slave()).stderr(self.slave());
-        OnPty(session.spawn().expect("env is part of the system"))
+        OnPty(session.spawn().expect("env is installed"))
     }
 
     /// Returns a handle of the terminal for a program.
@@ -93,7 +93,7 @@ impl Pty {
 
 fn open_slave(path: &str, flags: OFlag) -> File {
     let flags = flags.union(OFlag::O_NOCTTY).bits();
-    OpenOptions::new().read(true).write(true).custom_flags(flags).open(path).expect("our own terminal")
+    OpenOptions::new().read(true).write(true).custom_flags(flags).open(path).expect("the terminal belongs to the test")
 }
 
 impl OnPty {

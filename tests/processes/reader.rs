@@ -25,14 +25,14 @@ pub(crate) struct Reader {
 impl Reader {
     /// Joins a stage with a server.
     pub(crate) fn join(stage: &Stage) -> Self {
-        Self::new(FrameSubscriber::open(stage.domain(), "test").expect("a server has made the services"))
+        Self::new(FrameSubscriber::open(stage.domain(), "test").expect("a server has created the services"))
     }
 
     /// Waits for a server, and joins its stage.
     #[track_caller]
     pub(crate) fn await_server(stage: &Stage) -> Self {
         let open = || FrameSubscriber::open(stage.domain(), "test").map_err(|error| error.to_string());
-        Self::new(eventually_from("a server has made the services", open))
+        Self::new(eventually_from("a server has created the services", open))
     }
 
     fn new(frames: FrameSubscriber) -> Self {

@@ -9,7 +9,7 @@ use crate::stage::Stage;
 
 /// Opens the reports of a stage with a server.
 fn open(stage: &Stage) -> ReaderReports {
-    ReaderReports::open(stage.domain(), "test-reports").expect("a server has made the services")
+    ReaderReports::open(stage.domain(), "test-reports").expect("a server has created the services")
 }
 
 /// Waits for the next report of a reader of this name.
@@ -62,7 +62,7 @@ fn a_reader_that_fell_behind_reports_its_lost_frames() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "1000", "--readers", "1"]);
     let reports = open(&stage);
-    let status = StatusReader::open(stage.domain(), "test-status").expect("a server has made the services");
+    let status = StatusReader::open(stage.domain(), "test-status").expect("a server has created the services");
     let mut reader = Reader::join(&stage);
     reader.next();
     connect(&reports);
@@ -116,7 +116,7 @@ fn a_recorder_reports_its_written_bytes() {
 fn frames_of_a_source_without_reports_are_read() {
     let stage = Stage::new();
     let member = Member::join(stage.domain(), "other", Role::Source { bench_count: 1 }).expect("a member");
-    let frames = member.frames().expect("the service can be made");
+    let frames = member.frames().expect("the service can be created");
     let mut reader = FrameSubscriber::open(stage.domain(), "test").expect("the frames are there");
     let publisher = frames.publisher_builder().initial_max_slice_len(2).create().expect("a publisher");
     let mut sample = publisher.loan_slice(2).expect("a sample");

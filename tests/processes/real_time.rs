@@ -146,34 +146,34 @@ fn unprivileged(command: &Command) -> Option<Command> {
 fn may_take_priority() -> bool {
     let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
     let take = move || set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Max, policy).is_ok();
-    thread::spawn(take).join().expect("it only asks")
+    thread::spawn(take).join().expect("the thread does not panic")
 }
 
 fn processors() -> Processors {
-    Processors::of_this_process().expect("the kernel tells")
+    Processors::of_this_process().expect("the kernel reports it")
 }
 
 /// Returns the last processor that this process may use.
 fn last_cpu() -> String {
     let cpus = processors();
-    (0..=1023).rev().find(|&cpu| cpus.contains(cpu)).expect("this runs on one").to_string()
+    (0..=1023).rev().find(|&cpu| cpus.contains(cpu)).expect("this process runs on a processor").to_string()
 }
 
 fn threads(pid: u32) -> Vec<Thread> {
-    let tasks = fs::read_dir(format!("/proc/{pid}/task")).expect("the process is there");
-    let threads: Vec<Thread> = tasks.map(|task| thread(pid, &task.expect("the process is there").path())).collect();
+    let tasks = fs::read_dir(format!("/proc/{pid}/task")).expect("the process runs");
+    let threads: Vec<Thread> = tasks.map(|task| thread(pid, &task.expect("the process runs").path())).collect();
     assert!(threads.len() > 1 && threads.iter().filter(|thread| thread.is_loop).count() == 1, "{threads:?}");
     threads
 }
 
 /// Reads a thread's scheduling. The loop runs in the first thread of the process.
 fn thread(pid: u32, task: &Path) -> Thread {
-    let stat = fs::read_to_string(task.join("stat")).expect("the thread is there");
+    let stat = fs::read_to_string(task.join("stat")).expect("the thread runs");
     // After the name in brackets, the fields are numbered from 3.
     let (_, fields) = stat.rsplit_once(") ").expect("the name is in brackets");
     let field =
         |number: usize| fields.split(' ').nth(number - 3).and_then(|field| field.parse().ok()).expect("a number");
-    let status = fs::read_to_string(task.join("status")).expect("the thread is there");
+    let status = fs::read_to_string(task.join("status")).expect("the thread runs");
     Thread {
         is_loop: task.ends_with(pid.to_string()),
         policy: field(41),
@@ -183,11 +183,11 @@ fn thread(pid: u32, task: &Path) -> Thread {
 }
 
 fn locked_kib(pid: u32) -> u64 {
-    let status = fs::read_to_string(format!("/proc/{pid}/status")).expect("the process is there");
+    let status = fs::read_to_string(format!("/proc/{pid}/status")).expect("the process runs");
     value(&status, "VmLck").trim_end_matches(" kB").parse().expect("a number")
 }
 
 fn value(status: &str, key: &str) -> String {
     let line = status.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'));
-    line.expect("the kernel tells").trim().to_owned()
+    line.expect("the kernel reports it").trim().to_owned()
 }

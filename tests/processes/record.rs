@@ -33,7 +33,7 @@ fn stock_readers_find_every_frame_the_contact_and_the_configuration() {
     let server = stage.serve(&pace);
     let mut record = stage.start(&["record", "show.mcap", "--format", "json"]);
     assert_eq!(record.json(), json!({ "type": "started", "file": "show.mcap" }));
-    let descriptions = DescriptionReader::open(stage.domain(), "test").expect("a server has made the services");
+    let descriptions = DescriptionReader::open(stage.domain(), "test").expect("a server has created the services");
     // The recorder opens the alerts before the frames, so it gets every alert of the monitor.
     let monitor = stage.start(&["monitor", "--format", "json"]);
     let mut reader = Reader::join(&stage);
@@ -113,7 +113,7 @@ fn a_recording_begins_and_ends_while_the_repair_of_another_takes_its_time() {
     let frames = read(&stage.path("a.mcap")).0;
     let file = File::options().write(true).open(stage.path("a.mcap")).expect("the recording");
     let length = file.metadata().expect("its length").len();
-    file.set_len(length + ZERO_BYTES).expect("a file system that keeps no zeros");
+    file.set_len(length + ZERO_BYTES).expect("the file system supports sparse files");
 
     let recorder = stage.start(&["record", "b.mcap"]);
     await_frames(&stage.path("b.mcap"));

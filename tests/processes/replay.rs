@@ -230,7 +230,7 @@ fn a_client_may_stop_a_replay_and_nothing_else() {
         let reply = stage.run(&[&["ctl", "--format", "json"], order].concat());
         let line = reply.last_json();
         assert_eq!((reply.code(), &line["accepted"], &line["run_id"]), (Some(1), &json!(false), &started["run_id"]));
-        assert_eq!(line["reason"], "a recording is replayed: all that it can be told is to stop");
+        assert_eq!(line["reason"], "the source replays a recording: it accepts only stop");
     }
     assert_eq!(stage.run(&["ctl", "stop"]).expect_clean().stdout, "accepted, from tick 1 on\n");
     let summary = process.end().expect_clean().last_json();
@@ -258,8 +258,8 @@ fn a_replay_publishes_its_status_and_the_recorded_description() {
     let stage = Stage::new();
     write_long_pause(&stage);
     let (process, started) = replay(&stage, &["a.mcap", "--readers", "1"]);
-    let descriptions = DescriptionReader::open(stage.domain(), "test").expect("a replay has made the services");
-    let statuses = StatusReader::open(stage.domain(), "test").expect("a replay has made the services");
+    let descriptions = DescriptionReader::open(stage.domain(), "test").expect("the replay has created the services");
+    let statuses = StatusReader::open(stage.domain(), "test").expect("the replay has created the services");
     Reader::join(&stage).read_to_tick(0);
     let description = eventually("the description is there", || descriptions.poll().expect("the bus is readable"));
     let status = eventually("the status is there", || statuses.poll().expect("the bus is readable"));

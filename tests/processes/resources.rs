@@ -151,7 +151,7 @@ fn two_users_have_two_buses_and_neither_may_use_the_others() {
     let program = runtime_dir.path().join("program");
     fs::copy(env!("CARGO_BIN_EXE_bench-dragon"), &program).expect("a copy");
     for open in [runtime_dir.path(), &program] {
-        fs::set_permissions(open, std::os::unix::fs::PermissionsExt::from_mode(0o755)).expect("it is ours");
+        fs::set_permissions(open, std::os::unix::fs::PermissionsExt::from_mode(0o755)).expect("this user owns it");
     }
     let server = stage.serve(&[]);
     let run = |args: &[&str], runtime_dir: Option<&Path>| {
@@ -208,7 +208,7 @@ fn a_show_reports_a_full_disk_once_and_records_again_when_there_is_room() {
     fs::remove_file(seen_by_show).expect("the show's disk has a filler");
     show.complaint_with("the disk has room again: the show is recorded from here on, in another file");
     let second = format!("/proc/{}/root{}", show.pid(), stage.path("disk/show/recording-2.mcap").display());
-    eventually("the second recording", || fs::exists(&second).expect("it can be told").then_some(()));
+    eventually("the second recording", || fs::exists(&second).expect("the path can be checked").then_some(()));
     let ended = show.terminate();
     assert_eq!(ended.code(), Some(1), "the recording has a hole: {}", ended.stderr);
     assert_eq!(told.iter().filter(|line| line.contains("the disk is full")).count(), 1, "{told:?}");

@@ -98,7 +98,7 @@ fn the_run_sheet_of_the_readme_runs_line_by_line() {
     let ended = show.end();
     assert_eq!(ended.code(), Some(0), "{}{}", ended.stdout, ended.stderr);
     let summary = fs::read_to_string(stage.path("tonight/summary.json")).expect("the show's summary");
-    let summary: Value = serde_json::from_str(&summary).expect("it is JSON");
+    let summary: Value = serde_json::from_str(&summary).expect("the text is JSON");
     assert_eq!(summary["contact"], Value::Null, "{summary}");
 
     let verified = sheet.run_alone(&["replay", "tonight/recording.mcap", "--verify"]);

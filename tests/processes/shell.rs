@@ -26,7 +26,7 @@ fn stdout(args: &[&str]) -> String {
 /// Writes the completions of a shell into a folder.
 fn completions(folder: &Path, shell: &str) -> String {
     let path = folder.join(shell);
-    fs::write(&path, stdout(&["completions", shell])).expect("the folder is ours");
+    fs::write(&path, stdout(&["completions", shell])).expect("the folder is writable");
     path.to_str().expect("a path in UTF-8").to_owned()
 }
 
@@ -34,7 +34,7 @@ fn completions(folder: &Path, shell: &str) -> String {
 fn bash_completes_commands_their_options_values_and_files() {
     let folder = TempDir::new().expect("a folder");
     let script = completions(folder.path(), "bash");
-    fs::write(folder.path().join("stage.toml"), "").expect("the folder is ours");
+    fs::write(folder.path().join("stage.toml"), "").expect("the folder is writable");
     // compopt only works while keys are read.
     let complete = "source \"$0\"; compopt() { :; }; COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1));
         called=$(complete -p bench-dragon); called=${called##*-F }; called=${called%% *}
@@ -74,7 +74,7 @@ fn the_manual_has_a_page_for_every_command_without_warnings() {
     let folder = TempDir::new().expect("a folder");
     let out = folder.path().join("man/man1");
     let listed = stdout(&["man", "--out", out.to_str().expect("a path in UTF-8")]);
-    let entries = fs::read_dir(&out).expect("it was made").map(|entry| entry.expect("an entry").path());
+    let entries = fs::read_dir(&out).expect("the path exists").map(|entry| entry.expect("an entry").path());
     let mut pages: Vec<_> = entries.collect();
     pages.sort();
     let mut told: Vec<_> = listed.lines().map(Path::new).map(Path::to_owned).collect();
@@ -107,7 +107,7 @@ fn only_terminals_without_no_color_get_colours() {
     for args in ["--help", "solve", "hz --secons 3", "solve contact --config nowhere.toml", "doctor"] {
         let line = format!("{BINARY} {args}");
         let Some(coloured) = in_terminal(&line, &[]) else { return };
-        let plain = in_terminal(&line, &without).expect("it was there before");
+        let plain = in_terminal(&line, &without).expect("the first call succeeded");
         assert!(coloured.contains('\u{1b}'), "{args}: {coloured}");
         assert!(!plain.contains('\u{1b}'), "{args}: {plain}");
         let piped = Process::start(program(&args.split(' ').collect::<Vec<_>>())).end();
@@ -119,7 +119,7 @@ fn only_terminals_without_no_color_get_colours() {
 fn a_long_answer_shows_its_progress_on_a_terminal_only() {
     let folder = TempDir::new().expect("a folder");
     let config = folder.path().join("long.toml");
-    fs::write(&config, LONG_DRAGON).expect("the folder is ours");
+    fs::write(&config, LONG_DRAGON).expect("the folder is writable");
     let config = config.to_str().expect("a path in UTF-8");
     let Some(shown) = in_terminal(&format!("{BINARY} solve turn --work 10000 --config {config}"), &[]) else { return };
     assert!(shown.contains(" %  passage"), "{shown}");

@@ -37,7 +37,7 @@ impl Playing {
     /// Waits for a server, then for its status to be as wanted.
     pub(crate) fn await_status(&self, is_wanted: impl Fn(&Status) -> bool) -> Status {
         let status =
-            eventually("a server has made the services", || StatusReader::open(self.stage.domain(), "test").ok());
+            eventually("a server has created the services", || StatusReader::open(self.stage.domain(), "test").ok());
         eventually("the status is as wanted", || status.poll().expect("the bus is readable").filter(&is_wanted))
     }
 
@@ -210,7 +210,7 @@ fn a_terminated_recorder_is_restarted_and_counted_once() {
     let playing = Playing::start(&[]);
     let recorder = await_child(playing.show.pid(), "record", None);
     record::await_frames(&playing.stage.path("out/recording.mcap"));
-    send(recorder, Signal::TERM).expect("it is running");
+    send(recorder, Signal::TERM).expect("the process runs");
     assert_eq!(playing.show.complaint(), "record ended with exit status: 0: starting it again");
     let (summary, _) = playing.interrupt();
     assert_eq!(summary["restarts"]["record"], 1);
@@ -331,7 +331,7 @@ fn a_stopped_child_is_killed_and_restarted() {
             // By then its first sign of life has arrived.
             playing.await_status(|status| status.tick >= 150);
         }
-        send(first, Signal::STOP).expect("it is running");
+        send(first, Signal::STOP).expect("the process runs");
         assert_eq!(playing.show.complaint(), format!("{command} has shown no sign of life for 5 s: killing it"));
         assert_eq!(playing.show.complaint(), format!("{command} ended with signal: 9 (SIGKILL): starting it again"));
         await_child(playing.show.pid(), command, Some(first));

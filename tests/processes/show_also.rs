@@ -14,7 +14,7 @@ use crate::stage::Stage;
 #[test]
 fn configured_commands_run_beside_the_show_and_are_restarted() {
     let receiver = UdpSocket::bind("127.0.0.1:0").expect("a port");
-    let to = receiver.local_addr().expect("it is bound");
+    let to = receiver.local_addr().expect("the socket is bound");
     let stage = Stage::new();
     let text =
         format!("[[show.also]]\ncommand = \"bridge psn --to {to}\"\n[[show.also]]\ncommand = \"hz --format json\"\n");
@@ -32,7 +32,7 @@ fn configured_commands_run_beside_the_show_and_are_restarted() {
     let log = playing.stage.path("out/hz.log");
     eventually("hz has printed", || fs::read_to_string(&log).ok().filter(|text| text.contains("\"rate_hz\":")));
     let hz = await_child(pid, "hz", None);
-    send(hz, Signal::STOP).expect("it is running");
+    send(hz, Signal::STOP).expect("the process runs");
     while playing.show.complaint() != "hz has shown no sign of life for 5 s: killing it" {}
     await_child(pid, "hz", Some(hz));
 

@@ -18,7 +18,7 @@ fn lock_after_recorder(file: File) -> (mpsc::Receiver<()>, mpsc::Sender<()>) {
     let (locked, is_locked) = mpsc::channel();
     let (release, released) = mpsc::channel::<()>();
     thread::spawn(move || {
-        file.lock().expect("a lock that is waited for");
+        file.lock().expect("the lock can be taken");
         // The send fails if the test has failed.
         let _ = locked.send(());
         let _ = released.recv();
@@ -39,7 +39,7 @@ fn a_killed_server_and_recorder_are_restarted_while_the_file_is_unfinished() {
         let (is_locked, release) = lock_after_recorder(File::open(path(number)).expect("a recording"));
         kill(recorder);
         kill(server);
-        is_locked.recv().expect("the lock is there once the recorder is gone");
+        is_locked.recv().expect("the lock is taken after the recorder's end");
         let is_pending = record::read(&path(number)).1;
         server = await_child(pid, "serve", Some(server));
         recorder = await_child(pid, "record", Some(recorder));
@@ -66,7 +66,7 @@ fn a_playing_show_finishes_the_recording_of_an_earlier_one() {
     let recorder = await_child(show.pid(), "record", None);
     record::await_frames(&earlier);
     // In this order of kills, neither the recorder nor the show finishes the file.
-    rustix::process::kill_process(pid(show.pid()), Signal::STOP).expect("it is running");
+    rustix::process::kill_process(pid(show.pid()), Signal::STOP).expect("the process runs");
     kill(recorder);
     show.kill();
     assert!(record::read(&earlier).1);

@@ -18,10 +18,10 @@ fn the_summary_covers_the_lateness_and_latency_of_all_servers_and_monitors() {
     let server = await_child(pid, "serve", None);
     // A suspended server is late by the suspension once, and so is the monitor's frame.
     let before = playing.await_status(|status| status.tick >= 60);
-    send(server, Signal::STOP).expect("it is running");
+    send(server, Signal::STOP).expect("the process runs");
     let until_ns = monotonic_ns() + 500_000_000;
     eventually("the server has been stopped for long enough", || (monotonic_ns() >= until_ns).then_some(()));
-    send(server, Signal::CONT).expect("it is stopped");
+    send(server, Signal::CONT).expect("the process is stopped");
     let late = playing.await_status(|status| status.tick > before.tick + 60);
     assert!(late.lateness_max_ns > 400_000_000, "{} ns", late.lateness_max_ns);
     kill(server);
@@ -82,11 +82,11 @@ fn a_folder_of_an_earlier_show_is_refused_and_keeps_its_files() {
     let files = ["config.toml", "summary.json"].map(|name| stage.path("out").join(name));
     let kept = files.each_ref().map(|file| fs::read(file).expect("a file of the show"));
     refused("config.toml");
-    assert_eq!(files.each_ref().map(|file| fs::read(file).expect("it is still there")), kept);
+    assert_eq!(files.each_ref().map(|file| fs::read(file).expect("the file still exists")), kept);
     fs::remove_file(&files[0]).expect("it is there");
     refused("summary.json");
     assert!(!files[0].exists());
-    assert_eq!(fs::read(&files[1]).expect("it is still there"), kept[1]);
+    assert_eq!(fs::read(&files[1]).expect("the file still exists"), kept[1]);
 }
 
 #[test]

@@ -69,7 +69,7 @@ fn a_killed_page_is_restarted_at_its_address_with_its_token() {
 fn a_show_does_not_begin_if_the_address_of_its_page_is_taken() {
     let stage = Stage::new();
     let taken = TcpListener::bind("127.0.0.1:0").expect("a port");
-    let address = taken.local_addr().expect("it is bound");
+    let address = taken.local_addr().expect("the socket is bound");
     let ended = stage.run(&["show", &format!("--view={address}"), "--until", "1"]);
     assert_eq!(ended.code(), Some(1), "{}", ended.stdout);
     let reason = "Address already in use (os error 98)";

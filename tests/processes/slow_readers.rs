@@ -80,7 +80,7 @@ fn only_a_stopped_reader_loses_frames_and_it_counts_them() {
 fn a_reader_that_holds_frames_keeps_them_unchanged_and_counts_its_losses() {
     let stage = Stage::new();
     let server = serve(&stage, RATE_HZ, 2);
-    let mut holder = FrameSubscriber::open(stage.domain(), "holder").expect("a server has made the services");
+    let mut holder = FrameSubscriber::open(stage.domain(), "holder").expect("a server has created the services");
     let mut witness = Reader::join(&stage);
     let mut shots = vec![];
     let mut held = vec![];

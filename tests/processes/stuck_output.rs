@@ -37,7 +37,7 @@ fn json_lines(text: &str) -> Vec<Value> {
 fn a_monitor_on_a_stuck_terminal_reads_every_frame_and_sends_every_alert() {
     let stage = Stage::new();
     let server = stage.serve(&[&TO_CONTACT[..], &["--readers", "1"]].concat());
-    let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has made the services");
+    let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has created the services");
     let terminal = Pty::stuck();
     let monitor = terminal.start(stage.command(&["monitor", "--format", "json"]));
     let frames = server.summary()["frames"].clone();
@@ -63,7 +63,7 @@ fn a_monitor_on_a_stuck_terminal_reads_every_frame_and_sends_every_alert() {
 #[test]
 fn lines_that_a_terminal_does_not_accept_are_counted_and_later_lines_follow() {
     let stage = Stage::new();
-    fs::write(stage.path("short.toml"), "[dragon]\nbenches = 20\n").expect("the folder is ours");
+    fs::write(stage.path("short.toml"), "[dragon]\nbenches = 20\n").expect("the folder is writable");
     let pace = ["--config", "short.toml", "--rate", "100", "--until", "12", "--readers", "1"];
     let server = stage.serve(&pace);
     let terminal = Pty::stuck();
@@ -92,7 +92,7 @@ fn a_guarded_show_on_a_stuck_terminal_walks_to_its_rest_and_ends() {
     assert_eq!(show.end().code(), Some(0));
     let summary = fs::read_to_string(stage.path("out/summary.json")).expect("a summary");
     let summary: Value = serde_json::from_str(&summary).expect("JSON");
-    let held_at_s = summary["guard"]["held_at_s"].as_f64().expect("a rest");
+    let held_at_s = summary["guard"]["held_at_s"].as_f64().expect("a number");
     assert!((held_at_s - 412.454_970).abs() < 1e-5, "{summary}");
     assert_eq!((&summary["contact"], &summary["frames"]["missed_by_monitor"]), (&Value::Null, &0.into()));
     drop(terminal);
@@ -106,7 +106,7 @@ fn a_show_on_a_stuck_terminal_restarts_its_server_and_ends_at_a_signal() {
     let first = await_child(show.pid(), "serve", None);
     await_frame(&stage);
     // By then the live line was drawn more often than a terminal has room for.
-    let status = StatusReader::open(stage.domain(), "test").expect("the server is there");
+    let status = StatusReader::open(stage.domain(), "test").expect("a server runs");
     eventually("tick 50", || status.poll().expect("the bus is readable").filter(|status| status.tick >= 50));
     drop(status);
     kill(first);
@@ -161,11 +161,11 @@ fn a_server_on_a_stuck_terminal_serves_and_ends_also_with_timecode() {
 #[test]
 fn an_answer_to_a_pipe_is_whole_though_the_bar_is_on_a_stuck_terminal() {
     let stage = Stage::new();
-    fs::write(stage.path("long.toml"), LONG_DRAGON).expect("the folder is ours");
+    fs::write(stage.path("long.toml"), LONG_DRAGON).expect("the folder is writable");
     let terminal = Pty::stuck();
     let mut solve = program(&["solve", "turn", "--work", "10000", "--config", "long.toml"]);
     solve.current_dir(stage.path("")).stdin(Stdio::null()).stderr(terminal.slave());
-    let answered = solve.output().expect("the program is there");
+    let answered = solve.output().expect("the program exists");
     drop(terminal);
     assert_eq!(answered.status.code(), Some(0));
     assert!(String::from_utf8_lossy(&answered.stdout).contains("least clearance"));
@@ -191,7 +191,8 @@ fn a_signal_ends_an_echo_with_a_full_pipe() {
 
 /// Whether a process that has not been waited for is a zombie.
 fn has_ended(process: &Process) -> bool {
-    let stat = fs::read_to_string(format!("/proc/{}/stat", process.pid())).expect("it has not been waited for");
+    let stat =
+        fs::read_to_string(format!("/proc/{}/stat", process.pid())).expect("the process has not been waited for");
     stat.rsplit(')').next().is_some_and(|rest| rest.trim_start().starts_with('Z'))
 }
 
@@ -217,8 +218,8 @@ fn an_answer_to_a_full_disk_is_an_error() {
     let answers: [&[&str]; 6] =
         [&["--help"], &["--version"], &["solve", "--help"], &["solve", "pitch"], &long, &["completions", "bash"]];
     for args in answers {
-        let full = fs::File::options().write(true).open("/dev/full").expect("Linux has it");
-        let ended = program(args).stdin(Stdio::null()).stdout(full).output().expect("the program is there");
+        let full = fs::File::options().write(true).open("/dev/full").expect("Linux has this file");
+        let ended = program(args).stdin(Stdio::null()).stdout(full).output().expect("the program exists");
         let told = String::from_utf8_lossy(&ended.stderr).into_owned();
         let expected = "error: cannot write to stdout: No space left on device (os error 28)\n";
         assert_eq!((ended.status.code(), told.as_str()), (Some(1), expected), "{args:?}");
@@ -231,7 +232,7 @@ fn a_closed_pipe_ends_an_answer_without_an_error() {
         "{} solve poses --from 0 --to 300 --step 1 --format csv | head -n 1",
         env!("CARGO_BIN_EXE_bench-dragon")
     );
-    let output = Command::new("bash").args(["-o", "pipefail", "-c", &line]).output().expect("bash is there");
+    let output = Command::new("bash").args(["-o", "pipefail", "-c", &line]).output().expect("bash is installed");
     assert_eq!((output.status.code(), String::from_utf8_lossy(&output.stderr).as_ref()), (Some(0), ""));
     assert_eq!(output.stdout, b"time_s,handle,x_m,y_m,speed_mps\n");
 }

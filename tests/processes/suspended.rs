@@ -52,7 +52,7 @@ fn after_short_suspensions_every_frame_shows_where_the_dragon_should_be() {
     let mut reader = Reader::join(&stage);
     let mut shots = vec![reader.next()];
     for _ in 0..5 {
-        let tick = shots.last().expect("one at least").header.tick + 10;
+        let tick = shots.last().expect("at least one frame").header.tick + 10;
         shots.extend(reader.read_to_tick(tick));
         suspend(&server.process, SUSPENDED_NS);
     }
@@ -79,7 +79,7 @@ fn after_a_long_suspension_the_server_catches_up_at_a_tenth_more() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", &RATE_HZ.to_string(), "--readers", "1"]);
     let run_id = server.run_id;
-    let statuses = StatusReader::open(stage.domain(), "test").expect("a server has made the services");
+    let statuses = StatusReader::open(stage.domain(), "test").expect("a server has created the services");
     let mut reader = Reader::join(&stage);
     let mut shots = reader.read_to_tick(20);
     suspend(&server.process, SUSPENDED_NS);

@@ -36,8 +36,8 @@ impl Traced {
             skip(&format!("ptrace: {error}"));
             return None;
         }
-        ptrace::interrupt(pid).expect("it was seized");
-        waitpid(pid, Some(WaitPidFlag::__WALL)).expect("it is our child");
+        ptrace::interrupt(pid).expect("the process is traced");
+        waitpid(pid, Some(WaitPidFlag::__WALL)).expect("the process is a child of the test");
         let traced = Self { pid, _watchdog: watch(process) };
         while traced.next() != SYS_clock_nanosleep {}
         Some(traced)
@@ -56,8 +56,8 @@ impl Traced {
 
     /// Runs to the next entry into a system call or return from one.
     fn run(&self) {
-        ptrace::syscall(self.pid, None).expect("it is stopped");
-        let status = waitpid(self.pid, Some(WaitPidFlag::__WALL)).expect("it is our child");
+        ptrace::syscall(self.pid, None).expect("the process is stopped");
+        let status = waitpid(self.pid, Some(WaitPidFlag::__WALL)).expect("the process is a child of the test");
         assert!(
             matches!(status, WaitStatus::PtraceSyscall(_)),
             "waited at most {DEADLINE:?} for a system call: {status:?}"
@@ -66,21 +66,21 @@ impl Traced {
 
     fn is_entering(&self) -> bool {
         const PTRACE_SYSCALL_INFO_ENTRY: u8 = 1;
-        ptrace::syscall_info(self.pid).expect("it is stopped").op == PTRACE_SYSCALL_INFO_ENTRY
+        ptrace::syscall_info(self.pid).expect("the process is stopped").op == PTRACE_SYSCALL_INFO_ENTRY
     }
 
     #[cfg(target_arch = "x86_64")]
     fn number(&self) -> c_long {
-        ptrace::getregs(self.pid).expect("it is stopped").orig_rax.cast_signed()
+        ptrace::getregs(self.pid).expect("the process is stopped").orig_rax.cast_signed()
     }
 
     #[cfg(target_arch = "aarch64")]
     fn number(&self) -> c_long {
-        ptrace::getregs(self.pid).expect("it is stopped").regs[8].cast_signed()
+        ptrace::getregs(self.pid).expect("the process is stopped").regs[8].cast_signed()
     }
 
     fn let_go(self) {
-        ptrace::detach(self.pid, None).expect("it is stopped");
+        ptrace::detach(self.pid, None).expect("the process is stopped");
     }
 }
 
@@ -106,7 +106,7 @@ fn a_tick_that_follows_timecode_takes_the_same_single_call() {
 
 fn assert_only_sleeps(stage: &Stage, server: Server) {
     // The reader only polls, so the server wakes no reader.
-    let mut reader = FrameSubscriber::open(stage.domain(), "test").expect("a server has made the services");
+    let mut reader = FrameSubscriber::open(stage.domain(), "test").expect("a server has created the services");
     let mut newest = None;
     let mut last_tick = || {
         let read = reader.latest().expect("the bus is readable").map(|frame| frame.header().tick);
@@ -132,7 +132,7 @@ fn assert_only_sleeps(stage: &Stage, server: Server) {
 fn each_woken_reader_takes_one_more_call() {
     let stage = Stage::new();
     let server = stage.serve(&["--readers", "1"]);
-    let mut reader = FrameSubscriber::open(stage.domain(), "test").expect("a server has made the services");
+    let mut reader = FrameSubscriber::open(stage.domain(), "test").expect("a server has created the services");
     eventually("the first frame", || reader.receive().expect("the bus is readable").map(drop));
     let Some(traced) = Traced::at_sleep(&server.process) else {
         server.stop();

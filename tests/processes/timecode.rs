@@ -41,7 +41,7 @@ impl Desk {
 
     /// Sends an order, and waits until it is executed.
     pub(crate) fn order(&mut self, order: &str) -> Clock {
-        writeln!(self.orders, "{order}").expect("the desk listens");
+        writeln!(self.orders, "{order}").expect("the source reads its orders");
         let answer = self.process.json();
         Clock {
             position_s: answer["position_s"].as_f64().expect("a number"),
@@ -217,7 +217,7 @@ fn a_seek_is_refused_while_the_show_follows_timecode() {
     let clock = desk.order("play 10");
     read_following(&mut reader, clock, 0.0);
     let refused = stage.run(&["ctl", "seek", "5"]);
-    let told = "refused: the show follows timecode: seek on what sends it\n";
+    let told = "refused: the show follows timecode: seek on the device that sends it\n";
     assert_eq!((refused.code(), refused.stderr.as_str()), (Some(1), told));
     server.process.terminate().expect_clean();
 }

@@ -121,7 +121,7 @@ impl<'a> Tmux<'a> {
         let shell = self.tell(&["display-message", "-p", "#{pane_pid}"]);
         let children = format!("/proc/{0}/task/{0}/children", shell.trim());
         let children = fs::read_to_string(children).expect("the shell runs");
-        children.split_whitespace().next_back().and_then(|pid| pid.parse().ok()).expect("it has a child")
+        children.split_whitespace().next_back().and_then(|pid| pid.parse().ok()).expect("the shell has a child")
     }
 
     /// Changes the size of the terminal.
@@ -133,7 +133,7 @@ impl<'a> Tmux<'a> {
     pub(crate) fn stall(&self) -> Stalled {
         let tmux = self.tell(&["display-message", "-p", "#{pid}"]);
         let tmux = tmux.trim().parse().ok().and_then(Pid::from_raw).expect("a process id");
-        kill_process(tmux, Signal::STOP).expect("it runs");
+        kill_process(tmux, Signal::STOP).expect("the process runs");
         Stalled { tmux }
     }
 

@@ -219,7 +219,7 @@ fn the_types_of_the_pages_modules_are_correct() {
 fn paused_shot(stage: &Stage) -> Shot {
     let mut reader = Reader::join(stage);
     let mut shots = reader.read_until("the show is paused", |header| header.show_state() == Some(ShowState::Paused));
-    shots.pop().expect("one at least")
+    shots.pop().expect("at least one frame")
 }
 
 /// Returns the nearest pair of a frame of the paper's dragon.
@@ -238,7 +238,8 @@ fn assert_is_drawn(picture: &Value, pixels: &Path, shot: &Shot) {
     let (width, height) = (number("width"), number("height"));
     assert_eq!(bytes.len(), width * height * 4);
     let at = |x: usize, y: usize| json!(bytes[(y * width + x) * 4..][..3]);
-    let camera: Vec<f64> = picture["camera"].as_array().expect("three").iter().filter_map(Value::as_f64).collect();
+    let camera: Vec<f64> =
+        picture["camera"].as_array().expect("three values").iter().filter_map(Value::as_f64).collect();
     let [x_m, y_m, scale] = camera[..] else { panic!("{picture}") };
     let colour_of = |bench: usize, share: f64| {
         let [front, rear] = [bench, bench + 1].map(|handle| DVec2::from_slice(&shot.handles[handle].position_m));

@@ -57,7 +57,7 @@ impl WallClock {
         date.arg("+%s");
         let seen = Process::start(self.give(date)).end().expect_clean().stdout;
         let seen: i64 = seen.trim().parse().expect("seconds");
-        let now = SystemTime::now().duration_since(UNIX_EPOCH).expect("it is after 1970").as_secs() as i64;
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).expect("the clock is after 1970").as_secs() as i64;
         (seen - now + HOUR_S / 2).div_euclid(HOUR_S) * HOUR_S
     }
 }

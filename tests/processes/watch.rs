@@ -46,7 +46,7 @@ fn nearest_of(shot: &Shot) -> [String; 2] {
     let mut boards = Vec::new();
     let seen = |handle: &bench_dragon_ipc::HandleState| DVec2::new(handle.position_m[0], handle.position_m[1]);
     config.dragon().place_boards_at(&shot.handles, seen, &mut boards);
-    let nearest = ClearanceSearch::default().nearest(&boards).expect("three boards and more");
+    let nearest = ClearanceSearch::default().nearest(&boards).expect("the dragon has at least three boards");
     let [one, another] = nearest.benches;
     [format!("clearance {:.3} mm", nearest.clearance_m * 1e3), format!("benches {one} and {another}")]
 }
@@ -211,7 +211,7 @@ fn a_lost_server_is_shown_clearly_and_the_next_one_is_live() {
     let server = stage.serve(&["--rate", "100"]);
     terminal.until("the next run", |text| text.contains("RUNNING") && !text.contains("LOST"));
     let watch = Pid::from_raw(terminal.running_pid() as i32).expect("a process id");
-    kill_process(watch, Signal::TERM).expect("it runs");
+    kill_process(watch, Signal::TERM).expect("the process runs");
     assert_given_back(&terminal, 0);
     drop(terminal);
     server.stop();
@@ -319,7 +319,7 @@ fn a_signal_ends_a_watch_when_its_stalled_terminal_continues() {
     let server = stage.serve(&["--rate", "100", "--time-scale", "5"]);
     let terminal = Tmux::open(&stage, "tmux-256color");
     let (watch, stalled) = stall(&stage, &terminal);
-    kill_process(watch, Signal::TERM).expect("it runs");
+    kill_process(watch, Signal::TERM).expect("the process runs");
     drop(stalled);
     assert_given_back(&terminal, 0);
     drop(terminal);
@@ -335,7 +335,7 @@ fn one_signal_ends_a_watch_on_a_stalled_terminal() {
     let server = stage.serve(&["--rate", "100", "--time-scale", "5"]);
     let terminal = Tmux::open(&stage, "tmux-256color");
     let (watch, stalled) = stall(&stage, &terminal);
-    kill_process(watch, Signal::TERM).expect("it runs");
+    kill_process(watch, Signal::TERM).expect("the process runs");
     eventually("the watch has ended", || test_kill_process(watch).is_err().then_some(()));
     drop(stalled);
     let told = terminal.shell("clear; stty -a", "icanon");

@@ -40,7 +40,7 @@ fn record_until_it_fails(folder: &Path) -> (RecordError, u64) {
 /// Runs an ignored test below in a process that a launcher prepares.
 fn run(launcher: &str, launcher_arguments: &[&str], test: &str, folder: &Path) {
     let mut command = Command::new(launcher);
-    command.args(launcher_arguments).arg("sh").arg(env::current_exe().expect("this program"));
+    command.args(launcher_arguments).arg("sh").arg(env::current_exe().expect("the path of this program"));
     command.args(arguments(test)).env(FOLDER, folder);
     let ended = Process::start(command).end();
     assert!(ended.status.success(), "{test}: {}{}", ended.stdout, ended.stderr);
@@ -57,7 +57,7 @@ fn process_on_a_small_disk() {
     let path = folder.join("show.mcap");
     let (error, frames) = record_until_it_fails(&folder);
     let text = error.to_string();
-    assert!(text.contains("the disk is full") && text.contains(path.to_str().expect("a path of text")), "{text}");
+    assert!(text.contains("the disk is full") && text.contains(path.to_str().expect("the path is UTF-8")), "{text}");
     assert!(matches!(error, RecordError::DiskFull { kept: Kept::Finished, .. }), "{error:?}");
     let (recorded, was_cut) = dance::read(&path);
     assert!(!was_cut && dance::summary(&path).is_some(), "a finished file");
@@ -83,7 +83,10 @@ fn process_that_repairs_on_a_full_disk() {
         let error = repair(&path).expect_err("a full disk");
         assert!(matches!(error, RepairError::DiskFull { .. }), "{error:?}");
         let text = error.to_string();
-        assert!(text.contains("the disk is full") && text.contains(path.to_str().expect("a path of text")), "{text}");
+        assert!(
+            text.contains("the disk is full") && text.contains(path.to_str().expect("the path is UTF-8")),
+            "{text}"
+        );
         assert!(fs::read(&path).expect("the recording") == unfinished, "it is as it was");
     }
     // An open file keeps its space.
@@ -124,7 +127,7 @@ fn process_with_a_small_file() {
     let path = folder.join("show.mcap");
     let (error, frames) = record_until_it_fails(&folder);
     assert!(matches!(error, RecordError::Write { kept: Kept::Unfinished, .. }), "{error:?}");
-    assert!(error.to_string().contains(path.to_str().expect("a path of text")), "{error}");
+    assert!(error.to_string().contains(path.to_str().expect("the path is UTF-8")), "{error}");
     dance::assert_same(&dance::read(&path).0, &dance::frames(frames, BENCHES));
 }
 

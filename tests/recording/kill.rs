@@ -37,14 +37,14 @@ fn recording_process() {
         recorder.frame(&header, &handles).expect("a frame");
     }
     eventually("every frame is written", || (recorder.progress().frames == FRAMES).then_some(()));
-    writeln!(io::stderr(), "{FLUSHED}").expect("a listening test");
+    writeln!(io::stderr(), "{FLUSHED}").expect("stderr is open");
     loop {
         std::thread::park();
     }
 }
 
 fn start_recording(folder: &OsStr) -> Process {
-    let mut command = Command::new(env::current_exe().expect("this program"));
+    let mut command = Command::new(env::current_exe().expect("the path of this program"));
     command.args(arguments("kill::recording_process")).env(FOLDER, folder);
     Process::start(command)
 }
@@ -90,12 +90,12 @@ fn a_repair_that_is_killed_at_some_byte_loses_nothing_and_is_repeated() {
         let at = data_end + (finished.len() as u64 - data_end) * kill / (KILLS - 1);
         let status = Command::new("prlimit")
             .args([format!("--fsize={at}"), "--core=0".to_owned()])
-            .arg(env::current_exe().expect("this program"))
+            .arg(env::current_exe().expect("the path of this program"))
             .args(arguments("kill::repairing_process"))
             .env(FOLDER, folder.path())
             .stdout(Stdio::null())
             .status()
-            .expect("prlimit is there, of util-linux");
+            .expect("prlimit is installed with util-linux");
         if at < finished.len() as u64 {
             assert!(status.signal().is_some(), "byte {at}: {status}");
             let length = fs::metadata(&path).expect("the recording").len();

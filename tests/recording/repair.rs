@@ -242,7 +242,7 @@ fn all_unfinished_recordings_of_a_folder_are_repaired() {
 fn a_recording_that_another_process_has_open_is_left_alone() {
     let (folder, path) = ORIGINAL.cut_at(ORIGINAL.bytes.len() / 2);
     let being_copied = fs::File::options().append(true).open(&path).expect("the recording");
-    let mut copier = Command::new("cat").stdin(Stdio::piped()).stdout(being_copied).spawn().expect("cat is there");
+    let mut copier = Command::new("cat").stdin(Stdio::piped()).stdout(being_copied).spawn().expect("cat is installed");
     assert!(repair_folder(folder.path()).expect("a folder").is_empty());
     drop(copier.stdin.take());
     eventually("the copier ends", || copier.try_wait().expect("a child can be waited for"));

@@ -36,8 +36,8 @@ impl Player {
             .spawn()
             .expect("the program is there: cargo has built it for this test");
         let heard = Arc::new(Heard::default());
-        let stdout = child.stdout.take().expect("it is piped");
-        let stderr = child.stderr.take().expect("it is piped");
+        let stdout = child.stdout.take().expect("the stream is piped");
+        let stderr = child.stderr.take().expect("the stream is piped");
         let (of_lines, of_complaints) = (Arc::clone(&heard), Arc::clone(&heard));
         let listeners = vec![
             listen(stdout, move |line| of_lines.take(role, line)),
@@ -73,7 +73,7 @@ impl Player {
         if let Some(status) = self.ended() {
             return Err((self, status));
         }
-        self.child.kill().expect("it has not been waited for");
+        self.child.kill().expect("the process has not been waited for");
         self.child.wait().expect("a child can be waited for");
         self.listen_to_end();
         Ok(self.complaints())

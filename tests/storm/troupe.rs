@@ -105,7 +105,7 @@ impl<'a> Troupe<'a> {
         for mut player in self.players.drain(..) {
             let pid = Pid::from_raw(player.pid().cast_signed()).expect("a process id is not 0");
             if player.ended().is_none() {
-                kill_process(pid, Signal::TERM).expect("it has not been waited for");
+                kill_process(pid, Signal::TERM).expect("the process has not been waited for");
             }
             let begun = Instant::now();
             let status = loop {
@@ -130,7 +130,7 @@ impl<'a> Troupe<'a> {
         let folder = self.stage.path("");
         for entry in fs::read_dir(&folder).expect("the stage has a folder").flatten() {
             let path = entry.path();
-            if entry.metadata().expect("nobody else is here").len() == 0 {
+            if entry.metadata().expect("no other process changes the folder").len() == 0 {
                 // The recorder was killed before the first byte.
                 continue;
             }
@@ -149,7 +149,7 @@ impl<'a> Troupe<'a> {
     }
 
     fn player(&self, role: Role) -> &Player {
-        self.players.iter().find(|player| player.role == role).expect("everyone is there when a round ends")
+        self.players.iter().find(|player| player.role == role).expect("each role has a process at the end of a round")
     }
 
     fn start(&mut self, role: Role) {

@@ -51,7 +51,7 @@ impl Bridge {
         self.process
             .json_until(&format!("a line of type {kind}"), |line| line["type"] == kind)
             .pop()
-            .expect("it ends with the one that is wanted")
+            .expect("the wanted line comes last")
     }
 
     /// Ends the bridge. Returns its summary.

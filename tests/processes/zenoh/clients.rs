@@ -59,7 +59,7 @@ fn monitors_on_both_sides_report_the_same_contact_and_the_far_bus_gets_both_aler
     let sender = Bridge::sending(&near, &[]);
     let mut receiver = Bridge::receiving(&far, &sender);
     let run_id = receiver.until("receiving")["run_id"].clone();
-    let alerts = AlertSubscriber::open(far.domain(), "test").expect("the bridge has made the services");
+    let alerts = AlertSubscriber::open(far.domain(), "test").expect("the bridge has created the services");
     let mut reader = Reader::join(&far);
     let mut monitors = [&near, &far].map(|stage| stage.start(&["monitor", "--format", "json", "--progress", "0.05"]));
     for monitor in &mut monitors {
@@ -83,7 +83,9 @@ fn monitors_on_both_sides_report_the_same_contact_and_the_far_bus_gets_both_aler
         assert_eq!(there["time_s"], alert.sim_time_ns as f64 * 1e-9);
     }
     let at_contact = reader.read_to_tick(there["tick"].as_u64().expect("a tick"));
-    assert!(at_contact.last().expect("one at least").header.sim_time_s() >= there["time_s"].as_f64().expect("a time"));
+    assert!(
+        at_contact.last().expect("at least one frame").header.sim_time_s() >= there["time_s"].as_f64().expect("a time")
+    );
     for monitor in monitors {
         monitor.terminate().expect_clean();
     }

@@ -25,7 +25,7 @@ fn a_bridge_takes_no_commands_without_the_flag() {
     for order in [&["pause"][..], &["seek", "100"], &["stop"]] {
         let reply = ctl(&far, order);
         assert_eq!(reply["accepted"], false, "{reply}");
-        let reason = "the server is on another host, whose bridge takes no commands without --allow-commands";
+        let reason = "the server is on another host: start its bridge with --allow-commands to send commands";
         assert_eq!(reply["reason"], reason, "{reply}");
     }
     let shot = Reader::join(&near).next();
@@ -58,7 +58,7 @@ fn a_bridge_with_the_flag_passes_commands_and_the_servers_replies() {
     let paused = ctl(&far, &["pause"]);
     assert_eq!((&paused["accepted"], &paused["run_id"]), (&Value::Bool(true), &run_id), "{paused}");
     let shots = reader.read_until("the show is paused", |header| header.show_state() == Some(ShowState::Paused));
-    let tick = shots.last().expect("one at least").header.tick;
+    let tick = shots.last().expect("at least one frame").header.tick;
     assert_eq!(paused["tick"], tick, "the tick from which it holds, as it is counted here");
 
     let odd = ctl(&far, &["seek", "1e9"]);
@@ -67,7 +67,7 @@ fn a_bridge_with_the_flag_passes_commands_and_the_servers_replies() {
     let sought = ctl(&far, &["seek", "100"]);
     assert_eq!(sought["accepted"], true, "{sought}");
     let shots = reader.read_to_tick(sought["tick"].as_u64().expect("a tick"));
-    assert_eq!(shots.last().expect("one at least").header.sim_time_s(), 100.0);
+    assert_eq!(shots.last().expect("at least one frame").header.sim_time_s(), 100.0);
 
     assert_eq!(ctl(&far, &["stop"])["accepted"], true);
     server.summary();
@@ -113,10 +113,12 @@ fn a_bridge_that_ends_passes_no_more_waiting_commands() {
     let command = Request::Pause.to_wire();
     server.process.signal(Signal::STOP);
     let replies: Vec<_> = (0..ASKED)
-        .map(|_| session.get(format!("{KEY}/commands")).payload(command.as_bytes()).wait().expect("it is open"))
+        .map(|_| {
+            session.get(format!("{KEY}/commands")).payload(command.as_bytes()).wait().expect("the session is open")
+        })
         .collect();
     // This query is answered, although the server answers none of the commands before it.
-    let described = session.get(format!("{KEY}/description")).wait().expect("it is open");
+    let described = session.get(format!("{KEY}/description")).wait().expect("the session is open");
     let described = described.recv_timeout(DEADLINE).expect("the session is open");
     assert!(described.is_some_and(|reply| reply.result().is_ok()));
     let sent = sender.stop();
@@ -124,7 +126,7 @@ fn a_bridge_that_ends_passes_no_more_waiting_commands() {
     assert!((1..ASKED).contains(&commands), "{sent}");
     assert_eq!(commands + refused, ASKED, "{sent}");
     drop(replies);
-    session.close().wait().expect("it is open");
+    session.close().wait().expect("the session is open");
     server.process.signal(Signal::CONT);
     server.stop();
 }

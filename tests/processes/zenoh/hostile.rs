@@ -23,7 +23,7 @@ pub(super) fn connected(endpoint: &str) -> Session {
         "listen": { "endpoints": [] },
         "scouting": { "multicast": { "enabled": false } },
     });
-    zenoh::open(Config::from_json5(&config.to_string()).expect("a configuration")).wait().expect("it listens")
+    zenoh::open(Config::from_json5(&config.to_string()).expect("a configuration")).wait().expect("the peer listens")
 }
 
 #[test]
@@ -42,7 +42,7 @@ fn malformed_and_foreign_messages_are_counted_and_dropped() {
             .put(format!("{KEY}/{key}"), payload)
             .congestion_control(CongestionControl::Block)
             .wait()
-            .expect("it is open");
+            .expect("the session is open");
     };
     let handles = [HandleState::default(); 3];
     let sound = FrameHeader { run_id: remote_run_id, tick: u64::MAX - 9, bench_count: 2, ..FrameHeader::default() };
@@ -60,8 +60,8 @@ fn malformed_and_foreign_messages_are_counted_and_dropped() {
     // A valid frame with a tick that the run reaches in half a billion years.
     let ahead = FrameHeader { bench_count: 223, ..sound };
     put("frames", frame_bytes(&ahead, &[HandleState::default(); 224]));
-    session.get(format!("{KEY}/commands")).wait().expect("it is open");
-    session.close().wait().expect("it is open");
+    session.get(format!("{KEY}/commands")).wait().expect("the session is open");
+    session.close().wait().expect("the session is open");
 
     shots.extend(reader.read_to_tick(shots[0].header.tick + 100));
     assert_accounted_for(&shots, reader.lost());
@@ -83,7 +83,7 @@ fn describe(session: &Session, run_id: u64, benches: u32) {
         .attachment(attached)
         .congestion_control(CongestionControl::Block)
         .wait()
-        .expect("it is open");
+        .expect("the session is open");
 }
 
 /// Returns a frame with this many benches.
@@ -104,13 +104,13 @@ fn a_frame_that_contradicts_the_description_of_its_run_is_dropped() {
     describe(&session, 5, 223);
     assert_eq!(receiver.until("found")["remote_run_id"], 5);
     let put = |frame| session.put(format!("{KEY}/frames"), frame).congestion_control(CongestionControl::Block).wait();
-    put(frame_of(5, 100_000)).expect("it is open");
+    put(frame_of(5, 100_000)).expect("the session is open");
     // This frame matches the description. When it is received, the frame before it has been handled.
-    put(frame_of(5, 223)).expect("it is open");
+    put(frame_of(5, 223)).expect("the session is open");
     assert_eq!(receiver.until("receiving")["remote_run_id"], 5);
     let before = reader.read_until("a frame of the next run", |header| run_id != header.run_id);
     assert!(before.iter().all(|shot| shot.header.bench_count == 223));
-    session.close().wait().expect("it is open");
+    session.close().wait().expect("the session is open");
     server.stop();
     let received = receiver.stop();
     assert_eq!((&received["malformed"], &received["runs"]), (&json!(1), &json!(2)), "{received}");
@@ -138,13 +138,13 @@ fn a_run_too_large_for_the_bus_is_refused_and_the_show_continues() {
     receiver.until("found");
     let put =
         || session.put(format!("{KEY}/frames"), frame_of(5, 100_000)).congestion_control(CongestionControl::Block);
-    put().wait().expect("it is open");
+    put().wait().expect("the session is open");
     let refused = receiver.until("refused");
     assert_eq!(refused["remote_run_id"], 5);
     let reason = refused["reason"].as_str().expect("a text");
     assert!(reason.starts_with("/dev/shm has less than the "), "{reason}");
-    put().wait().expect("it is open");
-    session.close().wait().expect("it is open");
+    put().wait().expect("the session is open");
+    session.close().wait().expect("the session is open");
     let mut reader = Reader::join(&near);
     let begun = reader.next().header.tick;
     reader.read_to_tick(begun + 50);
@@ -165,7 +165,7 @@ fn a_flood_of_descriptions_is_limited_to_a_few_per_second() {
     let session = connected(&receiver.endpoint);
     (1..=4_000).for_each(|run_id| describe(&session, run_id, 5));
     receiver.until("found");
-    session.close().wait().expect("it is open");
+    session.close().wait().expect("the session is open");
     let lines = receiver.process.terminate().expect_clean().json_lines();
     let found = lines.iter().filter(|line| line["type"] == "found");
     let runs: HashSet<u64> = found.filter_map(|line| line["remote_run_id"].as_u64()).collect();

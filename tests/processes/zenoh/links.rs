@@ -41,7 +41,7 @@ fn reserved_endpoint() -> (OwnedFd, String) {
     set_socket_reuseaddr(&socket, true).expect("an option");
     bind(&socket, &SocketAddr::from((Ipv4Addr::LOCALHOST, 0))).expect("a port");
     let address = getsockname(&socket).expect("a bound socket has an address");
-    let address = SocketAddr::try_from(address).expect("an address of the internet");
+    let address = SocketAddr::try_from(address).expect("the address is an IPv4 address");
     (socket, format!("tcp/{address}"))
 }
 

@@ -82,8 +82,9 @@ fn a_late_bridge_gets_the_description_and_the_next_run_is_a_run_of_its_own() {
     let sender = Bridge::sending(&near, &[]);
     let mut receiver = Bridge::receiving(&far, &sender);
     let first = receiver.until("receiving");
-    let descriptions = DescriptionReader::open(far.domain(), "test").expect("the bridge has made the services");
-    let near_descriptions = DescriptionReader::open(near.domain(), "test").expect("the server has made the services");
+    let descriptions = DescriptionReader::open(far.domain(), "test").expect("the bridge has created the services");
+    let near_descriptions =
+        DescriptionReader::open(near.domain(), "test").expect("the server has created the services");
     let there = || eventually("the description is there", || near_descriptions.poll().expect("the bus is readable"));
     let here = || eventually("the description is on the far bus", || descriptions.poll().expect("the bus is readable"));
     let (description, original) = (here(), there());
@@ -98,7 +99,7 @@ fn a_late_bridge_gets_the_description_and_the_next_run_is_a_run_of_its_own() {
     let second = receiver.until("receiving");
     assert_eq!(second["remote_run_id"], server.run_id);
     let shots = reader.read_until("a frame of the second run", |header| second["run_id"] == header.run_id);
-    assert_eq!(shots.last().expect("one at least").header.tick, 0, "its ticks are counted afresh");
+    assert_eq!(shots.last().expect("at least one frame").header.tick, 0, "its ticks are counted afresh");
     let (description, original) = (here(), there());
     assert_eq!(second["run_id"], description.run_id);
     assert_eq!(description.toml, original.toml);
@@ -150,7 +151,7 @@ fn a_recording_played_faster_passes_completely() {
     let mut receiver = Bridge::receiving(&far, &sender);
     let _third = Reader::join(&near);
     receiver.until("receiving");
-    let statuses = StatusReader::open(far.domain(), "test").expect("the bridge has made the services");
+    let statuses = StatusReader::open(far.domain(), "test").expect("the bridge has created the services");
     // A late subscriber gets the status, but could miss the last frame.
     let last = eventually("the status of the last frame", || {
         statuses.poll().expect("the bus is readable").filter(|status| status.sim_time_ns == FRAMES as i64 - 1)

@@ -76,7 +76,7 @@ impl Process {
     pub fn next_line(&mut self) -> Option<String> {
         let mut line = Vec::new();
         self.read("the next line of stdout", |stdout| stdout.read_until(b'\n', &mut line));
-        let line = String::from_utf8(line).expect("a pipe of text");
+        let line = String::from_utf8(line).expect("the output is UTF-8");
         (!line.is_empty()).then(|| line.trim_end_matches('\n').to_owned())
     }
 
@@ -239,15 +239,15 @@ impl Ended {
 
 /// Makes reads of an empty pipe fail, so that a wait can have a deadline. The process's end of the pipe stays unchanged.
 fn without_blocking(stdout: ChildStdout) -> BufReader<ChildStdout> {
-    let flags = fcntl_getfl(&stdout).expect("it is open");
-    fcntl_setfl(&stdout, flags | OFlags::NONBLOCK).expect("it is open");
+    let flags = fcntl_getfl(&stdout).expect("the descriptor is open");
+    fcntl_setfl(&stdout, flags | OFlags::NONBLOCK).expect("the descriptor is open");
     BufReader::new(stdout)
 }
 
 /// Reads stderr line by line up to its end.
 fn listen(source: ChildStderr, log: &Mutex<String>, sender: &Sender<String>) {
     for line in BufReader::new(source).lines() {
-        let line = line.expect("a pipe of text");
+        let line = line.expect("the output is UTF-8");
         log.lock().unwrap_or_else(PoisonError::into_inner).extend([line.as_str(), "\n"]);
         // The send fails if the test is over.
         let _ = sender.send(line);
