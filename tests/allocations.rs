@@ -81,7 +81,7 @@ fn a_reader_allocates_once_a_second_for_its_report_and_for_nothing_else() {
     // A report at the start of the time, and one after each second.
     let reports = 1..=longest.as_secs() + 1;
     assert!(reports.contains(&allocations.count_total), "{allocations:?} in {longest:?} of frames");
-    assert_eq!(allocations.count_current, 0, "it keeps nothing: {allocations:?}");
+    assert_eq!(allocations.count_current, 0, "the reader keeps memory: {allocations:?}");
 }
 
 /// Reads frames up to the end of the show. Returns the allocations after the second frame, and the time that this took.
@@ -132,7 +132,7 @@ fn run_after_timecode(ticks: u64) -> (AllocationInfo, u64) {
         let _begun = begun;
         measure(&domain, server)
     });
-    assert!(receiver.counts().taken > 0, "it was followed");
+    assert!(receiver.counts().taken > 0, "the show followed the timecode");
     measured
 }
 

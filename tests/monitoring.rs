@@ -131,7 +131,7 @@ fn the_travel_across_a_seek_is_not_swept() {
     assert_eq!(header.sim_time_s(), 430.0);
     let contacts = rehearsal.told(AlertKind::Contact);
     assert!(!contacts.is_empty(), "benches overlap at 430 s");
-    assert!(contacts.iter().all(|(time_s, _)| *time_s == 430.0), "only what is measured there: {contacts:?}");
+    assert!(contacts.iter().all(|(time_s, _)| *time_s == 430.0), "contacts are measured at 430 s only: {contacts:?}");
 }
 
 #[test]

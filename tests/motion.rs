@@ -185,7 +185,7 @@ fn a_guarded_head_starts_held_and_walks_exactly_as_far_as_it_was_granted() {
     assert_eq!((head.state, head.travel_m, head.sim_time_ns), (ShowState::Held, 0.012_345_6, 12_345_600));
     let mut motion = after(motion, 50);
     grant(&mut motion, 0.01, 1.0).expect("the grant covers the head");
-    assert_eq!(after(motion, 1).head().sim_time_ns, 13_345_600, "a whole step from where it stood");
+    assert_eq!(after(motion, 1).head().sim_time_ns, 13_345_600, "one step from the place of rest");
 }
 
 #[test]
@@ -444,7 +444,7 @@ fn a_show_that_stands_falls_no_further_behind_and_a_seek_puts_it_on_time() {
     assert_eq!((stood.head().sim_time_ns, stood.catch_up().behind_ns(1000)), (10_000_000, 5_000_000));
     let mut motion = stood;
     motion.request(Request::Release).expect("the release is accepted");
-    assert_eq!(after(motion, 1).head().sim_time_ns, 11_100_000, "what it was behind by is made up");
+    assert_eq!(after(motion, 1).head().sim_time_ns, 11_100_000, "the show catches up");
     motion.request(Request::Seek { sim_time_s: 3.0 }).expect("3 s is inside the run");
     assert_eq!((after(motion, 2).head().sim_time_ns, motion.catch_up().behind_ns(1000)), (3_001_000_000, 0));
 }
@@ -454,11 +454,11 @@ fn commands_apply_from_their_release_whatever_was_missed_before() {
     let mut motion = after(start(plan()), 10);
     motion.miss(5);
     motion.request(Request::Pause).expect("pause is always accepted");
-    assert_eq!(after(motion, 1).head().sim_time_ns, 15_000_000, "it walked through the releases missed");
+    assert_eq!(after(motion, 1).head().sim_time_ns, 15_000_000, "the head walked during the missed releases");
     motion.advance();
     motion.miss(5);
     motion.request(Request::Resume).expect("the resume is accepted");
-    assert_eq!(after(motion, 1).head().sim_time_ns, 16_000_000, "it stood through the releases missed");
+    assert_eq!(after(motion, 1).head().sim_time_ns, 16_000_000, "the head stood during the missed releases");
 }
 
 #[test]

@@ -111,7 +111,7 @@ fn a_show_stands_until_the_first_timecode_and_seeks_to_it() {
     assert_eq!(seeks(&[&before[479..], &moments[..]].concat()).len(), 1);
     assert!(
         moments[..FRAME_TICKS as usize].iter().all(|moment| moment.head.sim_time_ns == 0),
-        "one alone is not believed"
+        "one packet alone is not followed"
     );
     assert_near(&moments[FRAME_TICKS as usize..], FRAME_S / 4.0);
     assert!(matches!(rehearsal.events[..], [FollowerEvent::Follows { .. }]), "{:?}", rehearsal.events);
@@ -187,10 +187,14 @@ fn a_standing_timecode_stops_the_show_also_if_it_is_lost_then() {
     rehearsal.play(2_000, |elapsed_s| Some(20.0 + elapsed_s));
     let standing = rehearsal.play(1_000, |_| Some(21.96));
     let rest = standing[200].head;
-    assert_eq!((rest.state, rest.sim_time_ns), (ShowState::Paused, 21_960_000_000), "at just that position");
+    assert_eq!(
+        (rest.state, rest.sim_time_ns),
+        (ShowState::Paused, 21_960_000_000),
+        "the head rests at the position of the timecode"
+    );
     assert!(standing[200..].iter().all(|moment| moment.head == rest));
     let lost = rehearsal.play(3_000, |_| None);
-    assert!(lost.iter().all(|moment| moment.head == rest), "whoever stopped the desk has not started the dragon");
+    assert!(lost.iter().all(|moment| moment.head == rest), "a lost timecode does not start a stopped show");
     let moments = rehearsal.play(20_000, |elapsed_s| Some(21.96 + elapsed_s));
     assert_eq!(seeks(&moments).len(), 0);
     assert_near(&moments[15_000..], FRAME_S / 4.0);
@@ -205,7 +209,7 @@ fn before_the_runs_start_the_show_stands_there_and_after_its_end_it_is_finished(
     let moments = rehearsal.play(3_000, |elapsed_s| Some(460.0 + elapsed_s));
     assert_eq!(moments[2_999].head.state, ShowState::Finished);
     let moments = rehearsal.play(1_000, |elapsed_s| Some(72.0 + elapsed_s));
-    assert_eq!(moments[999].head.state, ShowState::Running, "it is played again");
+    assert_eq!(moments[999].head.state, ShowState::Running, "the show plays again");
     assert!((moments[999].sim_s() - 10.999).abs() < FRAME_S, "{:?}", moments[999]);
 }
 
@@ -303,7 +307,7 @@ fn an_operators_stop_overrides_the_timecode_and_the_missed_time_is_one_seek() {
         assert!(stopped.iter().all(|moment| moment.head.sim_time_ns == stopped[0].head.sim_time_ns));
         rehearsal.motion.request(go).expect("the command is accepted");
         let moments = rehearsal.play(2_000, |elapsed_s| Some(24.0 + elapsed_s));
-        assert_eq!(seeks(&moments).len(), 0, "the first tick is there already");
+        assert_eq!(seeks(&moments).len(), 0, "the first tick is already at the timecode");
         assert_near(&moments[1..], FRAME_S / 2.0);
     }
 }

@@ -24,17 +24,17 @@ pub(crate) fn check(input: &[u8]) {
         Ok(repaired) if repaired.was_unfinished => check_finished(&path, &before),
         Ok(_) => {}
         Err(RepairError::Foreign { .. } | RepairError::Damaged { .. }) => {
-            assert!(fs::read(&path).expect("the file is still there") == input, "it is as it was");
+            assert!(fs::read(&path).expect("the file is still there") == input, "the file is unchanged");
         }
-        Err(error) => panic!("the disk is in order, yet {error}"),
+        Err(error) => panic!("unexpected error: {error}"),
     }
     fs::write(&path, input).expect("a file");
     match repair_checked(&path, |_| ()) {
         Ok(_) => check_finished(&path, &before),
         Err(RepairError::Foreign { .. } | RepairError::Write { .. }) => {
-            assert!(read(&path).ok() == before.ok(), "it is as it was, but for an index");
+            assert!(read(&path).ok() == before.ok(), "only an index was added");
         }
-        Err(error) => panic!("the disk is in order, yet {error}"),
+        Err(error) => panic!("unexpected error: {error}"),
     }
 }
 

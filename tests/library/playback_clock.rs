@@ -26,7 +26,7 @@ fn a_stall_is_counted_once_and_made_up_a_tenth_faster() {
 fn a_machine_that_is_too_slow_makes_no_burst() {
     let mut clock = PlaybackClock::new(1.0);
     let due: Vec<u64> = (0..1_000).map(|frame| clock.due_ns(100 * frame, 150 * frame)).collect();
-    assert!(due.windows(2).all(|pair| pair[1] - pair[0] == 150), "each frame when it is there");
+    assert!(due.windows(2).all(|pair| pair[1] - pair[0] == 150), "each frame is due at its arrival");
     assert_eq!((clock.overruns(), clock.behind_ns()), (999, 50 * 999));
 }
 
@@ -55,13 +55,13 @@ fn another_lap_begins_when_the_next_frame_would_be_due() {
     let mut lap = |now_ns| [700, 800, 900].map(|recorded_ns| clock.due_ns(recorded_ns, now_ns));
     assert_eq!(lap(260), [350, 450, 550]);
     clock.begin_lap();
-    assert_eq!((clock.due_ns(700, 9_000), clock.overruns()), (9_000, 0), "it took long to begin, which is no overrun");
+    assert_eq!((clock.due_ns(700, 9_000), clock.overruns()), (9_000, 0), "a late start is not an overrun");
 }
 
 #[test]
 fn impossible_instants_cause_no_overflow() {
     let mut clock = PlaybackClock::new(1.0);
     assert_eq!(clock.due_ns(1_000, 100), 100);
-    assert_eq!(clock.due_ns(3, 200), 200, "before the frame before");
+    assert_eq!(clock.due_ns(3, 200), 200, "a frame is due before its predecessor");
     assert_eq!(clock.due_ns(u64::MAX, 300), u64::MAX);
 }

@@ -36,7 +36,7 @@ fn chunks(mut bytes: &[u8]) -> Vec<Chunk<'_>> {
         found.push((header as u16, header >> 31 == 1, data));
         bytes = after;
     }
-    assert!(bytes.is_empty(), "{} bytes behind the last chunk", bytes.len());
+    assert!(bytes.is_empty(), "{} bytes follow the last chunk", bytes.len());
     found
 }
 

@@ -37,7 +37,7 @@ fn a_second_sender_is_accepted_when_the_first_is_lost() {
     assert!(sender_lock.admits(one, 1_000));
     assert!(!sender_lock.admits(other, 2_000));
     assert!(sender_lock.admits(other, 2_001));
-    assert!(!sender_lock.admits(one, 2_002), "now it is the second one's turn");
+    assert!(!sender_lock.admits(one, 2_002), "now the second sender is accepted");
 }
 
 #[test]

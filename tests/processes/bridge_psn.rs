@@ -63,7 +63,7 @@ fn two_receivers_get_every_tracker_of_every_frame_for_ten_seconds() {
         let over = Over(&is_over);
         let started = bridge.json();
         assert_eq!((&started["type"], &started["to"]), (&"started".into(), &target.as_str().into()), "{started}");
-        assert_eq!(receivers.next_line(), None, "it ends when it has enough");
+        assert_eq!(receivers.next_line(), None, "the receivers end after the last frame");
         receivers.end().expect_clean();
         let summary = bridge.terminate().expect_clean().last_json();
         drop(over);
@@ -158,7 +158,7 @@ fn assert_is_of_the_bus(frame: &Value, shots: &[Shot], epoch_ns: u64) -> bool {
     let timestamp_us = frame["trackers"][0][11].as_u64().expect("a time");
     let sent_us = |shot: &Shot| (shot.header.published_ns - epoch_ns) / 1_000;
     let shot = shots.iter().find(|shot| sent_us(shot) == timestamp_us).expect("a frame of the bus");
-    assert!(frame["headers"][0][0].as_u64() >= Some(timestamp_us), "told before it was sent");
+    assert!(frame["headers"][0][0].as_u64() >= Some(timestamp_us), "the packet is older than its frame");
     let trackers = frame["trackers"].as_array().expect("a list");
     let is_fresh = trackers[0][10] == 1.0;
     for (tracker, handles) in trackers.iter().zip(shot.handles.windows(2)) {

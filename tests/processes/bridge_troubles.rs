@@ -197,7 +197,7 @@ fn a_tcp_receiver_that_does_not_read_loses_whole_frames_and_is_reported() {
     assert_eq!(packets.len() % 224, 0, "only whole frames");
     assert!(packets.chunks(224).all(|frame| frame[0].starts_with(b"/dragon/show\0")));
     let kept = packets.len() / 224;
-    assert!(kept <= MOST_KEPT, "{kept} frames are old when they come");
+    assert!(kept <= MOST_KEPT, "{kept} frames were kept");
     server.stop();
 }
 

@@ -96,7 +96,7 @@ fn pkg_config(args: &[&str]) -> Vec<String> {
 fn private_libraries() -> Vec<String> {
     let mut libraries = pkg_config(&["--static", "--libs-only-l"]);
     libraries.retain(|library| library != "-lbench_dragon_c");
-    assert!(!libraries.is_empty(), "the library stands on the system's");
+    assert!(!libraries.is_empty(), "the library needs libraries of the system");
     libraries
 }
 

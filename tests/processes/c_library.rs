@@ -83,7 +83,7 @@ fn c_and_cpp_read_the_same_values_as_rust() {
         let lines: Vec<&str> = lines.lines().collect();
         assert!(
             lines.ends_with(&expected.iter().map(String::as_str).collect::<Vec<_>>()),
-            "another frame, or another value"
+            "the client has read the same frames and values"
         );
         assert!(lines[0].ends_with(" 0 0"), "the first frame is its reader's first");
     }
@@ -118,7 +118,7 @@ fn a_frame_that_a_c_client_holds_outlives_the_server_and_the_dragon() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "20"]);
     let reader = DescriptionReader::open(stage.domain(), "test").expect("a server has created the services");
-    let description = eventually("the description is there", || reader.poll().expect("the bus is readable"));
+    let description = eventually("the description has arrived", || reader.poll().expect("the bus is readable"));
     let expected = format!("{}\n20\n{}", server.process.pid(), description.toml);
     assert_eq!(run(&stage, "lifetimes.c", &[]), expected);
     server.summary();
@@ -176,7 +176,7 @@ fn a_c_client_gets_the_same_alerts_as_rust() {
         .position(|line| Some(line.as_str()) == printed.last().copied())
         .expect("the contact is among the alerts");
     let heard: Vec<&str> = heard[..=until].iter().map(String::as_str).collect();
-    assert!(printed.len() > 1, "near before they touch");
+    assert!(printed.len() > 1, "alerts of near benches precede the contact");
     assert!(heard.ends_with(&printed), "{printed:#?}\n{heard:#?}");
     monitor.terminate().expect_clean();
     server.stop();
@@ -217,7 +217,7 @@ fn cmake_builds_the_examples_and_they_print_the_pose() {
     assert!(heads.starts_with("0.000 s: head at 8.800, "), "{heads}");
     assert_eq!(benches.lines().count(), 223, "{benches}");
     assert!(benches.starts_with("0: centre "), "{benches}");
-    assert_eq!(server.summary()["frames"], heads.lines().count(), "a line a frame: {heads}");
+    assert_eq!(server.summary()["frames"], heads.lines().count(), "one line per frame: {heads}");
 }
 
 /// Returns a frame as the line that the client `frames` writes.

@@ -28,7 +28,7 @@ fn program(heading: &str, language: &str) -> String {
 /// Fails unless a program prints lines, and continues to run.
 pub(crate) fn assert_goes_on(mut client: Process) {
     for _ in 0..LINES {
-        assert!(client.next_line().is_some(), "it has ended: {}", client.end().stderr);
+        assert!(client.next_line().is_some(), "the program has ended: {}", client.end().stderr);
     }
     client.kill();
 }

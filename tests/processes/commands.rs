@@ -190,7 +190,7 @@ fn a_server_that_waits_for_its_readers_can_be_stopped() {
     let stage = Stage::new();
     let server = stage.serve(&["--readers", "1"]);
     stage.run(&["ctl", "stop"]).expect_clean();
-    assert_eq!(server.summary()["frames"], 1, "the frame that says that the run has ended");
+    assert_eq!(server.summary()["frames"], 1, "the only frame is the last one of the run");
 }
 
 #[test]
@@ -281,10 +281,7 @@ fn commands_of_several_clients_are_each_answered_once() {
         let request = Request::Speed { speed_mps: 1.5 };
         let reply = client.call(request, Duration::MAX / 4).expect("an answer");
         let tick = reply.outcome().expect("1.5 m/s is allowed");
-        assert!(
-            tick >= last_tick && reply.run_id == server.run_id,
-            "no answer is of an earlier tick than the one before"
-        );
+        assert!(tick >= last_tick && reply.run_id == server.run_id, "the ticks of the replies never decrease");
         last_tick = tick;
     }
     drop(clients);
@@ -298,7 +295,7 @@ fn a_finished_show_refuses_to_resume_and_is_started_again_by_a_seek() {
     rehearsal.shots.extend(finished);
     let end = rehearsal.shots.last().expect("the last frame").header;
     let end_m = Config::from_toml("").expect("the paper's dragon").dragon().end_travel_m();
-    assert_eq!(end.head_travel_m, end_m, "the show ends exactly where the run does");
+    assert_eq!(end.head_travel_m, end_m, "the show ends exactly at the end of the run");
     assert_eq!(rehearsal.refuse(&["resume"]), "the show is finished: seek to start it again");
     let [_, at] = rehearsal.accept(&["seek", "0"]);
     assert_eq!((at.state(), at.header.sim_time_ns), (ShowState::Running, 0));

@@ -44,7 +44,7 @@ fn a_directory_that_others_may_write_is_refused() {
         let why = format!("{} has mode {mode:04o}, must not be writable by others: chmod 0700 it", bus.display());
         assert_refused(runtime_dir.path(), &why);
     }
-    assert_eq!(fs::read_dir(&bus).expect("a folder").count(), 0, "nothing is made in it");
+    assert_eq!(fs::read_dir(&bus).expect("a folder").count(), 0, "nothing was created in the directory");
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn the_directory_is_private_and_is_removed_at_the_end() {
     let shared = fs::read_dir("/dev/shm").expect("a folder").flatten();
     let is_of_frames = |file: &str| file.contains(&format!("_{name}_")) && file.contains(".data");
     let segments: Vec<_> = shared.filter(|entry| is_of_frames(&entry.file_name().to_string_lossy())).collect();
-    assert!(!segments.is_empty(), "the frames lie in shared memory");
+    assert!(!segments.is_empty(), "the frames are in shared memory");
     for segment in segments {
         let mode = segment.metadata().expect("a server runs").mode();
         assert_eq!(mode & 0o077, 0, "{:?} is open to others", segment.path());

@@ -56,7 +56,7 @@ fn every_finding_is_complete_and_every_problem_has_a_remedy() {
     }
     assert_eq!(examination["fixed"], Value::Array(Vec::new()));
     assert_eq!((status(&examination, "server"), status(&examination, "leftovers")), ("ok", "ok"));
-    assert!(stage.remains().is_empty(), "an examination leaves nothing");
+    assert!(stage.remains().is_empty(), "an examination leaves no remains");
 }
 
 #[test]
@@ -72,7 +72,7 @@ fn people_get_a_line_for_each_check() {
 fn a_killed_server_is_found_and_its_remains_are_removed() {
     let stage = Stage::new();
     stage.serve(&[]).process.kill();
-    assert!(!stage.remains().is_empty(), "a killed server leaves something");
+    assert!(!stage.remains().is_empty(), "a killed server leaves remains");
     let before = examine(&stage, &[]);
     assert_eq!(status(&before, "leftovers"), "warning", "{before}");
     assert!(!stage.remains().is_empty(), "an examination removes nothing");
@@ -134,7 +134,7 @@ fn foreign_files_in_shared_memory_do_no_harm() {
         assert!(message.contains("3 files of other users") && message.contains("of user 12345"), "{message}");
         let fixed = examine(&stage, &["--fix"]);
         assert_eq!((status(&fixed, "leftovers"), &fixed["fixed"]), ("ok", &Value::Array(Vec::new())), "{fixed}");
-        assert!(file.exists() && folder.join("inner").exists(), "they are not ours to remove");
+        assert!(file.exists() && folder.join("inner").exists(), "the files of other users remain");
         fs::remove_file(&file).expect("root may do this");
         fs::remove_dir_all(&folder).expect("root may do this");
         fs::remove_file(&link).expect("root may do this");

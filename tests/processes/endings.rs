@@ -136,7 +136,7 @@ fn a_guards_grants_are_events_and_the_status_has_the_guards_state_and_end() {
     guard_is(GuardState::Missing);
     let guard = stage.start(&["monitor", "--guard"]);
     guard_is(GuardState::Running);
-    let rest = eventually("the end of the way that is free", || {
+    let rest = eventually("the end of the proven travel", || {
         status.poll().expect("the bus is readable").filter(|status| status.guard_end().is_some())
     });
     assert!((rest.guard_end_m - 412.454_969).abs() < 1e-5, "{}", rest.guard_end_m);

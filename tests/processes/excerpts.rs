@@ -72,11 +72,11 @@ fn an_interval_is_every_frame_of_its_show_times_wherever_it_was_recorded() {
     for (shots, run_id) in shots.iter().zip(run_ids) {
         assert_whole(shots, run_id);
     }
-    assert!(passes(&lines).iter().all(|pass| pass["missing"] == 0), "what is cut out is not missing: {lines:?}");
+    assert!(passes(&lines).iter().all(|pass| pass["missing"] == 0), "omitted frames are not missing: {lines:?}");
     // Omitted frames take no time: neighbours are one period apart, except for counted delays.
     let put_off = shots[1].windows(2).filter(|pair| {
         let apart_ns = pair[1].header.scheduled_ns - pair[0].header.scheduled_ns;
-        assert!(apart_ns >= 5 * MILLISECOND_NS * 10 / 11, "or a tenth sooner, to make up for it");
+        assert!(apart_ns >= 5 * MILLISECOND_NS * 10 / 11, "frames follow at most a tenth faster");
         apart_ns > 5 * MILLISECOND_NS
     });
     assert!(put_off.count() as u64 <= passes(&lines)[1]["overruns"].as_u64().expect("a count"));
@@ -134,7 +134,7 @@ fn at_another_rate_every_frame_is_sooner_by_this_factor_and_has_its_time_scale()
         let factor: f64 = rate.parse().expect("a number");
         assert_paced(&shots, &headers, factor, &passes(&lines)[0]["overruns"]);
         let planned_ns = (headers[199].scheduled_ns - headers[0].scheduled_ns) as f64 / factor;
-        assert_eq!(planned_ns, 199.0 * apart_ns as f64, "the rate is what it says");
+        assert_eq!(planned_ns, 199.0 * apart_ns as f64, "the intervals follow the rate");
     }
 }
 

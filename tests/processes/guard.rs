@@ -102,7 +102,7 @@ fn a_killed_guard_leaves_the_head_at_rest_within_its_grant_until_the_next_guard(
         let seen_m = walking.last().expect("the frame that was waited for").header.head_travel_m;
         let braking = reader.read_until("the show is held", |header| header.show_state() == Some(ShowState::Held));
         let rest = braking.last().expect("the frame that was waited for").header;
-        assert!(rest.head_travel_m < seen_m + 1.0, "a horizon and a half of half a second each: {rest:?}");
+        assert!(rest.head_travel_m < seen_m + 1.0, "the head walked beyond the horizon of the last grant: {rest:?}");
         travel_m = rest.head_travel_m;
     }
     server.stop();

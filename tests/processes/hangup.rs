@@ -14,7 +14,7 @@ use crate::record;
 use crate::stage::Stage;
 
 fn await_tick(stage: &Stage, tick: u64) {
-    let status = eventually("there is a server", || StatusReader::open(stage.domain(), "test").ok());
+    let status = eventually("a server runs", || StatusReader::open(stage.domain(), "test").ok());
     let poll = || status.poll().expect("the bus is readable");
     eventually("the server is at a tick", || poll().filter(|status| status.tick >= tick));
 }

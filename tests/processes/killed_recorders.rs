@@ -152,7 +152,7 @@ fn repair_one(stage: &Stage, killed: &Killed) {
         fs::copy(&cut, &repaired).expect("a copy");
         let repair = repair(&repaired).expect("a repair");
         assert_eq!((repair.frames, repair.was_unfinished), (killed.frames.len() as u64, true));
-        assert_eq!((repair.skipped_bytes, repair.kept), (0, None), "a kill leaves nothing damaged");
+        assert_eq!((repair.skipped_bytes, repair.kept), (0, None), "a kill damages nothing");
         assert!(read(&repaired) == killed.frames, "repair keeps every frame");
     }
 }
@@ -181,7 +181,11 @@ impl Killed {
         let Some(&missing_ns) = published.get(&(last.header.tick + 1)) else { return 0 };
         let lost_ns = self.at_ns.saturating_sub(missing_ns);
         let granted_ns = LOSS_NS + stalls.within_ns(missing_ns, self.at_ns) + self.waited_ns;
-        assert!(lost_ns <= granted_ns, "kill {}: the last {lost_ns} ns are lost, {granted_ns} may be", self.number);
+        assert!(
+            lost_ns <= granted_ns,
+            "kill {}: the last {lost_ns} ns are lost, at most {granted_ns} ns are allowed",
+            self.number
+        );
         lost_ns
     }
 }

@@ -21,7 +21,7 @@ fn a_late_subscriber_receives_the_frames_after_it_joined() {
     let mut shots = vec![late.next()];
     let first_tick = shots[0].header.tick;
     shots.extend(late.read_to_tick(first_tick + 20));
-    assert!(shots[0].header.tick > last_seen, "what was published before it joined is not for it");
+    assert!(shots[0].header.tick > last_seen, "a subscriber gets no earlier frames");
     assert_eq!(shots[0].header.run_id, server.run_id);
     assert_accounted_for(&shots, late.lost());
     drop(late);
@@ -35,7 +35,7 @@ fn a_late_subscriber_receives_the_description_of_the_run() {
     Reader::join(&stage).read_to_tick(5);
 
     let reader = DescriptionReader::open(stage.domain(), "test").expect("a server has created the services");
-    let description = eventually("the description is there", || reader.poll().expect("the bus is readable"));
+    let description = eventually("the description has arrived", || reader.poll().expect("the bus is readable"));
     assert_eq!(description.run_id, server.run_id);
     let config = Config::from_toml(&description.toml).expect("the description is a whole configuration");
     assert_eq!((config.tables().serve.rate_hz, config.tables().serve.time_scale), (250, 0.5));
@@ -51,9 +51,9 @@ fn a_late_subscriber_receives_the_status_of_the_run() {
     Reader::join(&stage).read_to_tick(5);
 
     let reader = StatusReader::open(stage.domain(), "test").expect("a server has created the services");
-    let status = eventually("the status is there", || reader.poll().expect("the bus is readable"));
+    let status = eventually("the status has arrived", || reader.poll().expect("the bus is readable"));
     assert_eq!((status.run_id, status.rate_hz, status.pid), (server.run_id, 250, server.process.pid()));
-    let later = eventually("a later status is there", || {
+    let later = eventually("a later status has arrived", || {
         reader.poll().expect("the bus is readable").filter(|later| later.tick > status.tick)
     });
     assert_eq!((later.show_state(), later.sim_time_ns), (Some(ShowState::Held), 0));

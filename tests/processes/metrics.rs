@@ -135,7 +135,7 @@ fn a_scraper_sees_the_end_and_the_restart_of_a_server() {
             if holds(&scrape, line) { Ok(()) } else { Err(scrape) }
         });
     };
-    assert!(holds(&exporter.scrape(), "bench_dragon_up 0"), "there is no server yet");
+    assert!(holds(&exporter.scrape(), "bench_dragon_up 0"), "no server runs yet");
     let first = stage.serve(&["--rate", "50"]);
     until("bench_dragon_up 1");
     first.stop();

@@ -86,14 +86,20 @@ fn a_monitor_reports_near_benches_and_their_contact_on_stdout_and_on_the_bus() {
     let near = of_kind(&told, "near");
     let [contact] = &of_kind(&told, "contact")[..] else { panic!("one contact: {told:?}") };
     assert_is_the_contact(contact);
-    assert!(near.iter().any(|alert| alert["benches"] == contact["benches"]), "near before they touch: {near:?}");
+    assert!(
+        near.iter().any(|alert| alert["benches"] == contact["benches"]),
+        "alerts of near benches precede the contact: {near:?}"
+    );
     assert!(near.iter().all(|alert| alert["clearance_m"].as_f64() <= Some(0.02)), "{near:?}");
     assert!(told.iter().all(|alert| alert["run_id"] == run_id));
 
     let summary = lines.last().expect("a summary");
     assert_eq!((&summary["frames"], &summary["lost"]), (&served["frames"], &json!(0)));
     assert_eq!(summary["contact"], json!({ "time_s": contact["time_s"], "benches": CONTACT_BENCHES }));
-    assert!(summary["least_clearance"]["clearance_m"].as_f64() < Some(0.0), "the benches overlap after it: {summary}");
+    assert!(
+        summary["least_clearance"]["clearance_m"].as_f64() < Some(0.0),
+        "the benches overlap after the contact: {summary}"
+    );
 }
 
 #[test]
@@ -146,7 +152,7 @@ fn nothing_is_swept_across_a_seek() {
     server.stop();
     let (_, told) = hear(monitor, &alerts, "contact");
     for contact in of_kind(&told, "contact") {
-        assert_eq!(contact["time_s"], 415.0, "measured where the show was put, not found on the way");
+        assert_eq!(contact["time_s"], 415.0, "the contact is measured at the target of the seek");
         assert!(contact["clearance_m"].as_f64() < Some(0.0), "{contact}");
     }
     assert!(of_kind(&told, "parted").is_empty(), "{told:?}");
@@ -245,7 +251,11 @@ fn a_monitor_reports_the_outcome_and_the_sender_of_each_command() {
     assert!(wall_time.parse::<jiff::Timestamp>().is_ok() && wall_time.ends_with('Z'), "{wall_time}");
     server.stop();
     let summary = monitor.terminate().expect_clean().last_json();
-    assert_eq!(summary["commands"], json!({ "accepted": 2, "refused": 2, "grants": 0, "lost": 0 }), "the signal too");
+    assert_eq!(
+        summary["commands"],
+        json!({ "accepted": 2, "refused": 2, "grants": 0, "lost": 0 }),
+        "the signal is counted too"
+    );
     let text = text.terminate().expect_clean().stdout;
     assert!(text.contains("\ncommands: 2 accepted, 2 refused, 0 grants, 0 lost\n"), "{text}");
 }

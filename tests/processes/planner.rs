@@ -204,7 +204,7 @@ fn the_shortest_turn_leaves_room_and_plays_through_under_the_guard() {
     let ended = stage.run(&[&["show", "--guard", "--config", "short.toml"], &pace[..]].concat());
     assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
     let summary = ended.last_json();
-    assert_eq!((&summary["contact"], &summary["guard"]), (&Value::Null, &Value::Null), "nothing stops the head");
+    assert_eq!((&summary["contact"], &summary["guard"]), (&Value::Null, &Value::Null), "the head has not stopped");
     let (frames, _) = crate::record::read(&stage.path("out/recording.mcap"));
     let last = frames.last().expect("frames");
     assert_eq!((last.sim_time_ns, last.head_travel_m), (60_000_000_000, 60.0));
@@ -377,5 +377,5 @@ fn the_answer_is_printed_before_its_profile_with_the_singular_for_one_near_miss(
     assert_eq!(lines[1], "1 near miss", "{text}");
     assert!(lines[2].contains("0.000865"), "{text}");
     assert_eq!(lines[4].split_whitespace().collect::<Vec<_>>(), ["s", "clearance", "m", "benches"], "{text}");
-    assert_eq!(lines.len(), 5 + 6, "six times: {text}");
+    assert_eq!(lines.len(), 5 + 6, "the profile has six times: {text}");
 }

@@ -94,7 +94,7 @@ fn every_frame_is_due_a_whole_number_of_periods_after_the_first() {
         let release = ((header.scheduled_ns - epoch_ns) * 300).div_ceil(1_000_000_000);
         assert_eq!(header.scheduled_ns, epoch_ns + release * 1_000_000_000 / 300, "tick {}", header.tick);
         assert!(header.published_ns >= header.scheduled_ns, "no frame is sent before it is due");
-        assert!(last_release < Some(release), "releases are skipped, never repeated");
+        assert!(last_release < Some(release), "releases are skipped and never repeated");
         last_release = Some(release);
     }
 }

@@ -47,7 +47,7 @@ fn a_reader_reports_while_it_reads_and_once_more_at_its_end() {
         frames += reader.read_to_tick(first.header.tick + frames).len() as u64 + reader.read_unread().len() as u64;
         reports.receive().expect("reports are readable").filter(|report| report.name() == "test")
     });
-    assert_eq!(again.reader, report.reader, "it is the same one");
+    assert_eq!(again.reader, report.reader, "the reader keeps its number");
     assert!(again.frames > report.frames && again.sent_ns >= report.sent_ns + 1_000_000_000, "{report:?} {again:?}");
     frames += reader.read_to_tick(first.header.tick + frames + 3).len() as u64;
     drop(reader);

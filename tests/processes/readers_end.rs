@@ -40,7 +40,7 @@ fn the_last_reader_removes_the_remains_of_its_server() {
     let mut reader = Reader::join(&stage);
     reader.next();
     server.stop();
-    assert!(!stage.remains().is_empty(), "a reader is still there");
+    assert!(!stage.remains().is_empty(), "a reader still runs");
     drop(reader);
     assert!(stage.remains().is_empty(), "{:?}", stage.remains());
 }

@@ -96,7 +96,7 @@ fn without_the_privilege_the_server_runs_and_reports_the_missing_rights_in_one_l
 fn a_missing_processor_is_reported_with_the_available_ones() {
     let stage = Stage::new();
     if processors().contains(1023) {
-        skip("this machine has every processor that there can be");
+        skip("this machine has all 1024 processors");
         return;
     }
     fs::write(stage.path("stage.toml"), "[serve]\ncpu = 1023\n").expect("a file");

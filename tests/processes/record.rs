@@ -50,7 +50,11 @@ fn stock_readers_find_every_frame_the_contact_and_the_configuration() {
     assert_whole(&shots, run_id);
     assert_eq!((&summary["frames"], &summary["lost"]), (&json!(shots.len()), &json!(0)));
     assert_eq!((&summary["alerts"], &summary["files"]), (&json!(alerts), &json!(["show.mcap"])));
-    assert_eq!((&summary["commands"], &summary["commands_lost"]), (&json!(2), &json!(0)), "the start and the end");
+    assert_eq!(
+        (&summary["commands"], &summary["commands_lost"]),
+        (&json!(2), &json!(0)),
+        "the events are the start and the end"
+    );
     assert_eq!(summary["bytes"], fs::metadata(stage.path("show.mcap")).expect("the recording").len());
 
     let received: Vec<u8> = shots.iter().flat_map(Shot::wire_bytes).collect();
@@ -119,7 +123,11 @@ fn a_recording_begins_and_ends_while_the_repair_of_another_takes_its_time() {
     await_frames(&stage.path("b.mcap"));
     recorder.terminate().expect_clean();
     assert!(!read(&stage.path("b.mcap")).1, "b.mcap is whole");
-    assert_eq!(file.metadata().expect("its length").len(), length + ZERO_BYTES, "its repair was still under way");
+    assert_eq!(
+        file.metadata().expect("its length").len(),
+        length + ZERO_BYTES,
+        "the repair of the other file still ran"
+    );
     file.set_len(length + 5_000).expect("a shorter file");
     let repaired = stage.run(&["record", "--repair", "a.mcap"]).expect_clean().stdout;
     assert_eq!(repaired, format!("a.mcap finished: {}\n", Counted(frames.len() as u64, "frame")));
@@ -169,7 +177,7 @@ fn damage_is_found_by_a_check_and_never_cut_off() {
     let advice =
         "`record --repair --check` copies all readable parts, and needs free disk space of the size of the file";
     assert_eq!(refused.stderr, format!("error: a.mcap is damaged at byte {at}: {advice}\n"));
-    assert!(fs::read(stage.path("a.mcap")).expect("the recording") == damaged, "it is as it was");
+    assert!(fs::read(stage.path("a.mcap")).expect("the recording") == damaged, "the file is unchanged");
 
     let checked = stage.run(&[&check[..], &["--format", "json"]].concat()).expect_clean().last_json();
     assert_eq!(checked["repaired"], true);

@@ -65,10 +65,15 @@ pub(crate) fn assert_paced(shots: &[Shot], recorded: &[FrameHeader], rate: f64, 
     let mut clock = PlaybackClock::new(rate);
     for (shot, recorded) in shots.iter().zip(recorded) {
         let came_ns = shot.header.scheduled_ns;
-        assert_eq!(clock.due_ns(recorded.scheduled_ns, came_ns), came_ns, "no frame comes too soon: {:?}", shot.header);
+        assert_eq!(
+            clock.due_ns(recorded.scheduled_ns, came_ns),
+            came_ns,
+            "no frame is due too early: {:?}",
+            shot.header
+        );
         assert_eq!(shot.header.time_scale, recorded.time_scale * clock.rate(), "{:?}", shot.header);
     }
-    assert_eq!(*overruns, clock.overruns(), "what came too late is counted");
+    assert_eq!(*overruns, clock.overruns(), "late frames are counted");
 }
 
 /// Returns the contacts that a monitor has reported, without their runs.

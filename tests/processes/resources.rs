@@ -123,7 +123,7 @@ fn a_file_size_limit_is_an_error_and_not_a_signal() {
     assert_error(&behind(&["prlimit", "--fsize=100"], &command).end(), "ulimit -f unlimited");
     let left: Vec<_> =
         fs::read_dir(stage.path(".")).expect("a folder").flatten().map(|entry| entry.file_name()).collect();
-    assert!(left.is_empty(), "no half-written file is passed off as whole: {left:?}");
+    assert!(left.is_empty(), "partial files remain: {left:?}");
     assert_error(
         &behind(&["prlimit", "--fsize=100"], &stage.command(&["serve", "--until", "0.01"])).end(),
         "ulimit -f unlimited",

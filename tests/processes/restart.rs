@@ -56,7 +56,7 @@ fn the_subscriber_of_a_stopped_server_continues_with_the_next_one_from_tick_0() 
     let published = server.stop()["frames"].clone();
     shots.extend(reader.read_unread());
     assert_whole(&shots, run_id);
-    assert_eq!(published, shots.len(), "what is unread outlives the server");
+    assert_eq!(published, shots.len(), "unread frames outlive the server");
     read_next_run(&stage, &mut reader, run_id);
     assert_eq!(reader.lost(), 0);
 }

@@ -190,7 +190,7 @@ fn a_killed_monitor_is_restarted() {
     assert_eq!(complaint, "monitor ended with signal: 9 (SIGKILL): starting it again");
     let (summary, _) = playing.interrupt();
     assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 1, "record": 0, "view": 0 }));
-    assert_eq!(summary["frames"]["missed_by_recorder"], 0, "the recorder is not concerned");
+    assert_eq!(summary["frames"]["missed_by_recorder"], 0, "the recorder is not affected");
 }
 
 #[test]
@@ -202,7 +202,7 @@ fn a_killed_recorder_is_restarted_beside_its_repaired_file() {
     eventually("the second recording is there", || playing.stage.path("out/recording-2.mcap").exists().then_some(()));
     let (summary, _) = playing.interrupt();
     assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 0, "record": 1, "view": 0 }));
-    assert_eq!(summary["frames"]["missed_by_monitor"], 0, "the monitor is not concerned");
+    assert_eq!(summary["frames"]["missed_by_monitor"], 0, "the monitor is not affected");
 }
 
 #[test]
@@ -228,7 +228,7 @@ fn a_killed_server_is_restarted_and_the_dragon_is_held_where_it_was() {
     let first = walked.pop().expect("the frame that ended the reading");
     assert_eq!((first.continuity, first.header.tick), (Continuity::Restarted, 0));
     let last_seen = walked.last().map_or(before, |shot| shot.header);
-    assert!(first.header.head_travel_m >= last_seen.head_travel_m, "the dragon is not put back: {last_seen:?}");
+    assert!(first.header.head_travel_m >= last_seen.head_travel_m, "the dragon was moved back: {last_seen:?}");
     let mut held = vec![first];
     held.extend(reader.read_to_tick(20));
 
@@ -249,7 +249,7 @@ fn a_killed_server_is_restarted_and_the_dragon_is_held_where_it_was() {
     assert_eq!(
         walked_m.next_back(),
         Some(held[0].header.head_travel_m),
-        "where the last frame showed it, and nowhere else"
+        "the dragon is held at the pose of the last frame"
     );
     assert_eq!(summary["restarts"], json!({ "serve": 1, "monitor": 0, "record": 0, "view": 0 }));
     assert_eq!(summary["run_id"], first_step.header.run_id);
@@ -290,7 +290,7 @@ fn the_children_of_a_killed_show_end_and_finish_the_recording() {
     show.kill();
     eventually("the children of the killed show are gone", || children(pid).is_empty().then_some(()));
     let (frames, was_cut) = record::read(&stage.path("out/recording.mcap"));
-    assert!(!was_cut, "the recorder was asked to end, and had the time to");
+    assert!(!was_cut, "the recorder has ended in order");
     assert!(frames.iter().enumerate().all(|(tick, header)| header.tick == tick as u64) && !frames.is_empty());
     // The next server removes the remains of the killed show.
     stage.serve(&["--until", "0"]).summary();

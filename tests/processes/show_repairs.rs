@@ -46,7 +46,7 @@ fn a_killed_server_and_recorder_are_restarted_while_the_file_is_unfinished() {
         // The new recorder records the new server.
         record::await_frames(&path(number + 1));
         if is_pending {
-            assert!(record::read(&path(number)).1, "it is not finished by anybody, and yet both were started again");
+            assert!(record::read(&path(number)).1, "both were restarted while the file is unfinished");
             drop(release);
             break;
         }

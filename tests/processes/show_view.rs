@@ -17,7 +17,7 @@ const SHOW: [&str; 9] = ["show", "--out", "out", "--rate", "50", "--start-at", "
 fn start(stage: &Stage, args: &[&str]) -> (Process, String, String) {
     let mut show = stage.start(&[&SHOW[..], &["json"], args].concat());
     let line = show.json();
-    assert_eq!(line["type"], "view", "the first of all lines: {line}");
+    assert_eq!(line["type"], "view", "the first line: {line}");
     let url = line["url"].as_str().expect("an address").to_owned();
     let (page, token) = url.split_once("/#token=").expect("a token to steer with");
     let address = page.strip_prefix("http://").expect("a page").to_owned();

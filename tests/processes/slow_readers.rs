@@ -33,7 +33,7 @@ fn stop_and_assert_steady(server: Server, rate_hz: usize, witness: &mut Reader, 
     let ended_ns = monotonic_ns();
     shots.extend(witness.read_unread());
     assert_whole(shots, run_id);
-    assert_eq!((&summary["frames"], witness.lost()), (&Value::from(shots.len()), 0), "nobody else lost anything");
+    assert_eq!((&summary["frames"], witness.lost()), (&Value::from(shots.len()), 0), "no other reader lost a frame");
     let [first_ns, last_ns] = [0, shots.len() - 1].map(|index| shots[index].header.scheduled_ns);
     // The server may have skipped more releases after its last frame, up to its end.
     let [skipped, most] = [last_ns, ended_ns].map(|until_ns| releases(first_ns, until_ns, rate_hz) - shots.len());
@@ -71,7 +71,7 @@ fn only_a_stopped_reader_loses_frames_and_it_counts_them() {
         process.signal(Signal::CONT);
         let account = process.terminate().expect_clean().last_json();
         let [read, lost] = ["frames", "lost"].map(|name| account[name].as_u64().expect("a number") as usize);
-        assert_eq!(read + lost, shots.len(), "what it did not get is what it counts: {account}");
+        assert_eq!(read + lost, shots.len(), "read and lost frames are all frames: {account}");
         assert!(lost > 0, "the show was longer than its buffer");
     }
 }

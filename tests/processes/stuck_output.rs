@@ -22,7 +22,7 @@ const LONG_DRAGON: &str =
 
 /// Waits until the server has published a frame, and so its reader has joined.
 fn await_frame(stage: &Stage) {
-    let status = eventually("there is a server", || StatusReader::open(stage.domain(), "test").ok());
+    let status = eventually("a server runs", || StatusReader::open(stage.domain(), "test").ok());
     let poll = || status.poll().expect("the bus is readable");
     eventually("a frame is published", || poll().filter(|status| status.tick >= 1));
 }

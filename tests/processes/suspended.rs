@@ -29,11 +29,15 @@ fn assert_no_burst(shots: &[Shot], summary: &Value) {
     for pair in shots.windows(2) {
         let [before, after] = [&pair[0].header, &pair[1].header];
         assert_eq!(after.scheduled_ns, epoch_ns + release(&shots[0].header, after, RATE_HZ) * PERIOD_NS);
-        assert!(after.scheduled_ns >= before.published_ns, "a release that has passed is skipped: no burst");
+        assert!(after.scheduled_ns >= before.published_ns, "passed releases are skipped, without a burst");
     }
     let last = &shots[shots.len() - 1].header;
     assert_eq!(summary["frames"], shots.len());
-    assert_eq!(summary["overruns"], release(&shots[0].header, last, RATE_HZ) - last.tick, "each is counted: {summary}");
+    assert_eq!(
+        summary["overruns"],
+        release(&shots[0].header, last, RATE_HZ) - last.tick,
+        "each missed release is counted: {summary}"
+    );
 }
 
 /// Returns the delay of a frame behind the clock in nanoseconds, for a show that starts at 0.
@@ -68,7 +72,7 @@ fn after_short_suspensions_every_frame_shows_where_the_dragon_should_be() {
     }
     assert_eq!(last.header.sim_time_ns, 10_000_000_000, "the show ends exactly at its end");
     let jumps = shots.windows(2).filter(|pair| missed(&pair[0].header, &pair[1].header, RATE_HZ) >= 8).count();
-    assert!(jumps >= 5, "it was suspended five times: {jumps}");
+    assert!(jumps >= 5, "five suspensions, {jumps} jumps");
     assert_eq!((&summary["behind_s"], &summary["most_behind_s"]), (&Value::from(0.0), &Value::from(0.0)));
 }
 
@@ -85,7 +89,7 @@ fn after_a_long_suspension_the_server_catches_up_at_a_tenth_more() {
     suspend(&server.process, SUSPENDED_NS);
     shots.push(
         reader
-            .read_until("the show makes up", |header| header.time_scale > 1.0)
+            .read_until("the show catches up", |header| header.time_scale > 1.0)
             .pop()
             .expect("the wanted frame comes last"),
     );
@@ -95,7 +99,7 @@ fn after_a_long_suspension_the_server_catches_up_at_a_tenth_more() {
     });
     assert!(status.most_behind_ns >= SUSPENDED_NS - 2 * PERIOD_NS, "{} ns", status.most_behind_ns);
     shots.clear();
-    shots.extend(reader.read_until("it has caught up", |header| behind_ns(&first, header) == 0));
+    shots.extend(reader.read_until("the show has caught up", |header| behind_ns(&first, header) == 0));
     let summary = server.stop();
 
     for pair in shots.windows(2) {

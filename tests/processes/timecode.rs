@@ -86,7 +86,7 @@ pub(crate) fn read_following(reader: &mut Reader, clock: Clock, offset_s: f64) -
         let shot = reader.next();
         agreed += usize::from(clock.agrees(&shot.header, offset_s));
         shots.push(shot);
-        assert!(shots.len() < 80 * WANTED, "{agreed} of {} frames are where the timecode is", shots.len());
+        assert!(shots.len() < 80 * WANTED, "{agreed} of {} frames agree with the timecode", shots.len());
     }
     shots
 }
@@ -138,10 +138,11 @@ fn a_show_waits_for_art_net_timecode_and_follows_it() {
     desk.order("silence");
     let line = event(&mut server.process, "lost");
     let lost_s = line["time_s"].as_f64().expect("a time");
-    let free = reader
-        .read_until("the show goes on without timecode for half a second", |header| header.sim_time_s() > lost_s + 0.5);
+    let free = reader.read_until("the show continues without timecode for half a second", |header| {
+        header.sim_time_s() > lost_s + 0.5
+    });
     let last = free.last().expect("frames");
-    assert_eq!((last.state(), last.header.time_scale), (ShowState::Running, 1.0), "it goes on by itself");
+    assert_eq!((last.state(), last.header.time_scale), (ShowState::Running, 1.0), "the show continues by itself");
     shots.extend(free);
 
     desk.order("speak");
@@ -149,7 +150,7 @@ fn a_show_waits_for_art_net_timecode_and_follows_it() {
     shots.extend(read_following(&mut reader, clock, 0.0));
 
     // A stall of this machine may cause another seek.
-    assert!(count_seeks(&shots) >= 1, "to 120 s");
+    assert!(count_seeks(&shots) >= 1, "the show has sought to 120 s");
 
     for junk in ["00", "4172742d4e6574000097000e0000", "4172742d4e6574000097000e00001900000001", "ffffffffff"] {
         desk.order(&format!("send {junk}"));
@@ -263,7 +264,7 @@ fn a_guarded_show_seeks_to_the_timecode_after_its_guards_proof() {
     let mut desk = Desk::start(&["osc", &listen]);
     let clock = desk.order("play 100");
     let unproved = reader.read_to_tick(60);
-    assert!(unproved.iter().all(|shot| shot.header.sim_time_ns == 0), "nobody has proved the way");
+    assert!(unproved.iter().all(|shot| shot.header.sim_time_ns == 0), "no guard has proved the travel");
     let monitor = stage.start(&["monitor", "--guard", "--format", "json"]);
     read_following(&mut reader, clock, 0.0);
     server.process.terminate().expect_clean();

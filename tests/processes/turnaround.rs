@@ -41,7 +41,7 @@ fn a_show_plays_the_turnaround_from_its_start_to_its_end() {
     assert_eq!(
         recorded.iter().find(|header| !is_planned(header)),
         None,
-        "a second a release, and the show stands at its end"
+        "one second per release, and the last frame at the end"
     );
     assert!(recorded.last().is_some_and(|header| header.sim_time_ns == 100_000_000_000));
 }

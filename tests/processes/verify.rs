@@ -93,7 +93,11 @@ fn a_show_that_was_commanded_is_as_simulated() {
     assert_eq!((&summary["frames"], &summary["commands"]), (&served["frames"], &json!(12)));
     let runs = verified(&stage, &["a.mcap"]);
     assert_eq!((&runs[0]["frames"], &runs[0]["overruns"]), (&served["frames"], &served["overruns"]));
-    assert_eq!((&runs[0]["commands"], &runs[0]["missing"]), (&json!(8), &json!(0)), "a seek and a resume were refused");
+    assert_eq!(
+        (&runs[0]["commands"], &runs[0]["missing"]),
+        (&json!(8), &json!(0)),
+        "eight commands are accepted, a seek and a resume are refused"
+    );
 }
 
 #[test]
@@ -111,7 +115,7 @@ fn a_show_that_missed_releases_is_as_simulated() {
     let runs = verified(&stage, &["a.mcap"]);
     assert_eq!((&runs[0]["frames"], &runs[0]["overruns"]), (&served["frames"], &served["overruns"]));
     assert!(runs[0]["overruns"].as_u64() >= Some(80), "{runs:?}");
-    assert_eq!(runs[0]["commands"], 4, "three speeds, and the signal that ended it");
+    assert_eq!(runs[0]["commands"], 4, "three speeds, and the final signal");
 }
 
 #[test]
@@ -122,7 +126,7 @@ fn a_guarded_show_is_as_simulated_with_its_grants() {
     let mut guard = stage.start(&["monitor", "--guard", "--format", "json"]);
     let recorder = stage.start(&["record", "a.mcap", "--format", "json"]);
     let lines = guard.json_until("the guard reports its hold", |line| line["type"] == "guard");
-    assert!(lines.iter().all(|line| line["command"] != "grant"), "its own grants are no news: {lines:?}");
+    assert!(lines.iter().all(|line| line["command"] != "grant"), "the guard reports its own grants: {lines:?}");
     let tick = ctl(&stage, &["seek", "60"]);
     Reader::join(&stage).read_to_tick(tick + 20);
     ctl(&stage, &["stop"]);

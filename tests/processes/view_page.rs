@@ -76,7 +76,7 @@ fn every_control_works_by_button_and_by_key() {
     let before = reader.read_unread();
     assert!(
         before.iter().all(|shot| (shot.header.sim_time_s() - proposed_s).abs() > 0.5),
-        "to look at a time seeks it"
+        "a proposed time is not sought"
     );
     let sought_s = page.json()["time_s"].as_f64().expect("a time");
     reader.read_until("the show is where the page sought", |header| {
@@ -148,7 +148,7 @@ fn without_the_token_or_read_only_the_page_shows_and_does_not_steer() {
     let page = browser.play("page_may_not.mjs", &[&views[0].url, &views[1].url]);
     assert_eq!(page.end().expect_clean().last_json()["type"], "passed");
     let shot = Reader::join(&stage).next();
-    assert_eq!(shot.state(), ShowState::Running, "nobody could steer");
+    assert_eq!(shot.state(), ShowState::Running, "no page has changed the state");
     for view in views {
         view.process.terminate().expect_clean();
     }
@@ -251,10 +251,10 @@ fn assert_is_drawn(picture: &Value, pixels: &Path, shot: &Shot) {
     // The mark of the nearest pair and its label cover some benches, and possibly a part of the head.
     let benches = shot.header.bench_count as usize;
     let wooden = (1..benches).filter(|&bench| colour_of(bench, 0.5) == picture["wood"]).count();
-    assert!(wooden > benches - 20, "{wooden} of {benches} are where they should be");
+    assert!(wooden > benches - 20, "{wooden} of {benches} benches are drawn at their pose");
     assert!(
         (1..20).any(|part| colour_of(0, f64::from(part) / 20.0) == picture["head"]),
-        "the head is where it should be"
+        "the head is drawn at its pose"
     );
     for (x, y) in [(1, height / 2), (width - 2, height / 2), (width / 2, 1)] {
         assert_eq!(at(x, y), picture["ground"], "at {x}, {y}");

@@ -146,7 +146,7 @@ fn the_screen_shows_what_is_on_the_bus_and_its_keys_steer_the_show() {
     terminal.press("Space");
     for _ in 0..3 {
         let before = terminal.text();
-        terminal.until("a scene at that speed", |text| {
+        terminal.until("a snapshot at this speed", |text| {
             text.contains("0.300 m/s") && first_line(text) != first_line(&before)
         });
     }
@@ -203,7 +203,7 @@ fn a_lost_server_is_shown_clearly_and_the_next_one_is_live() {
     terminal.until_shown("RUNNING");
     server.process.kill();
     let text = terminal.until_shown("the server is gone, the last frame");
-    assert_eq!(text.matches("LOST").count(), 2, "in the first line and across the plan:\n{text}");
+    assert_eq!(text.matches("LOST").count(), 2, "LOST is in the first line and across the plan:\n{text}");
     assert!(!text.contains("RUNNING"), "{text}");
     terminal.type_text("h");
     // Until the hold has failed: a hold that is under way would reach the next server.
@@ -234,7 +234,7 @@ fn a_braking_head_and_an_orderly_end_are_shown() {
     reader.read_until("the head is fast", |header| header.head_speed_mps > 0.8);
     stage.run(&["ctl", "hold"]).expect_clean();
     let text = terminal.until("the braking head", |text| text.contains("STOPPING") && text.contains("stop "));
-    assert!(!text.contains("contact "), "it touches nothing before it stands:\n{text}");
+    assert!(!text.contains("contact "), "no contact is shown for a braking head:\n{text}");
     terminal.until_shown("ctl: hold, accepted from tick");
     terminal.until_shown("HELD");
     stage.run(&["ctl", "stop"]).expect_clean();
@@ -395,7 +395,7 @@ fn no_color_is_respected_and_the_log_on_the_terminal_waits_for_the_end() {
     assert!(!has_colours(&terminal.styled_text()), "{}", terminal.styled_text());
     terminal.type_text("q");
     let text = terminal.await_prompt();
-    assert!(text.contains("TRACE") || text.contains("DEBUG"), "what was logged meanwhile comes at the end:\n{text}");
+    assert!(text.contains("TRACE") || text.contains("DEBUG"), "the log is printed at the end:\n{text}");
 
     // A log that is redirected to a file does not wait.
     let log = stage.path("log");

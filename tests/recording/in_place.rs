@@ -90,11 +90,11 @@ fn a_recording_or_repair_cut_at_any_byte_is_repaired_to_the_same_file() {
         dance::assert_same(&dance::read(&path).0, expected);
         let bytes = fs::read(&path).expect("the repaired recording");
         if length as u64 >= small.chunk_end(small.chunks.len() - 1) {
-            assert!(bytes == small.bytes, "cut at byte {length}: it is what its recorder would have made");
+            assert!(bytes == small.bytes, "cut at byte {length}: the file differs from the finished one");
         }
         let begins_with = |end: u64| bytes[..end as usize] == small.bytes[..end as usize];
         let whole = (0..small.chunks.len()).map(|number| small.chunk_end(number)).filter(|&end| end <= length as u64);
-        assert!(whole.max().is_none_or(begins_with), "cut at byte {length}: the data is not written again");
+        assert!(whole.max().is_none_or(begins_with), "cut at byte {length}: the data was changed");
         let summary = dance::summary(&path).expect("an index");
         assert_eq!(summary.stats.expect("statistics").chunk_count as usize, summary.chunk_indexes.len());
     }
@@ -124,7 +124,10 @@ fn a_flipped_byte_in_the_head_of_a_record_cuts_nothing_off() {
                         assert!(repaired[..small.data_end] == bytes[..small.data_end], "bit {bit} of byte {at}");
                     }
                     Err(RepairError::Damaged { .. }) => {
-                        assert!(fs::read(&path).expect("the file") == bytes, "bit {bit} of byte {at}: it is as it was");
+                        assert!(
+                            fs::read(&path).expect("the file") == bytes,
+                            "bit {bit} of byte {at}: the file was changed"
+                        );
                     }
                     Err(error) => panic!("bit {bit} of byte {at}: {error}"),
                 }

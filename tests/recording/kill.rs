@@ -99,7 +99,7 @@ fn a_repair_that_is_killed_at_some_byte_loses_nothing_and_is_repeated() {
         if at < finished.len() as u64 {
             assert!(status.signal().is_some(), "byte {at}: {status}");
             let length = fs::metadata(&path).expect("the recording").len();
-            assert_eq!(length, at, "it was killed in the middle of writing");
+            assert_eq!(length, at, "the limit ended the write");
             killed += 1;
         }
         dance::assert_same(&dance::read(&path).0, &frames);

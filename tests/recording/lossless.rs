@@ -133,7 +133,7 @@ fn progress_counts_what_has_been_written_without_waiting_for_more() {
     });
     let RecorderProgress { files, file, .. } = recorder.progress();
     assert_eq!((files, &file), (1, &path));
-    assert_eq!(dance::read(&path).0.len(), 1, "a recording can be read while it is made");
+    assert_eq!(dance::read(&path).0.len(), 1, "a running recording can be read");
 }
 
 #[test]

@@ -201,7 +201,7 @@ fn a_recording_that_is_being_made_is_not_repaired() {
     assert!(matches!(error, RepairError::InUse { .. }), "{error}");
     assert!(repair_folder(folder.path()).expect("a folder").is_empty());
     recorder.finish().expect("a finished recording");
-    let repaired = eventually("nobody has the recording open", || match repair(&path) {
+    let repaired = eventually("no process has the recording open", || match repair(&path) {
         // A process that another test starts has this test's files open until its exec.
         Err(RepairError::InUse { .. }) => None,
         done => Some(done.expect("a finished recording")),

@@ -41,7 +41,7 @@ impl Tape {
             if tick > 0 {
                 // Shortly after the last missed release, despite the rounding.
                 let ended_ns = schedule.due_ns() + Schedule::from_epoch_ns(missed, RATE_HZ).expect("a short time") + 2;
-                assert_eq!(schedule.advance(ended_ns), missed, "the test misses as many as it wants");
+                assert_eq!(schedule.advance(ended_ns), missed, "the schedule misses these releases");
             }
             simulation.begin_tick(missed, false);
             for (_, request) in requests.iter().filter(|(at, _)| *at == tick) {
@@ -173,7 +173,7 @@ fn a_changed_command_is_found_where_it_first_shows() {
     let mut later = whole.clone();
     later.events[1].tick = 22;
     let RunVerdict::Differs { difference } = later.verify().verdict else {
-        panic!("the speed changed two ticks before")
+        panic!("the speed changed two ticks earlier")
     };
     assert_eq!((difference.tick, difference.field.as_str()), (20, "head_travel_m"));
 
@@ -185,7 +185,7 @@ fn a_changed_command_is_found_where_it_first_shows() {
 
     let mut overruns = whole;
     overruns.events[3].overruns = 1;
-    let RunVerdict::Differs { difference } = overruns.verify().verdict else { panic!("the frames show two") };
+    let RunVerdict::Differs { difference } = overruns.verify().verdict else { panic!("the frames have two overruns") };
     assert_eq!((difference.tick, difference.field.as_str()), (59, "overruns of command event 3"));
 }
 
@@ -281,7 +281,7 @@ fn impossible_values_in_a_recording_are_unverifiable() {
     }
     let mut tape = whole.clone();
     tape.frames[4].0.tick = u64::MAX;
-    assert!(matches!(tape.verify().verdict, RunVerdict::Differs { .. }), "no clock goes on for so long");
+    assert!(matches!(tape.verify().verdict, RunVerdict::Differs { .. }), "the tick is impossible");
     let mut tape = whole.clone();
     tape.frames[4].0.tick = 200_000_000;
     tape.frames[4].0.scheduled_ns = EPOCH_NS + 200_000_000 * 1_000_000_000 / u64::from(RATE_HZ);

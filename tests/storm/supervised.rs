@@ -70,7 +70,7 @@ fn await_orphans(show: u32, random: &mut Random) -> Result<(), Failure> {
     }
     while !children(show).is_empty() {
         if begun.elapsed() > PROGRESS_TIMEOUT {
-            return Err(format!("the children of a killed show go on: {:?}", children(show)));
+            return Err(format!("the children of a killed show still run: {:?}", children(show)));
         }
         thread::sleep(LOOK_PERIOD);
     }
@@ -85,7 +85,7 @@ fn end_show(stage: &Stage, show: Process, killed: &[u32], books: &mut Books) -> 
     while running() < CHILDREN.len() {
         if begun.elapsed() > PROGRESS_TIMEOUT {
             show.signal(Signal::INT);
-            return Err(format!("a show does not start its children again: {}", show.end().stderr));
+            return Err(format!("a show does not restart its children: {}", show.end().stderr));
         }
         thread::sleep(LOOK_PERIOD);
     }

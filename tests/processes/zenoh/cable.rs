@@ -34,7 +34,7 @@ impl Cable {
 
     /// Cuts the cable ("down") or connects it again ("up").
     pub(crate) fn set(&self, state: &str) {
-        assert!(ip(&format!("-netns {} link set cable {state}", self.near)), "the cable is ours");
+        assert!(ip(&format!("-netns {} link set cable {state}", self.near)), "the cable can be switched");
     }
 }
 

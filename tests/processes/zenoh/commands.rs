@@ -59,11 +59,14 @@ fn a_bridge_with_the_flag_passes_commands_and_the_servers_replies() {
     assert_eq!((&paused["accepted"], &paused["run_id"]), (&Value::Bool(true), &run_id), "{paused}");
     let shots = reader.read_until("the show is paused", |header| header.show_state() == Some(ShowState::Paused));
     let tick = shots.last().expect("at least one frame").header.tick;
-    assert_eq!(paused["tick"], tick, "the tick from which it holds, as it is counted here");
+    assert_eq!(paused["tick"], tick, "the tick is the tick of the far bus");
 
     let odd = ctl(&far, &["seek", "1e9"]);
     let reason = odd["reason"].as_str().expect("a reason");
-    assert!(reason.starts_with("the show time is 1000000000 s, must be from 0 to 432.75"), "the server's own: {odd}");
+    assert!(
+        reason.starts_with("the show time is 1000000000 s, must be from 0 to 432.75"),
+        "the reason is not the server's: {odd}"
+    );
     let sought = ctl(&far, &["seek", "100"]);
     assert_eq!(sought["accepted"], true, "{sought}");
     let shots = reader.read_to_tick(sought["tick"].as_u64().expect("a tick"));

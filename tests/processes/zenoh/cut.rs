@@ -51,7 +51,11 @@ fn a_run_continues_after_its_network_was_cut() {
     assert_eq!((after[0].header.tick, after[0].continuity), (before.header.tick + 1, Continuity::Next));
     for shot in &after {
         assert_eq!(receiving["run_id"], shot.header.run_id);
-        assert!(matches!(shot.continuity, Continuity::Next), "no hole in the ticks here: {:?}", shot.continuity);
+        assert!(
+            matches!(shot.continuity, Continuity::Next),
+            "a hole in the ticks of the far bus: {:?}",
+            shot.continuity
+        );
     }
     server.stop();
     let (sent, received) = (sender.process.terminate().last_json(), receiver.process.terminate().last_json());
@@ -61,5 +65,5 @@ fn a_run_continues_after_its_network_was_cut() {
         sent["frames"].as_u64() >= Some(received["frames"].as_u64().expect("a number") + lost),
         "{sent} {received}"
     );
-    assert_eq!(sent["lost"], 0, "the bridge here has read every frame of the bus meanwhile");
+    assert_eq!(sent["lost"], 0, "the near bridge has read every frame");
 }

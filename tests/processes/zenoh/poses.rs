@@ -32,10 +32,10 @@ fn the_far_bus_has_the_same_frames_bit_for_bit_except_run_and_stamps() {
     assert_eq!(server.run_id, receiving["remote_run_id"]);
     for shot in &far_shots {
         let original = &near_shots[shot.header.tick as usize];
-        assert_eq!(original.header.tick, shot.header.tick, "every frame has come");
+        assert_eq!(original.header.tick, shot.header.tick, "no frame is missing");
         assert_eq!(content(shot), content(original), "tick {}", shot.header.tick);
         assert_eq!(receiving["run_id"], shot.header.run_id);
-        assert!(shot.header.scheduled_ns > original.header.published_ns, "restamped: due when it came");
+        assert!(shot.header.scheduled_ns > original.header.published_ns, "the frame is due at its arrival");
         assert!(shot.header.published_ns >= shot.header.scheduled_ns);
     }
     let served = server.summary();
@@ -99,7 +99,7 @@ fn a_late_bridge_gets_the_description_and_the_next_run_is_a_run_of_its_own() {
     let second = receiver.until("receiving");
     assert_eq!(second["remote_run_id"], server.run_id);
     let shots = reader.read_until("a frame of the second run", |header| second["run_id"] == header.run_id);
-    assert_eq!(shots.last().expect("at least one frame").header.tick, 0, "its ticks are counted afresh");
+    assert_eq!(shots.last().expect("at least one frame").header.tick, 0, "the ticks begin at 0");
     let (description, original) = (here(), there());
     assert_eq!(second["run_id"], description.run_id);
     assert_eq!(description.toml, original.toml);
@@ -147,7 +147,7 @@ fn a_recording_played_faster_passes_completely() {
     replay.complaint();
     let sender = Bridge::sending(&near, &[]);
     let mut slow = Bridge::start(&near, &["--listen", ANY_PORT, "--rate", "40"]);
-    assert_eq!(slow.until("sending")["every"], 10, "of four hundred a second");
+    assert_eq!(slow.until("sending")["every"], 10, "one of ten frames, from 400 Hz to 40 Hz");
     let mut receiver = Bridge::receiving(&far, &sender);
     let _third = Reader::join(&near);
     receiver.until("receiving");
@@ -192,5 +192,5 @@ fn a_bridge_that_lagged_across_a_restart_skips_as_many_frames_as_before() {
     let count = |line: &serde_json::Value, key: &str| line[key].as_u64().expect("a count");
     let most = (count(&first, "frames") + count(&second, "frames")) / EVERY + 2;
     assert!((1..=most).contains(&count(&sent, "unheard")), "{most}: {sent}");
-    assert!(count(&sent, "lost") > 0, "those of the first run that came when the second one was known: {sent}");
+    assert!(count(&sent, "lost") > 0, "no frame of the first run was lost: {sent}");
 }

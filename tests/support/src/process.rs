@@ -87,7 +87,7 @@ impl Process {
             Ok(line) => line,
             Err(RecvTimeoutError::Timeout) => self.fail_waiting("the next line of stderr"),
             Err(RecvTimeoutError::Disconnected) => {
-                panic!("{} ended before it wrote another line to stderr, which was: {}", self.name, self.stderr())
+                panic!("{} ended before another line on stderr; its stderr: {}", self.name, self.stderr())
             }
         }
     }
@@ -233,7 +233,7 @@ impl Ended {
 
     /// Returns the last line of stdout as JSON.
     pub fn last_json(&self) -> Value {
-        self.json_lines().pop().unwrap_or_else(|| panic!("nothing printed: {}", self.stderr))
+        self.json_lines().pop().unwrap_or_else(|| panic!("no line on stdout; stderr: {}", self.stderr))
     }
 }
 
