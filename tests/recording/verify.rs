@@ -285,7 +285,7 @@ fn impossible_values_in_a_recording_are_unverifiable() {
     let mut tape = whole.clone();
     tape.frames[4].0.tick = 200_000_000;
     tape.frames[4].0.scheduled_ns = EPOCH_NS + 200_000_000 * 1_000_000_000 / u64::from(RATE_HZ);
-    assert!(reason(&tape.verify()).1.ends_with("at most 86400000 in a row are simulated"));
+    assert!(reason(&tape.verify()).1.ends_with("more than the 86400000 in a row that can be simulated"));
     let mut tape = whole;
     tape.frames.swap(2, 3);
     assert_eq!(reason(&tape.verify()).0, 2);
