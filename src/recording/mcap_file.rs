@@ -28,6 +28,7 @@ use super::{
     error::{Kept, RecordError, is_disk_full},
     progress::DiskSpace,
     reader::Configuration,
+    repair::Locked,
     topics::{CONFIGURATION, Channels, LIBRARY, MessageCounts, PROFILE, Topic},
 };
 use crate::system::whole_file::{create_nameless, folder_of, give_name};
@@ -77,6 +78,8 @@ pub(super) struct McapFile {
     pub(super) counts: MessageCounts,
     reserved_bytes: Option<u64>,
     is_ended: bool,
+    /// Unlocks the file at the end, after the fields above.
+    _locked: Locked,
 }
 
 /// The open chunk: messages that the operating system does not have yet.
@@ -114,6 +117,7 @@ impl McapFile {
 
     fn begin(path: &Path, file: File, compression_level: u32, chunk_limit_bytes: u64) -> McapResult<Self> {
         flock(&file, FlockOperation::NonBlockingLockExclusive).map_err(io::Error::from)?;
+        let locked = Locked(file.try_clone()?);
         let sink = NoSeek::new(BufWriter::with_capacity(WRITE_BUFFER_BYTES, file.try_clone()?));
         let mut begun = Self {
             path: path.into(),
@@ -127,6 +131,7 @@ impl McapFile {
             counts: MessageCounts::default(),
             reserved_bytes: Some(0),
             is_ended: false,
+            _locked: locked,
         };
         begun.reserve(&[])?;
         begun.flush()?;

@@ -142,7 +142,7 @@ fn frames_of_finished(file: &File, path: &Path) -> Result<Option<u64>, RepairErr
     Ok(contents.and_then(|contents| contents.frames()))
 }
 
-/// A file that this repair has locked against recorders and other repairs.
+/// A file that a recorder or a repair has locked against the others. It is unlocked when this value is dropped.
 pub(super) struct Locked(pub(super) File);
 
 impl Locked {
