@@ -54,7 +54,7 @@ pub enum BusError {
         /// Required free space in bytes.
         needed: u64,
     },
-    /// `/dev/shm` cannot be used at all.
+    /// `/dev/shm` cannot be used.
     SharedMemoryUnusable {
         /// The operating system's reason.
         error: io::Error,

@@ -1,4 +1,4 @@
-"""Prints where the head is, frame by frame, until Ctrl-C."""
+"""Prints position and speed of the dragon's head, frame by frame, until Ctrl-C: head.py [INSTANCE]."""
 
 import contextlib
 import sys
