@@ -4,7 +4,7 @@
 #   ipc/c/install.sh [--libraries FOLDER] [PREFIX]
 #
 # PREFIX defaults to /usr/local. DESTDIR is put in front of it. The script first builds the libraries in their own
-# target folder, unless --libraries gives the folder of built ones.
+# target folder. With --libraries it installs the libraries of that folder instead.
 set -euo pipefail
 
 libraries=

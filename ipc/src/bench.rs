@@ -13,7 +13,7 @@ pub struct BenchState {
     pub centre_m: [f64; 3],
     /// Direction from the rear handle to the front one, in radians counter-clockwise from +x, −π to π.
     pub heading_rad: f64,
-    /// Velocity of the centre in metres per show second; 0 while paused, held or finished.
+    /// Velocity of the centre in metres per show second; 0 while the head stands.
     pub velocity_mps: [f64; 3],
     /// Rate of the heading in radians per show second, counter-clockwise.
     pub turn_rate_radps: f64,

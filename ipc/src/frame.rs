@@ -1,7 +1,7 @@
 //! A frame: the state of the dragon at one tick, in its shared-memory layout.
 //!
-//! A frame is a [`FrameHeader`] and one [`HandleState`] per handle. A dragon of N benches has N + 1 handles: handle i is
-//! the front hinge of bench i, handle N the rear hinge of the last bench.
+//! A frame is a [`FrameHeader`] and one [`HandleState`] per handle. A dragon of N benches has N + 1 handles. Handle i is
+//! the front hinge of bench i, and handle N the rear hinge of the last bench.
 
 use core::fmt;
 

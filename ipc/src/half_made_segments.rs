@@ -3,9 +3,9 @@
 //! iceoryx2 0.10 creates a segment empty and then sets its size. A process that opens the segment in between waits for
 //! the size, without a time limit (`MappingSizeIsZero`, in `posix_shared_memory.rs` of iceoryx2). If the creator is
 //! killed in between, the server, every connected reader and every process that removes its remains would wait forever.
-//! The two steps are microseconds apart, so a segment that stays empty is abandoned and is removed: by each joining
-//! member before it opens anything, and by the source continuously. The waiting process then continues: it creates the
-//! segment again, or finds that its peer is gone.
+//! The two steps are microseconds apart, so a segment that stays empty is abandoned. Each joining member removes such
+//! segments before it opens anything, and the source removes them continuously. The waiting process then continues: it
+//! creates the segment again, or finds that its peer is gone.
 
 use std::fs;
 use std::os::unix::fs::MetadataExt as _;

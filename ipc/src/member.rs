@@ -81,8 +81,8 @@ impl Member {
     ///
     /// # Errors
     /// [`BusError::NoServer`] for a client without a directory or services, [`BusError::Domain`] for a directory that is
-    /// not usable, [`BusError::PermissionDenied`], [`BusError::TooFewFiles`], [`BusError::SharedMemoryFull`] and
-    /// [`BusError::SharedMemoryUnusable`]; [`BusError::Failed`] for any other error, such as a name that iceoryx2 does
+    /// not usable. Also [`BusError::PermissionDenied`], [`BusError::TooFewFiles`], [`BusError::SharedMemoryFull`] and
+    /// [`BusError::SharedMemoryUnusable`]. [`BusError::Failed`] for any other error, such as a name that iceoryx2 does
     /// not allow.
     pub fn join(domain: &Domain, name: &str, role: Role) -> Result<Self, BusError> {
         let instance = domain.instance().to_string();
@@ -295,8 +295,8 @@ impl Member {
     }
 }
 
-/// Sets the limits of a service: publishers, readers and nodes, `buffer` unread and `borrowed` held samples per reader,
-/// and the last `history` samples for late joiners.
+/// Sets the limits of a service: publishers, readers and nodes. `buffer` and `borrowed` are the unread and held samples
+/// per reader, `history` the last samples for late joiners.
 fn limit<Payload, Header>(
     builder: Builder<Payload, Header, Service>,
     buffer: usize,

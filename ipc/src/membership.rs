@@ -7,13 +7,13 @@
 //!
 //! # Why the last member to leave is always found
 //!
-//! 1. A membership outlasts everything that its process has opened on the bus through it:
+//! 1. A membership outlasts everything that its process has opened on the bus through it.
 //!    [`Member`](crate::service::Member) and [`Frame`](crate::Frame) drop their node, ports and samples before their
 //!    share of it. So a process without a lock has no node.
 //! 2. A leaving member tries for the exclusive lock, without waiting. The kernel does not convert a lock in one step: it
 //!    drops the shared lock, then looks for other holders. So after a refused attempt the shared lock is dropped too. If
-//!    several members try at the same time, the last attempt finds no lock of the others, unless one of them has obtained
-//!    the exclusive lock.
+//!    several members try at the same time, the last attempt finds no lock of the others. The exception is a member that
+//!    has obtained the exclusive lock.
 //! 3. A refused attempt means that another open file holds the lock at that moment. If its process lives, its membership
 //!    still has to do step 2, or has obtained the lock. Then this member is not the last, and has finished.
 //! 4. If the holder's process is ending, it never does step 2. A killed process does nothing any more, but holds its lock
@@ -25,7 +25,7 @@
 //!    a client without our lock, such as a stock iceoryx2 client. The domain is kept for it, and the next process to join
 //!    finds the remains.
 //! 7. Otherwise no process is in the domain, and it is removed while the lock is held. A process that joins at the same
-//!    time waits for the lock, finds by the comparison of step 5 that its file was removed, and opens a new one.
+//!    time waits for the lock. By the comparison of step 5 it finds that its file was removed, and opens a new one.
 //!
 //! So the last of all leaving members removes the domain, even if others were killed before.
 //!

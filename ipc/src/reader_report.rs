@@ -25,7 +25,7 @@ pub struct ReaderReport {
     pub lost: u64,
     /// Bytes written since the reader opened; 0 for a reader that writes nothing.
     pub bytes_written: u64,
-    /// Seconds of wall time until the disk is full, at the rate of writing so far; [`ReaderReport::NO_ROOM`] for a reader
+    /// Seconds of wall time until the disk is full, at the rate of writing so far. [`ReaderReport::NO_ROOM`] for a reader
     /// that writes nothing, or whose rate is not measured yet.
     pub room_s: f64,
     /// `CLOCK_MONOTONIC` instant of the report in nanoseconds: the sending of the last frame that the reader has read.

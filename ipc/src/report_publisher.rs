@@ -12,8 +12,8 @@ const PERIOD_NS: u64 = 1_000_000_000;
 
 /// Counts the frames of a reader, and reports them.
 ///
-/// Reports are optional. If the service is missing (as with a source of an earlier version), has its greatest number of
-/// readers or fails, the reader sends no reports and reads frames as usual.
+/// Reports are optional. The service may be missing (as with a source of an earlier version), have its greatest number of
+/// readers, or fail. Then the reader sends no reports and reads frames as usual.
 #[derive(Debug)]
 pub(crate) struct ReportPublisher {
     publisher: Option<Publisher<Service, ReaderReport, ()>>,

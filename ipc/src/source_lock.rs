@@ -37,7 +37,7 @@ impl SourceLock {
     ///
     /// # Errors
     /// [`BusError::SourceRunning`] where another process holds the lock, [`BusError::TooFewFiles`] where the limit of
-    /// open files is too low, [`BusError::Domain`] where the directory or a file in it is not usable.
+    /// open files is too low. [`BusError::Domain`] where the directory or a file in it is not usable.
     pub fn take(domain: &Domain) -> Result<Self, BusError> {
         require_open_files(SOURCE_FILES)?;
         let path = lock_path(domain);

@@ -72,9 +72,9 @@ impl FrameSubscriber {
     /// Returns the oldest unread frame, or `None` if all are read. Never waits.
     ///
     /// # Errors
-    /// [`BusError::Failed`] where the publisher's memory cannot be mapped or more than
-    /// [`MAX_BORROWED_FRAMES`](crate::service::MAX_BORROWED_FRAMES) frames are held, and
-    /// [`BusError::VersionMismatch`] for a frame whose number of handles is not its header's.
+    /// [`BusError::Failed`] where the publisher's memory cannot be mapped, or where
+    /// [`MAX_BORROWED_FRAMES`](crate::service::MAX_BORROWED_FRAMES) frames are already held.
+    /// [`BusError::VersionMismatch`] for a frame whose number of handles contradicts its header.
     pub fn receive(&mut self) -> Result<Option<Frame>, BusError> {
         let Some(sample) = self.subscriber.receive().map_err(|error| BusError::failed(FRAMES, error))? else {
             self.report(1);

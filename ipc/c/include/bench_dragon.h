@@ -363,7 +363,8 @@ typedef struct {
 /**
  * Position and velocity of one handle. 48 bytes. x right, y away, z up; z is 0 on a flat stage.
  *
- * A dragon of N benches has N + 1 handles: handle i is the front hinge of bench i, handle N the rear hinge of the last bench.
+ * A dragon of N benches has N + 1 handles. Handle i is the front hinge of bench i, and handle N the rear hinge of the
+ * last bench.
  */
 typedef struct {
   /**
@@ -389,7 +390,7 @@ typedef struct {
    */
   double heading_rad;
   /**
-   * Velocity of the centre in metres per show second; 0 while paused, held or finished.
+   * Velocity of the centre in metres per show second; 0 while the head stands.
    */
   double velocity_mps[3];
   /**
@@ -482,8 +483,8 @@ typedef struct {
    */
   uint32_t timecode_kind;
   /**
-   * Reasons for which the head stands or brakes, as bits: 1 a pause, 2 a hold, 4 the end of the granted travel, 8 the
-   * timecode, 16 the server is ending, 32 the end of the run.
+   * Reasons for which the head stands or brakes, as bits. 1: a pause. 2: a hold. 4: the end of the granted travel. 8:
+   * the timecode. 16: the server is ending. 32: the end of the run.
    */
   uint32_t stops;
 } bd_status_t;
@@ -634,8 +635,8 @@ bd_result_t bd_dragon_wait(const bd_dragon_t *dragon,
                            bd_frame_t **frame);
 
 /**
- * Returns the number of frames that this reader has lost, over all runs: published between the first and the last frame
- * that it has read, but not received; 0 for NULL.
+ * Returns the number of frames that this reader has lost, over all runs; 0 for NULL. Lost frames were published between
+ * the first and the last frame that the reader has read, but it did not receive them.
  */
 uint64_t bd_dragon_lost(const bd_dragon_t *dragon);
 

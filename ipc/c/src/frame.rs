@@ -54,7 +54,8 @@ same_layout!(
 
 /// Position and velocity of one handle. 48 bytes. x right, y away, z up; z is 0 on a flat stage.
 ///
-/// A dragon of N benches has N + 1 handles: handle i is the front hinge of bench i, handle N the rear hinge of the last bench.
+/// A dragon of N benches has N + 1 handles. Handle i is the front hinge of bench i, and handle N the rear hinge of the
+/// last bench.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct bd_handle_state_t {

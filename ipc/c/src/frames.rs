@@ -118,8 +118,8 @@ pub extern "C" fn bd_dragon_wait(
     read(dragon, frame, 1, |subscriber| subscriber.wait(Duration::from_nanos(timeout_ns)))
 }
 
-/// Returns the number of frames that this reader has lost, over all runs: published between the first and the last frame
-/// that it has read, but not received; 0 for NULL.
+/// Returns the number of frames that this reader has lost, over all runs; 0 for NULL. Lost frames were published between
+/// the first and the last frame that the reader has read, but it did not receive them.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_dragon_lost(dragon: Option<&bd_dragon_t>) -> u64 {
     dragon.map_or(0, |dragon| dragon.frames().lost())

@@ -53,8 +53,8 @@ pub struct bd_status_t {
     pub timecode: u32,
     /// Protocol of the timecode: 0 none, 1 Art-Net, 2 OSC.
     pub timecode_kind: u32,
-    /// Reasons for which the head stands or brakes, as bits: 1 a pause, 2 a hold, 4 the end of the granted travel, 8 the
-    /// timecode, 16 the server is ending, 32 the end of the run.
+    /// Reasons for which the head stands or brakes, as bits. 1: a pause. 2: a hold. 4: the end of the granted travel. 8:
+    /// the timecode. 16: the server is ending. 32: the end of the run.
     pub stops: u32,
 }
 

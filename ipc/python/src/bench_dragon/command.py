@@ -169,8 +169,8 @@ class CommandClient:
     def call(self, kind: CommandKind, value: float, deadline: Deadline) -> int:
         """Sends one command and waits for its reply until the deadline. Returns the tick from which the command holds.
 
-        Raises `Refused` with the server's reason, `NoServer` at once if no server is connected or the server ends
-        before it replies, and `NoAnswer` if no reply arrives in time.
+        Raises `Refused` with the server's reason. Raises `NoServer` at once if no server is connected, or if the server
+        ends before it replies. Raises `NoAnswer` if no reply arrives in time.
         """
         command = Command(kind, 0, 0, (ctypes.c_double * 2)(value), os.getpid(), 0)
         reply = self._reply(command, deadline)

@@ -24,8 +24,8 @@ address."""
 class Domain:
     """iceoryx2 domain of an instance of the user who runs this process. The constructor accesses nothing on disk.
 
-    Raises `DomainError` for a name that is not 1 to 24 characters of a-z, 0-9 and -, and for a root path that is
-    relative, has 60 bytes or more, or has characters that iceoryx2 does not allow.
+    Raises `DomainError` for a name that is not 1 to 24 characters of a-z, 0-9 and -. Raises it also for a root path that
+    is relative, has 60 bytes or more, or has characters that iceoryx2 does not allow.
     """
 
     def __init__(self, instance: str) -> None:

@@ -31,9 +31,9 @@ class Dragon:
 
     Use it in a `with` block, or call `close`. Only one thread at a time may use a dragon.
 
-    A forked child must open its own dragon. The inherited one does no harm to the parent, even when the child exits:
-    `close` has no effect in the child, and other methods raise `ValueError`. Inherited arrays stay valid only while the
-    parent keeps its own.
+    A forked child must open its own dragon. The inherited one does no harm to the parent, even when the child exits.
+    In the child, `close` has no effect, and other methods raise `ValueError`. Inherited arrays stay valid only while
+    the parent keeps its own.
 
     Every method raises `BusError` or a subclass if the bus cannot be used.
 

@@ -1,6 +1,6 @@
 """A frame: the state of the dragon at one tick, in its shared-memory layout.
 
-A dragon of N benches has N + 1 handles: handle i is the front hinge of bench i, handle N the rear hinge of the last
+A dragon of N benches has N + 1 handles. Handle i is the front hinge of bench i, and handle N the rear hinge of the last
 bench.
 """
 

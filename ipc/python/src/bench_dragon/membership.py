@@ -76,7 +76,7 @@ class Membership:
 
     def leave(self) -> None:
         """Ends the membership. The last member removes the whole domain, even if a node of its own process still
-        exists: at the end of a process, a held frame keeps its node."""
+        exists. At the end of a process, a held frame keeps such a node."""
         begun_s = time.monotonic()
         while True:
             match _company(self._domain, self._file, own_pid=os.getpid()):
