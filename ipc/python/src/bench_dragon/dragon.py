@@ -102,9 +102,9 @@ class Dragon:
     def description(self, timeout_s: float | None = _TIMEOUT_S) -> Description:
         """Returns the configuration of the latest run.
 
-        Only the first call waits, at most `timeout_s` seconds; `None` for no limit. A running server sends the
-        description within a tenth of a second; if none runs, the call also waits for a server. Raises `NoServer` if no
-        description arrives in time.
+        Waits only if no description has arrived yet, at most `timeout_s` seconds; `None` for no limit. A running server
+        sends the description within a tenth of a second. If none runs, the call also waits for a server. Raises
+        `NoServer` if no description arrives in time.
 
         The description of a server that has ended is returned until the next server publishes its own.
         """
@@ -113,8 +113,8 @@ class Dragon:
     def status(self, timeout_s: float | None = _TIMEOUT_S) -> Status:
         """Returns the server's latest status. The server publishes ten a second.
 
-        Only the first call waits, at most `timeout_s` seconds, as `description` does. Raises `NoServer` if no status
-        arrives in time.
+        Waits only if no status has arrived yet, at most `timeout_s` seconds, as `description` does. Raises `NoServer` if
+        no status arrives in time.
 
         The last status of a server that has ended is returned until the next server publishes one. Its `run_id`
         distinguishes the two.
