@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 PROGRAM = os.environ["BENCH_DRAGON"]
-EXAMPLES = Path(__file__).parents[1] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 PATIENCE_S = 60.0
 """Timeout of every wait of a test, in seconds. The test fails after it."""
 
