@@ -268,7 +268,7 @@ fn before_midnight_a_show_that_starts_then_stands_at_its_start() {
     assert!((moments[19_999].difference_s() - DAY_S).abs() < FRAME_S, "{:?}", moments[19_999]);
 }
 
-/// With an acceleration, the head brakes for two seconds from 1 m/s, and show time continues meanwhile.
+/// With an acceleration, the head brakes for two seconds from 1 m/s, during which show time continues.
 #[test]
 fn a_head_that_brakes_for_a_standing_timecode_is_not_moved_back() {
     let mut rehearsal = Rehearsal::new(MotionSettings { accel_mps2: Some(0.5), ..plan() });

@@ -73,7 +73,7 @@ fn an_interval_is_every_frame_of_its_show_times_wherever_it_was_recorded() {
         assert_whole(shots, run_id);
     }
     assert!(passes(&lines).iter().all(|pass| pass["missing"] == 0), "omitted frames are not missing: {lines:?}");
-    // Omitted frames take no time: neighbours are one period apart, except for counted delays.
+    // Omitted frames cause no pause: neighbours are one period apart, except for counted delays.
     let put_off = shots[1].windows(2).filter(|pair| {
         let apart_ns = pair[1].header.scheduled_ns - pair[0].header.scheduled_ns;
         assert!(apart_ns >= 5 * MILLISECOND_NS * 10 / 11, "frames follow at most a tenth faster");

@@ -55,7 +55,7 @@ fn all_of(alerts: &AlertSubscriber) -> Vec<Value> {
 
 /// Waits until a monitor has reported a kind of alert, then ends it. Returns its lines and the alerts among them, which equal
 /// those on the bus.
-fn hear(mut monitor: Process, alerts: &AlertSubscriber, kind: &str) -> (Vec<Value>, Vec<Value>) {
+fn end_after_alert(mut monitor: Process, alerts: &AlertSubscriber, kind: &str) -> (Vec<Value>, Vec<Value>) {
     let mut lines = monitor.json_until(&format!("an alert of kind {kind}"), |line| line["kind"] == kind);
     // A subscriber finds a publisher when it reads, so it must read once while the monitor runs.
     let mut heard = all_of(alerts);
@@ -81,7 +81,7 @@ fn a_monitor_reports_near_benches_and_their_contact_on_stdout_and_on_the_bus() {
     let run_id = server.run_id;
     let served = server.summary();
     assert_released(&served, 101);
-    let (lines, told) = hear(monitor, &alerts, "contact");
+    let (lines, told) = end_after_alert(monitor, &alerts, "contact");
 
     let near = of_kind(&told, "near");
     let [contact] = &of_kind(&told, "contact")[..] else { panic!("one contact: {told:?}") };
@@ -109,7 +109,7 @@ fn the_contact_is_found_at_the_same_instant_at_any_time_scale() {
         let pace = ["--start-at", "400", "--time-scale", time_scale, "--rate", rate, "--until", "414"];
         let (server, alerts, monitor) = watch(&stage, &pace);
         assert_released(&server.summary(), releases);
-        let (_, told) = hear(monitor, &alerts, "contact");
+        let (_, told) = end_after_alert(monitor, &alerts, "contact");
         assert_is_the_contact(&of_kind(&told, "contact")[0]);
     }
 }
@@ -150,7 +150,7 @@ fn nothing_is_swept_across_a_seek() {
     }
     drop(reader);
     server.stop();
-    let (_, told) = hear(monitor, &alerts, "contact");
+    let (_, told) = end_after_alert(monitor, &alerts, "contact");
     for contact in of_kind(&told, "contact") {
         assert_eq!(contact["time_s"], 415.0, "the contact is measured at the target of the seek");
         assert!(contact["clearance_m"].as_f64() < Some(0.0), "{contact}");
@@ -200,7 +200,7 @@ fn a_hold_is_reported_once() {
     let tick = reply["tick"].as_u64().expect("a tick");
     Reader::join(&stage).read_to_tick(tick + 5);
     server.stop();
-    let (_, told) = hear(monitor, &alerts, "held");
+    let (_, told) = end_after_alert(monitor, &alerts, "held");
     let [held] = &of_kind(&told, "held")[..] else { panic!("one hold: {told:?}") };
     assert_eq!((&held["tick"], &held["benches"]), (&reply["tick"], &Value::Null));
 }

@@ -144,7 +144,7 @@ fn two_users_have_two_buses_and_neither_may_use_the_others() {
         return;
     }
     let stage = Stage::new();
-    // The program in a place where the user `nobody` can read it, and a folder for the buses that belongs to root.
+    // A copy of the program that another user can read, and a folder for the buses that belongs to root.
     let runtime_dir = tempfile::Builder::new().prefix("bd").tempdir_in("/tmp").expect("a folder");
     let others = runtime_dir.path().join("bench-dragon");
     fs::create_dir(&others).expect("a folder");

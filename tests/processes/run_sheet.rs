@@ -23,7 +23,7 @@ fn lines() -> Vec<Vec<String>> {
     commands.map(words).collect()
 }
 
-/// Returns a word of the run-sheet with the test's replacements.
+/// Replaces a word of the run-sheet for the test.
 fn word(word: &str) -> String {
     match word.strip_prefix("examples/") {
         Some(file) => format!("{}/examples/{file}", env!("CARGO_MANIFEST_DIR")),

@@ -122,7 +122,7 @@ fn a_show_at_full_rate_accounts_for_every_frame() {
     assert_books_balance(&stage, &serde_json::from_str(&written).expect("JSON"));
 }
 
-/// Fails unless the servers of a show with so many releases published a frame at each release that they did not miss.
+/// Fails unless the servers of a show with this many releases published a frame at each release that they did not miss.
 pub(crate) fn assert_published(summary: &Value, releases: u64) {
     let (frames, overruns) = (&summary["frames"]["published"], &summary["overruns"]);
     assert_released(&json!({ "frames": frames, "overruns": overruns }), releases);

@@ -179,7 +179,7 @@ fn one_desk_is_followed_and_packets_of_another_are_counted() {
     for _ in 0..2 {
         other.order("send 4172742d4e6574000097000e00000000050001");
     }
-    // What has come before this is counted by then.
+    // The packets before this order are counted by then.
     desk.order("stand");
     let stands = event(&mut server.process, "stands");
     assert!(stands["position_s"].as_f64() < Some(290.0), "{stands}");

@@ -157,5 +157,5 @@ def test_every_panel_of_the_dashboard_queries_the_chosen_source():
 def test_the_docs_describe_every_metric_and_no_other(known):
     told = used((PROJECT / "docs/reference/metrics.md").read_text())
     families = {re.sub(r"_(bucket|sum|count)$", "", name) for name in known}
-    assert told - known == {name for name in families if name not in known}, "histograms are told by their family's name"
+    assert told - known == {name for name in families if name not in known}, "histograms are listed by their family's name"
     assert families <= told

@@ -42,7 +42,7 @@ use troupe::Troupe;
 /// Percentage of the kills in shows.
 const SHOWS_PERCENT: u32 = 25;
 
-#[allow(clippy::print_stdout, clippy::print_stderr, reason = "a test target of its own prints")]
+#[allow(clippy::print_stdout, clippy::print_stderr, reason = "a test target without libtest prints its results")]
 fn main() -> ExitCode {
     let (kills, ends, seed) = match Task::of(std::env::args().skip(1)) {
         Ok(Task::Run { kills, ends, seed }) => (kills, ends, seed),
@@ -75,7 +75,7 @@ fn main() -> ExitCode {
 }
 
 /// Runs a test on its own thread. Returns whether it passed.
-#[allow(clippy::print_stdout, reason = "a test target of its own prints")]
+#[allow(clippy::print_stdout, reason = "a test target without libtest prints its results")]
 fn run(name: &str, test: impl FnOnce() + Send + 'static) -> bool {
     // Remains of the stage are a failure too, but not after another failure.
     let is_well = thread::spawn(test).join().is_ok();
@@ -92,7 +92,7 @@ fn endings(rounds: u32, seed: u64) {
 }
 
 /// Kills this many processes. Panics if a kill affects another process.
-#[allow(clippy::print_stdout, reason = "a test target of its own prints")]
+#[allow(clippy::print_stdout, reason = "a test target without libtest prints its results")]
 fn storm(kills: u32, seed: u64) {
     let stage = Stage::new();
     let mut books = Books::new();
@@ -116,7 +116,7 @@ fn storm(kills: u32, seed: u64) {
 }
 
 /// Draws the progress of the storm on a terminal.
-#[allow(clippy::print_stdout, reason = "a test target of its own prints")]
+#[allow(clippy::print_stdout, reason = "a test target without libtest prints its results")]
 fn tell(done: u32, of: u32) {
     let mut stdout = std::io::stdout();
     if stdout.is_terminal() {

@@ -80,7 +80,7 @@ fn await_orphans(show: u32, random: &mut Random) -> Result<(), Failure> {
 /// Waits until all children run again, ends the show, and checks its report.
 fn end_show(stage: &Stage, show: Process, killed: &[u32], books: &mut Books) -> Result<(), Failure> {
     let (begun, pid) = (Instant::now(), show.pid());
-    // One that was killed may take its time to be gone.
+    // A killed child may take some time to end.
     let running = || children(pid).iter().filter(|(child, _)| !killed.contains(child)).count();
     while running() < CHILDREN.len() {
         if begun.elapsed() > PROGRESS_TIMEOUT {

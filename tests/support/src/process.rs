@@ -220,7 +220,7 @@ impl Ended {
     }
 
     /// Fails unless the exit status is 0 and stderr is empty.
-    #[allow(clippy::return_self_not_must_use, reason = "often the check is all that a test wants")]
+    #[allow(clippy::return_self_not_must_use, reason = "many tests need only the check")]
     pub fn expect_clean(self) -> Self {
         assert_eq!((self.code(), self.stderr.as_str()), (Some(0), ""), "{}", self.stdout);
         self
