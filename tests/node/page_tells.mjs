@@ -52,7 +52,7 @@ await withBrowser(async (browser) => {
   await reads(page, '#source', /^REPLAY$/);
   await page.waitForSelector('#source:visible');
   await page.waitForSelector('#hold:disabled');
-  expect(/recording is replayed/.test(await page.getAttribute('#hold', 'title')), 'a replay offers a hold');
+  expect(/replays a recording/.test(await page.getAttribute('#hold', 'title')), 'a replay offers a hold');
   await examine(page, 'replay');
   expect(complaints.length === 0, complaints.join('\n'));
   say({ type: 'passed' });
