@@ -25,7 +25,12 @@ impl BenchState {
     /// ```
     /// use bench_dragon_ipc::{BenchState, HandleState};
     ///
-    /// The front handle is 2 m in +y of the rear one and walks to the left, so the bench turns counter-clockwise.
+    /// // The front handle is 2 m in +y of the rear one and walks to the left, so the bench turns counter-clockwise.
+    /// let front = HandleState { position_m: [1.0, 3.0, 0.0], velocity_mps: [-0.5, 0.0, 0.0] };
+    /// let rear = HandleState { position_m: [1.0, 1.0, 0.0], velocity_mps: [0.0, 0.0, 0.0] };
+    /// let bench = BenchState::between(&front, &rear);
+    /// assert_eq!((bench.centre_m, bench.velocity_mps), ([1.0, 2.0, 0.0], [-0.25, 0.0, 0.0]));
+    /// assert_eq!((bench.heading_rad, bench.turn_rate_radps), (std::f64::consts::FRAC_PI_2, 0.25));
     /// ```
     pub fn between(front: &HandleState, rear: &HandleState) -> Self {
         let middle = |[ax, ay, az]: [f64; 3], [bx, by, bz]: [f64; 3]| {

@@ -21,10 +21,10 @@
 //! 5. A successful attempt may lock a file that another member has removed, together with the domain. Then nothing is
 //!    left to do; the path may even belong to a new domain. So the file is compared with the path before anything is
 //!    removed.
-//! 6. Otherwise no other process holds the lock, and by step 1 no other member has a node. A living node then belongs to
+//! 6. Otherwise no other open file holds the lock, and by step 1 no other member has a node. A living node then belongs to
 //!    a client without our lock, such as a stock iceoryx2 client. The domain is kept for it, and the next process to join
 //!    finds the remains.
-//! 7. Otherwise no process is in the domain, and it is removed while the lock is held. A process that joins at the same
+//! 7. Otherwise no other member is in the domain, and it is removed while the lock is held. A process that joins at the same
 //!    time waits for the lock. By the comparison of step 5 it finds that its file was removed, and opens a new one.
 //!
 //! So the last of all leaving members removes the domain, even if others were killed before.

@@ -181,7 +181,7 @@ fn a_missing_runtime_directory_is_reported_by_readers_too() {
         command.env("XDG_RUNTIME_DIR", OsStr::new("/tmp/bench-dragon-is-not-there"));
         assert_error(
             &Process::start(command).end(),
-            "XDG_RUNTIME_DIR is /tmp/bench-dragon-is-not-there, must be a directory",
+            "XDG_RUNTIME_DIR is /tmp/bench-dragon-is-not-there, must be an existing directory",
         );
     }
 }
